@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,17 +35,14 @@ from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.rests import margins
 from discretization.quadrature import Interval, refined
-from discretization.roots import least
 from discretization.surfaces.protocol import Free
 from energy import Scene
 
 Array = NDArray[np.float64]
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
-_NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
 _POSITION = ROUNDING / 4  # of |x|, to which a line is found
-_UNKNOWN = Certificate(*5 * (math.nan,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,15 +57,6 @@ class Contacts:
     def x(self) -> Array:
         """Ends of each contact (m, 2)."""
         return np.array(self.lines).reshape(-1, 2)
-
-    @property
-    def alone(self) -> bool:
-        """Whether this is the one contact of a convex profile, about an axis around it.
-
-        Then u' + f' grows outwards of a line, so that u - g >= 0 where it is not negative there.
-        """
-        indenter, axis = self.motion.scene.indenter, self.motion.scene.axisymmetric
-        return len(self.x) == 1 and indenter.convex and not (axis and self.x[0, 0])
 
     @functools.cached_property
     def pinned(self) -> NDArray[np.bool_]:
@@ -98,7 +86,7 @@ class Contacts:
     def behind(self) -> Array:
         """D just behind the lines of each contact (m, 2), where a contact that opens holds them."""
         rests, (lines, loose, _) = self.motion.rests, self.rates
-        return rests.ahead(lines - _rounding(lines, loose), -1).ravel()[1:-1].reshape(-1, 2)
+        return _of_contacts(rests.ahead(lines - _rounding(lines, loose), -1))
 
     @property
     def neutral(self) -> bool:
@@ -116,18 +104,19 @@ class Contacts:
     @property
     def pulls(self) -> Array:
         """What the free surfaces pull at both lines of each contact, S (m, 2)."""
-        return np.array([pull for each in self.free for pull in each.pulls][1:-1]).reshape(-1, 2)
+        return _of_contacts(np.array([each.pulls for each in self.free]))
 
     def totals(self) -> Interval:
         """Energy and force."""
-        return totals(self.motion.scene, self.depth, self.x, self.free)
+        energy, area = np.sum([(each.energy, each.area) for each in self.free], axis=0).tolist()
+        pulls = [pull for each in self.free for pull in each.pulls]
+        beside = energy, sum(pulls), area, sum(map(abs, pulls))
+        return refined(self.motion.scene, self.depth, self.x, beside)
 
 
-def totals(scene: Scene, depth: float, contacts: Array, free: list[Free]) -> Interval:
-    """Energy and force of contacts (m, 2) and the free surfaces beside them."""
-    energy, area = sum(each.energy for each in free), sum(each.area for each in free)
-    pulls = [pull for each in free for pull in each.pulls]
-    return refined(scene, depth, contacts, (energy, sum(pulls), area, sum(map(abs, pulls))))
+def _of_contacts(values: Array) -> Array:
+    """Values at the lines of free surfaces (n, 2), for those of each contact (n - 1, 2)."""
+    return values.ravel()[1:-1].reshape(-1, 2)
 
 
 def equilibrium(lines: Array, found: Interval, **given: Any) -> Equilibrium:
@@ -144,15 +133,19 @@ def equilibrium(lines: Array, found: Interval, **given: Any) -> Equilibrium:
     )
 
 
-def estimated(found: Interval, width: float, move: float, push: float) -> dict[str, float]:
+def estimated(
+    scene: Scene, depth: float, lines: Array, moves: Array, found: Interval
+) -> dict[str, float]:
     """Errors of half-width, force and energy: of the quadrature, the lines, and rounding.
 
-    move: how far lines may be off, all together; push: what that adds to the force.
+    moves: how far lines (m, 2) may be off.
     """
-    energy, force = found.errors
+    (energy, force), width = found.errors, np.diff(lines, axis=1).sum()
+    off = moves > 0
+    force += push(scene, depth, lines[off]) @ moves[off]
     parts = (
-        move / width + ROUNDING if width else 0.0,
-        (force + push) / (found.force_scale or 1.0) + 4 * ROUNDING,
+        moves.sum() / width + ROUNDING if width else 0.0,
+        force / (found.force_scale or 1.0) + 4 * ROUNDING,
         energy / (found.energy_scale or 1.0) + 4 * ROUNDING,
     )
     return dict(zip(QUANTITIES, map(float, parts), strict=True))
@@ -165,15 +158,15 @@ def push(scene: Scene, depth: float, x: Array) -> Array:
     return np.asarray(scene.stiffness * felt * scene.measure(x))
 
 
-def certify(contacts: Contacts, state: Equilibrium, found: Interval) -> Certificate:
-    """Judge contacts with these totals and the surface of this state."""
+def certify(contacts: Contacts, found: Interval) -> Certificate:
+    """Judge contacts with these totals."""
     scene, depth = contacts.motion.scene, contacts.depth
     lift = contacts.motion.rests.lift(depth)
     if lift * scene.elastocapillary_length == 0:
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
     size = lift + _steepest(contacts)  # of the terms that cancel in D
-    beyond = 0.0 if contacts.alone else penetration(state, contacts.motion.profile.x)
+    beyond = contacts.motion.penetration(contacts.lines, depth)
     return Certificate(
         penetration=max(0.0, through / size, beyond / lift),
         stationarity=max(each.residual for each in contacts.free),
@@ -201,7 +194,7 @@ def _at_lines(contacts: Contacts) -> tuple[float, float]:
     through = closing  # no more than that
     if closing > ROUNDING * rests.size:
         through = depth - float((rests.ahead(beyond, 1, adhesive=False) + noise[:, None]).min())
-    opening = contacts.behind - depth - np.repeat(noise, 2)[1:-1].reshape(-1, 2)
+    opening = contacts.behind - depth - _of_contacts(np.repeat(noise, 2))
     return through, max(closing, float(opening[contacts.wide[:, 0]].max(initial=-math.inf)))
 
 
@@ -230,26 +223,6 @@ def _unstable(contacts: Contacts) -> float:
     return 0.0 if stable.all() else 1.0
 
 
-def penetration(state: Equilibrium, points: Array) -> float:
-    """max (g - u) [length] at increasing points, and between them where it may be larger."""
-    indenter, lines = state.scene.indenter, state.contacts.ravel()
-
-    def deep(x: Array) -> Array:
-        return np.asarray(state.depth - indenter.height(x) - state.displacement(x))
-
-    free = (np.searchsorted(lines, points) % 2 == 0) & ~np.isin(points, lines)
-    x = np.union1d(points[free], lines)
-    v = deep(x)
-    if x.size < 3:
-        return float(v.max(initial=0.0))
-    steps = np.abs(np.diff(v))
-    peak = (v[1:-1] >= v[:-2]) & (v[1:-1] >= v[2:]) & ~np.isin(x[1:-1], lines)
-    peak &= v[1:-1] > -_NEAR * np.maximum(steps[:-1], steps[1:])
-    lo, hi = x[:-2][peak], x[2:][peak]
-    highest = deep(least(lambda x: -deep(x), lo, hi)[0]) if lo.size else lo
-    return float(max(v.max(), highest.max(initial=-math.inf), 0.0))
-
-
 def _tension(contacts: Contacts, lift: float) -> float:
     """Largest force that would open a contact, over kδl."""
     motion, scene, x = contacts.motion, contacts.motion.scene, contacts.x
@@ -269,10 +242,9 @@ def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     lines, free, rates = contacts.rates
     own = np.where(free[:, :, None] & free[:, None], rates, 0.0)
     off = ROUNDING * rests.size + found.rounding
-    moved = (np.abs(np.linalg.pinv(own)).sum(axis=2) * off)[free] + _POSITION * np.abs(lines[free])
-    more = float(push(scene, contacts.depth, lines[free]) @ moved)
-    width = float(np.diff(contacts.x, axis=1).sum())
-    return estimated(found, width, float(moved.sum()), more)
+    place = _POSITION * np.where(free, np.abs(lines), 0.0)
+    moves = _of_contacts(np.abs(np.linalg.pinv(own)).sum(axis=2) * off + place)
+    return estimated(scene, contacts.depth, contacts.x, moves, found)
 
 
 def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilibrium:
@@ -282,10 +254,9 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilib
     """
     scene = motion.scene
     if not lines:
-        flat = detached(scene, depth, branch, motion.surfaces, _UNKNOWN)
         lift = max(abs(depth), scene.opened.critical_separation) or 1.0
-        through = motion.penetration(lines, depth) / lift
-        return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
+        apart = Certificate.undeformed(motion.penetration(lines, depth) / lift)
+        return _demanded(detached(scene, depth, branch, motion.surfaces, apart))
     contacts = Contacts(motion, lines, depth)
     found = contacts.totals()
     state = equilibrium(
@@ -294,13 +265,13 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilib
         scene=scene,
         depth=depth,
         pinned=contacts.pinned,
-        certificate=_UNKNOWN,
+        certificate=certify(contacts, found),
         surfaces=motion.surfaces,
         errors=errors(contacts, found),
         branch=branch,
         neutral=contacts.neutral,
     )
-    return _demanded(replace(state, certificate=certify(contacts, state, found)))
+    return _demanded(state)
 
 
 def _demanded(state: Equilibrium) -> Equilibrium:

@@ -2,8 +2,8 @@
 
 The profile is resolved on its own scale first. "adhered" is the end of the path from first touch
 (motion.py), and "global" what has the least energy of: the lowest contacts of a lattice, moved to
-rest on the fitted mesh, the adhered state, and none. Lattices are halved until two of them lead to
-the same state.
+rest on the fitted mesh, the adhered state, and none. Spacings are halved until that leads to no
+lower state.
 """
 
 from __future__ import annotations
@@ -41,36 +41,29 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     """Certified equilibrium of a profile that may have several contacts, and its error estimate.
 
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
-    AccuracyWarning where the profile is not resolved.
+    AccuracyWarning where the profile is not resolved, or a finer lattice might lead to a lower one.
     """
     motion = Motion.of(scene, resolve(scene, depth), surfaces_of(scene), depth)
-    return _found(motion, depth, branch)
-
-
-def _found(motion: Motion, depth: float, branch: str) -> Equilibrium:
-    """The state of a branch."""
-    adhered = motion.adhered(depth)
-    state = state_of(motion, adhered, depth, branch)
-    if branch == "adhered" or not motion.scene.work_of_adhesion:
-        return state
-
-    def lowest_of(candidates: set[Lines]) -> Equilibrium:
-        states = [state]
+    lowest = state_of(motion, motion.adhered(depth), depth, branch)
+    if branch == "adhered" or not scene.work_of_adhesion:
+        return lowest
+    discs = scene.axisymmetric and scene.indenter.convex
+    for i, candidates in enumerate([_discs(motion, depth)] if discs else _lowest(motion, depth)):
+        before = lowest.energy
         for lines in candidates:
             with contextlib.suppress(NotCertifiedError):
-                states.append(state_of(motion, lines, depth, branch))
-        return min(states, key=lambda each: each.energy)
-
-    if motion.scene.axisymmetric and motion.scene.indenter.convex:
-        return lowest_of(_discs(motion, depth))
-    found: list[Equilibrium] = []
-    for candidates in _lowest(motion, depth):
-        found.append(lowest_of(candidates))
-        if len(found) > 1 and _alike(*found[-2:]):
-            break
-    else:
-        warnings.warn(_undecided(depth), AccuracyWarning, stacklevel=5)
-    return min(found, key=lambda each: each.energy)
+                state = state_of(motion, lines, depth, branch)
+                lowest = min(lowest, state, key=lambda each: each.energy)
+        if discs or (i and before - lowest.energy <= _SAME * lowest.scales["energy"]):
+            return lowest
+    warnings.warn(
+        f"the lowest energy at depth = {depth!r} is not the same on lattices each with half the "
+        "spacing of the last: the state found may not be the lowest; give a spacing, or a smoother "
+        "profile",
+        AccuracyWarning,
+        stacklevel=3,
+    )
+    return lowest
 
 
 def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
@@ -80,7 +73,7 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
     energy that a lattice takes one for the other.
     """
     scene, profile = motion.scene, motion.profile
-    spacing, least = coarsest(scene, profile), float(np.ptp(profile.x)) / _MOST_NODES
+    spacing, least = _coarsest(scene, profile), float(np.ptp(profile.x)) / _MOST_NODES
     if scene.axisymmetric:
         least = scene.indenter.extent[1] / (_MOST_RINGS - 1)
     beside = _BESIDE * scene.critical_separation
@@ -102,31 +95,14 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
     than 0 where |g| <= δ₀; and beyond r = b, where g is less still, every contact with |g| > δ₀
     costs more than the surface that is free there.
     """
-    profile = motion.profile
-    beyond = motion.rests.ahead(np.column_stack([profile.x, np.full(profile.x.size, math.inf)]), 1)[
-        :, 0
-    ]
+    x = motion.profile.x
+    beyond = motion.rests.ahead(np.column_stack([x, np.full(x.size, math.inf)]), 1)[:, 0]
     rests = np.flatnonzero((beyond[:-1] < depth) & (beyond[1:] >= depth)) + 1
-    found = {motion.settled((0.0, x), depth) for x in profile.x[rests].tolist()}
+    found = {motion.settled((0.0, end), depth) for end in x[rests].tolist()}
     return {(), *found}
 
 
-def _alike(one: Equilibrium, other: Equilibrium) -> bool:
-    """Whether these are the same state."""
-    scale = max(one.scales["energy"], other.scales["energy"])
-    same = len(one.contacts) == len(other.contacts)
-    return same and abs(one.energy - other.energy) <= _SAME * scale
-
-
-def _undecided(depth: float) -> str:
-    return (
-        f"the lowest energy at depth = {depth!r} is not the same on lattices each with half the "
-        "spacing of the last: the state found may not be the lowest; give a spacing, or a smoother "
-        "profile"
-    )
-
-
-def coarsest(scene: Scene, profile: Resolved) -> float:
+def _coarsest(scene: Scene, profile: Resolved) -> float:
     """Spacing of the first lattice: a part of l, and of the shortest wave of the profile."""
     length = scene.elastocapillary_length
     least = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)

@@ -51,29 +51,27 @@ def lines_below(profile: Resolved, levels: Array) -> list[Array]:
 
     ValueError where one goes on beyond the known profile.
     """
-    x, f, last = profile.x, profile.f, profile.x.size - 1
+    x, f, indenter = profile.x, profile.f, profile.indenter
     beside = [np.flatnonzero(np.diff(f <= z, prepend=False, append=False)) for z in levels]
-    at, row = np.concatenate(beside), np.repeat(np.arange(levels.size), [z.size for z in beside])
-    starts = np.arange(at.size) % 2 == 0
-    inside = np.where(starts, at, at - 1)
-    outside = np.clip(np.where(starts, at - 1, at), 0, last)
-    for i in (0, last):
-        if (inside[outside == i] == i).any() and float(x[i]) not in profile.indenter.walls:
-            raise ValueError(
-                f"the contact spreads to x = {float(x[i])!r}, where the profile is not known any "
-                "more; give a wider profile or a smaller depth"
-            )
-    level, found = levels[row], x[inside]
-    own = np.flatnonzero((f[inside] < level) & (inside != outside) & (x[outside] != found))
-    if own.size:
-        goal, ends = level[own], (x[inside[own]], x[outside[own]])
-        rise = (f[outside[own]] - f[inside[own]]) / (ends[1] - ends[0])
-        guess = ends[0] + (goal - f[inside[own]]) / rise
+    at, level = np.concatenate(beside), np.repeat(levels, [z.size for z in beside])
+    is_end = np.arange(at.size) % 2
+    inside, outside = at - is_end, np.clip(at - 1 + is_end, 0, x.size - 1)
+    found = x[inside]
+    unknown = found[(inside == outside) & ~np.isin(found, indenter.walls)]
+    if unknown.size:
+        raise ValueError(
+            f"the contact spreads to x = {float(unknown[0])!r}, where the profile is not known any "
+            "more; give a wider profile or a smaller depth"
+        )
+    own = (f[inside] < level) & (x[outside] != found)
+    if own.any():
+        (lo, hi), (low, high) = ((part[inside[own]], part[outside[own]]) for part in (x, f))
+        goal, rise = level[own], (high - low) / (hi - lo)
         found[own] = crossings(
-            lambda z, k: np.asarray(profile.indenter.height(z), float) - goal[k],
-            np.minimum(*ends),
-            np.maximum(*ends),
-            guess,
+            lambda z, k: np.asarray(indenter.height(z), float) - goal[k],
+            np.minimum(lo, hi),
+            np.maximum(lo, hi),
+            lo + (goal - low) / rise,
             rise,
             0.0,
         )
@@ -169,10 +167,11 @@ class SpringsBranch(Branch):
         return np.asarray((parts[..., 1::2] - parts[..., ::2]).sum(axis=2))
 
     def friction(self, before: Point, after: Point) -> float:
-        """w of what closes, which had to be touched, and w_opening - w of what opens."""
+        """w of what closes, which had to be touched; or what is lost as springs let go."""
         opened = self.opened(before, after)
-        closing, opening = self.scene.work_of_adhesion, self.scene.opened.work_of_adhesion
-        return (opening - closing) * opened if opened > 0 else -closing * opened
+        if opened > 0:
+            return super().friction(before, after)
+        return -self.scene.work_of_adhesion * opened
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, or minus what closes."""
@@ -203,7 +202,9 @@ class SpringsBranch(Branch):
             pinned=pinned,
             certificate=judged,
             surfaces=surfaces,
-            errors=_errors(scene, lines, pinned, depth, found),
+            errors=estimated(
+                scene, depth, lines, _moves(scene, lines, pinned, depth, found), found
+            ),
             branch=branch,
         )
 
@@ -233,22 +234,11 @@ def _judged(
     return Certificate(through, 0.0, torn, float(off) / lift, force)
 
 
-def _errors(
-    scene: Scene,
-    lines: Array,
-    pinned: NDArray[np.bool_],
-    depth: float,
-    found: Interval,
-) -> dict[str, float]:
-    """Rounding of the heights times the condition of the lines, and the quadrature."""
-    height, slope = (
-        np.asarray(part(lines), float) for part in (scene.indenter.height, scene.indenter.slope)
-    )
-    size = np.abs(height) + abs(depth)
-    width = float(np.diff(lines, axis=1).sum())
+def _moves(
+    scene: Scene, lines: Array, pinned: NDArray[np.bool_], depth: float, found: Interval
+) -> Array:
+    """How far lines (m, 2) may be off: rounding of the heights times the condition of the lines."""
+    height, slope = scene.indenter.height(lines), np.abs(scene.indenter.slope(lines))
     with np.errstate(divide="ignore", invalid="ignore"):
-        moves = np.minimum((ROUNDING * size + found.rounding) / np.abs(slope), width)
-    moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
-    push = scene.stiffness * np.abs(depth - height) * scene.measure(lines)
-    pull = float((moves * push).sum())
-    return estimated(found, width, float(moves.sum()), pull)
+        moves = (ROUNDING * (np.abs(height) + abs(depth)) + found.rounding) / slope
+    return np.where(pinned, 0.0, np.fmin(moves, np.diff(lines, axis=1).sum()))

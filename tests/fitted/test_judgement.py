@@ -9,7 +9,7 @@ import pytest
 from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
-from discretization.fitted.contacts import Contacts, certify, errors, penetration, state_of
+from discretization.fitted.contacts import Contacts, certify, errors, state_of
 from discretization.fitted.motion import Motion
 from discretization.fitted.tension import pull
 from discretization.profile import resolve
@@ -67,8 +67,7 @@ def contacts_of(state, lines):
 
 def judged(state, lines):
     contacts = contacts_of(state, lines)
-    moved = replace(state, contacts=contacts.x)
-    return certify(contacts, moved, contacts.totals())
+    return certify(contacts, contacts.totals())
 
 
 @pytest.mark.slow
@@ -131,14 +130,15 @@ def test_an_unstable_pair_of_lines_is_no_equilibrium():
         assert judged(state, [-x[i], x[i]]).failures == failures
 
 
-def test_penetration_between_the_points_is_found(states):
-    """At points half a lattice's node apart, next to the largest of very many."""
+def test_the_deepest_penetration_is_found(states):
+    """As at the largest of very many places."""
     state = states[CASES[1]]
     missing = replace(state, contacts=np.delete(state.contacts, 6, axis=0))
-    left, right = state.contacts[6]
-    few, many = (np.linspace(left - L, right + L, n) for n in (12, 200_001))
+    many = np.linspace(state.contacts[6, 0] - L, state.contacts[6, 1] + L, 200_001)
     deepest = (state.depth - state.scene.indenter.height(many) - missing.displacement(many)).max()
-    assert penetration(missing, few) == pytest.approx(deepest, rel=1e-8, abs=0)
+    contacts = contacts_of(state, missing.contacts)
+    found = contacts.motion.penetration(contacts.lines, state.depth)
+    assert found == pytest.approx(deepest, rel=1e-4, abs=0)
 
 
 def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
