@@ -77,15 +77,14 @@ class Alone:
         a body D is infinite.
         """
         scene, indenter = self.scene if way > 0 else self.scene.opened, self.scene.indenter
-        f, w = indenter.height(x), scene.work_of_adhesion if adhesive else 0.0
+        beyond = indenter.slope(x) if beside is None else indenter.slope_beside(x, side * beside)
+        w = scene.work_of_adhesion if adhesive else 0.0
+        found = self.surfaces.rest_depth(side, x, indenter.height(x), beyond, None, w)
         if beside is None:
-            return self.surfaces.rest_depth(side, x, f, indenter.slope(x), None, w)
-        found = self.surfaces.rest_depth(
-            side, x, f, indenter.slope_beside(x, side * beside), None, w
-        )
-        ends = indenter.extent
-        edge = np.isin(x, indenter.walls) & np.equal(x, np.where(side > 0, ends[1], ends[0]))
-        return np.where(edge & np.greater(beside, 0), math.inf, found)
+            return found
+        end = np.where(np.greater(side, 0), *indenter.extent[::-1])
+        edge = np.isin(x, indenter.walls) & np.equal(x, end) & np.greater(beside, 0)
+        return np.where(edge, math.inf, found)
 
     def free(self, side: int, x: float, depth: float) -> Free:
         """The free surface beyond a line. ValueError where it would turn over."""
@@ -93,11 +92,11 @@ class Alone:
         left, right = (line, None) if side > 0 else (None, line)
         return self.surfaces.free(left, right, depth)
 
-    def lines(self, depth: float) -> list[float]:
-        """The contact lines of `sides`; none where it has let go."""
-        found = [self.find(side, depth) for side in self.sides]
-        inner = 0.0 if self.scene.axisymmetric else found[0]
-        return found if inner < found[-1] or (inner == found[-1] and depth >= self.touch) else []
+    def lines(self, depth: float) -> tuple[float, ...]:
+        """Both ends of the contact, 0 at the axis; () where it has let go."""
+        left, right = [0.0, *(self.find(side, depth) for side in self.sides)][-2:]
+        held = left < right or (left == right and depth >= self.touch)
+        return (left, right) if held else ()
 
     @functools.cached_property
     def lowest(self) -> dict[int, tuple[float, float]]:
@@ -235,20 +234,18 @@ class Way:
 
     def _moved(self, moves: NDArray[np.bool_]) -> Way:
         """With the lines that move at the end, which is no further than the next corner."""
-        (start, end), last, stops = self.depths, self.first.copy(), list[tuple[float, int, float]]()
+        (start, end), last, stops = self.depths, self.first.copy(), [(math.inf, -1, math.nan)]
         for i in (own := np.flatnonzero(moves).tolist()):
             side = self.alone.sides[i] * self.way
             passed = self.alone.corners(side, float(self.first[i]))
             passed = passed[side * passed <= side * self._place(i, end)]
-            depth = self.alone.rest(self.alone.sides[i], passed, -self.way, way=self.way)
-            for later, corner in zip((self.way * (depth - start)).tolist(), passed, strict=True):
-                if later > TIE * self.alone.size(start, end):
-                    stops.append((later, i, float(corner)))
-                    break
-        first_stop = min(stops, default=(math.inf, -1, math.nan))
-        end = self.way * min(self.way * end, self.way * start + first_stop[0])
+            rest = self.alone.rest(self.alone.sides[i], passed, -self.way, way=self.way)
+            later, tie = self.way * (rest - start), TIE * self.alone.size(start, end)
+            stops += [(later[k], i, passed[k]) for k in np.flatnonzero(later > tie)[:1]]
+        first_stop, stopped, corner = min(stops)
+        end = self.way * float(min(self.way * end, self.way * start + first_stop))
         for i in own:
-            last[i] = first_stop[2] if i == first_stop[1] else self._place(i, end)
+            last[i] = corner if i == stopped else self._place(i, end)
         lost = self.lost and end == self.depths[1]
         return replace(self, depths=(start, end), last=last, lost=lost)
 

@@ -217,9 +217,9 @@ def _unstable(contacts: Contacts) -> float:
         radius = np.where(loose, lines, 0.0).max(axis=1)
         span = np.where(radius > 0, np.minimum(radius, span), span)
     slack = np.maximum(_FALLING * steepest, _FLAT * contacts.motion.rests.size / span)
-    unit = np.maximum(steepest, slack)[:, None, None]
-    rates, aside = rates / unit, np.diag([1, -1]) * slack[:, None, None] / unit
-    stable = margins(rates[:, None], loose)[0] | margins((rates + aside)[:, None], loose)[0]
+    aside = np.diag([1, -1]) * slack[:, None, None]
+    with np.errstate(over="ignore"):
+        stable = margins(rates[:, None], loose)[0] | margins((rates + aside)[:, None], loose)[0]
     return 0.0 if stable.all() else 1.0
 
 

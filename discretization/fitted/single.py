@@ -29,8 +29,7 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     alone = Alone.of(scene)
     lines, size = alone.lines(depth), alone.size(depth) or 1.0
     if lines:
-        left, right = [0.0, *lines][-2:]
-        state = state_of(motion_of(alone, left, right, depth), (left, right), depth, branch)
+        state = state_of(motion_of(alone, *lines, depth), lines, depth, branch)
         if branch != "global" or state.energy <= 0 or depth > alone.touch:
             return state
     elif abs(float(alone.rest(1, alone.apex)) - depth) <= _UNDECIDED * size:
