@@ -139,3 +139,13 @@ def test_a_flat_punch_is_neutral_in_any_units_and_nowhere_beside(slopes, rtol):
             beside += [minimise(scene, -d * (1 + s * 1e-13), rtol=rtol).label for s in (1, -1)]
     assert set(labels) == {"neutral"}
     assert set(beside[::2]) <= {"detached"} and set(beside[1::2]) <= {"metastable"}
+
+
+@pytest.mark.parametrize("shift", [-0.05, 0.004, 0.05])
+def test_a_punch_beside_the_origin_is_held_at_both_edges(shift):
+    """Also where it does not reach over x = 0."""
+    punch = FlatPunch(0.013)
+    here, there = (minimise(adhesive(body), 1e-3) for body in (punch, punch.shifted(shift)))
+    assert there.pinned.all()
+    assert there.contacts == pytest.approx(here.contacts + shift, rel=1e-15, abs=0)
+    assert there.force == pytest.approx(here.force, rel=1e-13, abs=0)
