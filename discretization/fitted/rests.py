@@ -257,13 +257,13 @@ def solved(rate: Array, off: Array, free: NDArray[np.bool_]) -> Array:
 
 
 def margins(rate: Array, free: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], Array]:
-    """Whether free lines are stable at all depths (n,), and the square of the stiffness at the end.
+    """Whether free lines are stable at all depths (n,), and the stiffness (n, j), nan without any.
 
     D must grow outwards of every line, and with both lines free their matrix be definite.
     """
     (a, _), (_, e), det = _of_free(rate, free)
-    least = np.where(free.any(axis=1), det[-1], math.nan)
-    return np.asarray(((a > 0) & (e < 0) & (det < 0)).all(axis=0)), least**2
+    stable = ((a > 0) & (e < 0) & (det < 0)).all(axis=0)
+    return np.asarray(stable), np.where(free.any(axis=1), np.abs(det), math.nan).T
 
 
 def _of_free(rate: Array, free: NDArray[np.bool_]) -> tuple[Array, Array, Array]:

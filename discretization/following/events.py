@@ -18,9 +18,8 @@ from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
-from discretization.following.enclosing import Enclosing
 from discretization.following.smooth import Piece
-from discretization.following.trials import Trials, merge, unmoved
+from discretization.following.trials import Enclosing, Trials, Tried
 from discretization.routes import one_contact
 
 Array = NDArray[np.float64]
@@ -61,17 +60,17 @@ class Events:
         """Smooth motion of all lines as far as it goes."""
         if known := self._gradual(lines, start, end):
             return known
-        surfaces, trials = np.array(free(lines)), self.trials
-        everything = set(range(len(surfaces)))
-        found = trials.tried(surfaces, everything, start, end)
+        trials, begin = self.trials, Tried(start, np.array(free(lines)), {})
+        everything = set(range(len(begin.lines)))
+        found = trials.tried(begin, everything, end)
         if not found.failed:
             return Part(end, _flat(found.lines), None, found.pieces)
-        low, high, own = Enclosing(trials, unmoved(surfaces, start), found, start).run()
-        found = trials.to(surfaces, everything - own, start, low.depth)
+        low, high, own = Enclosing(trials, begin, found).run()
+        found = trials.tried(begin, everything - own, low.depth)
         if found.failed:  # by a shorter way than the others
             return self.part(lines, start, (start + low.depth) / 2)
-        found = merge(low, own, found)
-        part = Part(high.depth, _flat(found.lines), None, found.pieces)
+        found.lines[sorted(own)] = low.lines[sorted(own)]
+        part = Part(high.depth, _flat(found.lines), None, low.pieces + found.pieces)
         return self._beyond(part, own, low.depth, end) if high.failed else part
 
     def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:

@@ -83,14 +83,11 @@ def way_of(start: float, end: float, parts: int = 1) -> Array:
 class Moved(NamedTuple):
     """Lines of free surfaces at the end of a smooth motion (n, 2), and which of them moved so.
 
-    depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there. margin
-    (n,): square of the stiffness against moving them at the end, nan if none moves or they are not
-    in equilibrium there.
+    depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there.
     """
 
     lines: Array
     smooth: NDArray[np.bool_]
-    margin: Array
     depths: Array
     whole: Array
 
@@ -105,9 +102,8 @@ class Smooth:
     def over(self, lines: Array, start: float, end: float) -> Moved:
         """The lines (n, 2) of these surfaces, at rest at one depth, in equilibrium to another."""
         lines, depths = self.rests.snapped(lines), way_of(start, end)
-        x, good, margin = self.followed(lines, depths, 1 if end >= start else -1)
-        margin[~good] = math.nan
-        return Moved(self.rests.snapped(x[:, -1]), good, margin, depths[None], x)
+        x, good = self.followed(lines, depths, 1 if end >= start else -1)
+        return Moved(self.rests.snapped(x[:, -1]), good, depths[None], x)
 
     def balanced(self, moved: Moved) -> Moved:
         """The same in parts on which energies balance; where they do not, a part is halved.
@@ -131,7 +127,7 @@ class Smooth:
             piece = Piece((), depths[rough], lines[:, rough].reshape(len(own), -1, 2))
             depths = np.concatenate([way_of(cut[0], cut[-1], 2) for cut in depths[rough]])
             guess = np.concatenate([first[:, None], piece.drawn(depths, way)], axis=1)
-            x, good, _ = self.followed(first, np.append(start, depths), way, guess)
+            x, good = self.followed(first, np.append(start, depths), way, guess)
             smooth[own[~good]], x[~good] = False, first[~good, None]
             depths = depths.reshape(-1, DEGREE + 1)
             lines = x[:, 1:].reshape(len(own), *depths.shape, 2)
@@ -155,7 +151,7 @@ class Smooth:
 
     def followed(
         self, lines: Array, depths: Array, way: int, guess: Array | None = None
-    ) -> tuple[Array, NDArray[np.bool_], Array]:
+    ) -> tuple[Array, NDArray[np.bool_]]:
         """Lines (n, j, 2) at depths (j,), by Newton's method; whether they are in equilibrium."""
         inner, rests = np.isfinite(lines), self.rests.ahead(lines, way)
         free = inner & (way * (rests - depths[-1]) < 0)
@@ -169,12 +165,12 @@ class Smooth:
             x, depths, way, free, self.rests.rooms(lines, way), last, active
         )
         good = ~waits.any(axis=1) & (found | ~free.any(axis=1))
-        stable, margin = margins(rates, free)
+        stable, _ = margins(rates, free)
         with np.errstate(divide="ignore", invalid="ignore"):
             loose = self.rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
         slack = _BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0)
         good &= stable & self._one_way(lines, x, way, slack)
-        return x, good & self._still_held(x[:, -1], inner & ~free, depths[-1], way), margin
+        return x, good & self._still_held(x[:, -1], inner & ~free, depths[-1], way)
 
     def _newton(
         self,

@@ -76,7 +76,7 @@ class Track:
             return found
         whole = np.concatenate([[piece.start], depths])
         guess = np.concatenate([lines[:, :1], guess], axis=1)
-        x, good, _ = self.smooth.followed(lines[:, 0], whole, way, guess.copy())
+        x, good = self.smooth.followed(lines[:, 0], whole, way, guess.copy())
         if not good.all():
             self._demand(guess[~good], whole, way)
             x[~good] = guess[~good]
