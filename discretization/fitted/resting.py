@@ -112,6 +112,9 @@ class Resting:
         for sweep in range(_SWEEPS):
             if way > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
+            near = None if math.isinf(q - p) else self._nearby((q, p), depth, way)
+            if near is not None and near[0] >= least and near[1] <= most:
+                return near
             a = self._line(1, q, least, p, depth, way)
             b = None if a is None else self._line(-1, p, most, a, depth, way)
             if a is None or b is None:
@@ -120,9 +123,6 @@ class Resting:
             if still or math.isinf(a - b) or a < least or b > most:
                 return a, b
             step, (q, p) = (a - q, b - p), (a, b)
-            near = self._nearby((q, p), depth, way)
-            if near is not None and near[0] >= least and near[1] <= most:
-                return near
             further = self._further(q, p, step, depth, way)
             if further[0] >= least and further[1] <= most:
                 q, p = further
