@@ -70,20 +70,19 @@ class Trials:
         lines, kept, way = low.lines.copy(), sorted(which), 1 if end > low.depth else -1
         if low.depth == end or not kept:
             return Tried(low.depth, lines, {})
-        found = self.smooth.over(lines[kept], low.depth, end)
-        lines[kept] = found.lines
-        lost = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
-        reach = self.motion.rests.reach(found.lines, end, way)
-        rooms: Rooms = {}
+        piece, smooth = self.smooth.over(tuple(kept), low.lines[kept], low.depth, end)
+        lines[kept] = self.motion.rests.snapped(piece.lines[:, -1])
+        lost = set(np.array(kept)[~smooth].tolist())
+        reach, rooms = self.motion.rests.reach(lines[kept], end, way), Rooms()
         for i, both in zip(kept, reach.tolist(), strict=True):
             rooms["left", i], rooms["right", i] = both
         failed = self._touching(low, lines, which - lost, end, rooms) if way > 0 else set()
         failed |= self._ending(lines, which - lost - failed, end, rooms)
+        turn = turning(piece.depths[0], piece.lines[smooth])
         if not (lost or failed):
-            found = self.smooth.balanced(found)
-            lost = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
-        turn = turning(found.depths.ravel(), found.whole[found.smooth])
-        pieces = (*low.pieces, Piece(tuple(kept), found.depths, found.whole))
+            piece, smooth = self.smooth.balanced(piece, smooth)
+            lost = set(np.array(kept)[~smooth].tolist())
+        pieces = (*low.pieces, piece)
         return Tried(end, lines, rooms, turn, pieces, frozenset(lost | failed), bool(failed))
 
     def _touching(
