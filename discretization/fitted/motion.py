@@ -86,13 +86,10 @@ class Motion:
         """Whether a line at an edge of the body costs nothing to move inwards."""
         if not lines or not self.scene.work_of_adhesion:
             return False
-        ends = ((side, x) for side, x in ((-1, lines[0]), (1, lines[-1])) if lines[0] < lines[-1])
-        return any(
-            abs(self.rests.rest(side, x, *self.profile.at(x, -side), None, -1) - depth)
-            <= TIE * self.rests.size
-            for side, x in ends
-            if x in self.profile.indenter.walls
-        )
+        ends = np.array([(lines[-1], math.inf), (-math.inf, lines[0])])
+        off = np.abs(self.rests.ahead(ends, -1) - depth)
+        at_edge = np.isin(ends, self.profile.indenter.walls) & (lines[0] < lines[-1])
+        return bool((at_edge & (off <= TIE * self.rests.size)).any())
 
     def first(self) -> Lines:
         """The state at first touch."""
@@ -120,7 +117,7 @@ class Motion:
         if left == right:
             return self._pulled(left, beside, depth)
         bare = self.bare(np.array([[left, right]]))
-        return bool(bare) and self._torn(left, right, depth) is not None
+        return bool(bare) and bool(self._torn(left, right, depth))
 
     def _opened(self, lines: Lines, depth: float) -> Lines:
         """Lines with the gaps that open inside contacts without a barrier.
@@ -130,17 +127,15 @@ class Motion:
         """
         for _ in range(_MOST):
             torn = [self._torn(*pair, depth) for pair in pairs(lines)]
-            if all(gap is None for gap in torn):
+            if not any(torn):
                 return lines
-            parts = [
-                pair if gap is None else (pair[0], *gap, pair[1])
-                for pair, gap in zip(pairs(lines), torn, strict=True)
-            ]
+            gaps = zip(pairs(lines), torn, strict=True)
+            parts = [(left, *gap, right) for (left, right), gap in gaps]
             lines = self.retracted(tuple(x for part in parts for x in part), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _torn(self, left: float, right: float, depth: float) -> Pair | None:
-        """The lines of a gap that opens in a contact by itself; None if nowhere."""
+    def _torn(self, left: float, right: float, depth: float) -> Lines:
+        """The lines of a gap that opens in a contact by itself; () if nowhere."""
         torn = self.resting.torn(left, right, depth, self.holds(self.profile.corners))
         if torn.size:
             aside = MET * self.scene.elastocapillary_length
@@ -149,7 +144,7 @@ class Motion:
             found = self.resting.pull(start, end, depth)
             if found.force > self.resting.least_pull(depth):
                 return found.ends
-        return None
+        return ()
 
     def holds(self, x: Array) -> Array:
         """The kink that both lines of a closed gap hold together: 2 √(2w/γ₁), or as angles."""

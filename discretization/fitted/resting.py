@@ -83,17 +83,8 @@ class Resting:
 
     def together(self, q: float, p: float, depth: float) -> Pair | None:
         """Both lines of a free surface advance; None: they meet, or that of a tail leaves."""
-        if not math.isinf(q - p):
-            return None if self.closed(q, p, depth) else self._turns(q, p, None, depth, 1)
-        side, x = (1, q) if math.isinf(p) else (-1, p)
-        if math.isinf(x):
-            return q, p
-        at = self._stop(side, x, side * math.inf, math.inf, depth, 1)
-        if at is None:  # as far as the edge of the body
-            at = float(self.rests.profile.x[-1 if side > 0 else 0])
-            if at not in self.rests.profile.indenter.walls:
-                return None
-        return (at, p) if side > 0 else (q, at)
+        everywhere = -math.inf, math.inf
+        return None if self.closed(q, p, depth) else self._turns(q, p, everywhere, depth, 1)
 
     def apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
         """Both lines of a free surface recede, not beyond the other lines of their contacts.
@@ -104,11 +95,9 @@ class Resting:
         assert found is not None, "only lines that advance meet"
         return found
 
-    def _turns(
-        self, q: float, p: float, limits: Pair | None, depth: float, way: int
-    ) -> Pair | None:
-        """Both lines move in turns until they rest; None: they meet. limits: of receding ones."""
-        least, most = limits or (-math.inf, math.inf)
+    def _turns(self, q: float, p: float, limits: Pair, depth: float, way: int) -> Pair | None:
+        """Both lines move in turns until they rest; limits: of lines that recede."""
+        least, most = limits
         for sweep in range(_SWEEPS):
             if way > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
@@ -131,12 +120,18 @@ class Resting:
     def _line(
         self, side: int, x: float, limit: float, facing: float, depth: float, way: int
     ) -> float | None:
-        """Where one line rests beside the other; None: it meets that."""
+        """Where one line rests beside the other, at most at the edge of the body; None: nowhere."""
+        profile = self.rests.profile
         if math.isinf(x):
             return x
         if way > 0:
-            return self._stop(side, x, facing, facing, depth, way)
-        behind = self.rests.profile.past(x, -side), *self.rests.profile.at(x, -side)
+            found, edge = (
+                self._stop(side, x, facing, facing, depth, way),
+                profile.x[-1 if side > 0 else 0],
+            )
+            outside = found is None and math.isinf(facing) and edge in profile.indenter.walls
+            return float(edge) if outside else found
+        behind = profile.past(x, -side), *profile.at(x, -side)
         rests = self.rests.rest(side, *behind, self.rests.at(facing), way)
         if x == limit or rests - depth <= TIE * self.rests.size:
             return x
