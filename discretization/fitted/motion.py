@@ -86,27 +86,26 @@ class Motion:
         """Whether a line at an edge of the body costs nothing to move inwards."""
         if not lines or not self.scene.work_of_adhesion:
             return False
-        ends = ((side, x) for side, x in ((-1, lines[0]), (1, lines[-1])) if lines[0] < lines[-1])
-        return any(
-            abs(self.rests.rest(side, x, *self.profile.at(x, -side), None, -1) - depth)
-            <= TIE * self.rests.size
-            for side, x in ends
-            if x in self.profile.indenter.walls
-        )
+        ends = np.array([(lines[-1], math.inf), (-math.inf, lines[0])])
+        off = np.abs(self.rests.ahead(ends, -1) - depth)
+        at_edge = np.isin(ends, self.profile.indenter.walls) & (lines[0] < lines[-1])
+        return bool((at_edge & (off <= TIE * self.rests.size)).any())
 
     def first(self) -> Lines:
         """The state at first touch."""
         touch, lowest = self.profile.touch, self.profile.lowest
         return self.pressed((lowest, lowest), touch, touch)
 
-    def pressed(self, lines: Lines, start: float, end: float) -> Lines:
-        """Lines at rest at the depth `start`, taken to the depth `end` >= start.
+    def pressed(
+        self, lines: Lines, start: float, end: float, still: frozenset[Pair] = frozenset()
+    ) -> Lines:
+        """Lines at rest at the depth `start`, taken to the depth `end` >= start; still: as below.
 
         Where a contact begins is known to _TOUCHED only: lines that went too far for it recede.
         """
         found: list[float] = []
-        for left, right in free(lines):
-            found += self.surface.lines(left, right, start, end)
+        for pair in free(lines):
+            found += pair if pair in still else self.surface.lines(*pair, start, end)
         return self.relaxed(tuple(found[1:-1]), end)
 
     def relaxed(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
@@ -118,7 +117,7 @@ class Motion:
         if left == right:
             return self._pulled(left, beside, depth)
         bare = self.bare(np.array([[left, right]]))
-        return bool(bare) and self._torn(left, right, depth) is not None
+        return bool(bare) and bool(self._torn(left, right, depth))
 
     def _opened(self, lines: Lines, depth: float) -> Lines:
         """Lines with the gaps that open inside contacts without a barrier.
@@ -128,17 +127,15 @@ class Motion:
         """
         for _ in range(_MOST):
             torn = [self._torn(*pair, depth) for pair in pairs(lines)]
-            if all(gap is None for gap in torn):
+            if not any(torn):
                 return lines
-            parts = [
-                pair if gap is None else (pair[0], *gap, pair[1])
-                for pair, gap in zip(pairs(lines), torn, strict=True)
-            ]
+            gaps = zip(pairs(lines), torn, strict=True)
+            parts = [(left, *gap, right) for (left, right), gap in gaps]
             lines = self.retracted(tuple(x for part in parts for x in part), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _torn(self, left: float, right: float, depth: float) -> Pair | None:
-        """The lines of a gap that opens in a contact by itself; None if nowhere."""
+    def _torn(self, left: float, right: float, depth: float) -> Lines:
+        """The lines of a gap that opens in a contact by itself; () if nowhere."""
         torn = self.resting.torn(left, right, depth, self.holds(self.profile.corners))
         if torn.size:
             aside = MET * self.scene.elastocapillary_length
@@ -147,7 +144,7 @@ class Motion:
             found = self.resting.pull(start, end, depth)
             if found.force > self.resting.least_pull(depth):
                 return found.ends
-        return None
+        return ()
 
     def holds(self, x: Array) -> Array:
         """The kink that both lines of a closed gap hold together: 2 √(2w/γ₁), or as angles."""
@@ -186,37 +183,25 @@ class Motion:
                 least = inner[2 * i - 1] if i else -math.inf
                 most = inner[2 * i + 2] if 2 * i + 2 < len(inner) else math.inf
                 surfaces[i] = self.resting.apart(q, p, least, most, depth)
-            held = self._met(surfaces.ravel().tolist(), depth)
-            kept = self._unpulled(tuple(held), depth)
+            held: list[float] = []
+            for left, right in pairs(surfaces.ravel().tolist()[1:-1]):
+                corners = [x for x in (left, right) if x in self.profile.corners]
+                held += (left, right) if left <= right else 2 * corners[:1]  # narrowed to a corner
+            kept = self.unpulled(tuple(held), depth)
             if len(kept) == len(lines):
                 return kept
             lines = kept
         return lines
 
-    def _met(self, ends: list[float], depth: float) -> list[float]:
-        """Lines of the contacts that are left; of one that has narrowed to a corner, that twice.
-
-        Unless it is pulled there. ends: of all free surfaces.
-        """
-        held: list[float] = []
-        for i, (left, right) in enumerate(pairs(ends[1:-1])):
-            if left > right:
-                beside = ends[2 * i], ends[2 * i + 3]
-                corners = [x for x in (left, right) if x in self.profile.corners]
-                stays = bool(corners) and not self._pulled(corners[0], beside, depth)
-                held += 2 * corners[:1] if stays else []
-            else:
-                held += [left, right]
-        return held
-
-    def _unpulled(self, lines: Lines, depth: float) -> Lines:
+    def unpulled(self, lines: Lines, depth: float) -> Lines:
         """Without contacts of one point that are pulled: the surface is clear without them."""
-        kept: list[float] = []
-        for i, (left, right) in enumerate(pairs(lines)):
-            one, other = (-math.inf, *lines, math.inf)[2 * i :: 3][:2]
-            if not (left == right and self._pulled(left, (one, other), depth)):
-                kept += [left, right]
-        return tuple(kept) if len(kept) == len(lines) else self._unpulled(tuple(kept), depth)
+        ends = (-math.inf, *lines, math.inf)
+        kept = [
+            pair
+            for i, pair in enumerate(pairs(lines))
+            if pair[0] < pair[1] or not self._pulled(pair[0], (ends[2 * i], ends[2 * i + 3]), depth)
+        ]
+        return tuple(x for pair in kept for x in pair)
 
     def _pulled(self, x: float, beside: Pair, depth: float) -> bool:
         """Whether a contact of one point is pulled: the surface without it is clear there."""

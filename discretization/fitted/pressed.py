@@ -91,38 +91,31 @@ class Pressed:
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
 
     def overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:
-        """Whether the surface may have touched ahead of a line that has passed there since."""
-        return any(
-            not math.isinf(x)
-            and self._touched_ahead(
-                side, x, new, self.rests.at(old), self.rests.at(facing), (low, high)
-            )
-            for side, x, new, old, facing in (
-                (1, q, *moved[:1], p, moved[1]),
-                (-1, p, moved[1], q, moved[0]),
-            )
-        )
+        """Whether the surface may have touched ahead of a line that has passed there since.
 
-    def _touched_ahead(
-        self, side: int, x: float, new: float, old: At | None, facing: At | None, depths: Pair
-    ) -> bool:
-        """Whether D₀ <= d somewhere on the way of a line, before the line itself came by.
-
-        old, facing: the other line before and afterwards; each is taken where it asks for more
-        care. Without adhesion the state does not depend on the way: whether the profile pulls there
-        at the end, which it must not.
+        Whether D₀ <= d somewhere on its way, before the line itself came by; of where the other
+        line was and is, that is taken which asks for more care. Without adhesion the state does not
+        depend on the way: whether the profile pulls there at the end, which it must not.
         """
-        (low, high), own = depths, self.rests.profile.beyond(x, new)
-        if own.stop == own.start:
-            return False
-        profile = self.rests.profile
-        z, f, f1 = (column[own][::side] for column in (profile.x, profile.f, profile.slope))
-        if not self.rests.scene.work_of_adhesion:
-            return self.resting.pulls(x, new, high)
-        rests = self.rests.rest(side, z, f, f1, old, 1)
-        passed = np.maximum.accumulate(np.append(low, rests))[:-1]
-        bare = self.rests.surfaces.rest_depth(side, z, f, f1, facing, 0.0)
-        return bool((bare <= np.minimum(passed, high) - TIE * self.rests.size).any())
+        profile, rests = self.rests.profile, self.rests
+        for side, x, new, old, facing in (
+            (1, q, moved[0], p, moved[1]),
+            (-1, p, moved[1], q, moved[0]),
+        ):
+            own = profile.beyond(x, new)
+            if own.stop == own.start:
+                continue
+            if not rests.scene.work_of_adhesion:
+                if self.resting.pulls(x, new, high):
+                    return True
+                continue
+            z, f, f1 = (column[own][::side] for column in (profile.x, profile.f, profile.slope))
+            found = rests.rest(side, z, f, f1, rests.at(old), 1)
+            passed = np.maximum.accumulate(np.append(low, found))[:-1]
+            bare = rests.surfaces.rest_depth(side, z, f, f1, rests.at(facing), 0.0)
+            if (bare <= np.minimum(passed, high) - TIE * rests.size).any():
+                return True
+        return False
 
     def _creeping(self, q: float, p: float, depth: float) -> Lines:
         """Both lines of a free surface advance from sample to sample, until it touches."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.rests import TIE, Rests, margins, solved
-from discretization.fitted.stops import Stop, first_stop
+from discretization.fitted.stops import first_stop
 from discretization.fitted.tension import Pull, pull
 from discretization.surfaces.protocol import At
 
@@ -83,98 +83,86 @@ class Resting:
 
     def together(self, q: float, p: float, depth: float) -> Pair | None:
         """Both lines of a free surface advance; None: they meet, or that of a tail leaves."""
-        if math.isinf(q) and math.isinf(p):
-            return q, p
-        if math.isinf(q) or math.isinf(p):
-            return self._outermost(q, p, depth)
-        least = 2 * MET * self.rests.scene.elastocapillary_length
-        if self.closed(q, p, depth):
-            return None
-        for sweep in range(_SWEEPS):
-            if p - q <= least:
-                return None
-            a = self._stop(1, q, p, self.rests.at(p), depth, 1)
-            b = a and self._stop(-1, p, a.before, self.rests.at(a.before), depth, 1)
-            if a is None or b is None:
-                return None
-            if a.root and b.root:
-                start = a.before, b.before
-                for guess in ((a.guess, b.guess), start):
-                    near = self._nearby(guess, start, depth, 1)
-                    if near is not None:
-                        return near
-            ends = a.x, b.x
-            if _still(ends[0], q, sweep) and _still(ends[1], p, sweep):
-                return ends
-            step, (q, p) = (ends[0] - q, ends[1] - p), ends
-            q, p = self._further(q, p, step, depth, 1)
-        raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
+        everywhere = -math.inf, math.inf
+        return None if self.closed(q, p, depth) else self._turns(q, p, everywhere, depth, 1)
 
     def apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
-        """Both lines of a free surface recede, not beyond the other lines of their contacts."""
+        """Both lines of a free surface recede, not beyond the other lines of their contacts.
+
+        If nowhere, a line rests just beyond that.
+        """
+        found = self._turns(q, p, (least, most), depth, -1)
+        assert found is not None, "only lines that advance meet"
+        return found
+
+    def _turns(self, q: float, p: float, limits: Pair, depth: float, way: int) -> Pair | None:
+        """Both lines move in turns until they rest; limits: of lines that recede."""
+        least, most = limits
         for sweep in range(_SWEEPS):
-            facing = self.rests.at(p)
-            a = q if math.isinf(q) else self._lower(1, q, least, facing, depth)
-            facing = self.rests.at(a)
-            b = p if math.isinf(p) else self._lower(-1, p, most, facing, depth)
-            lost = a < least or b > most
-            if (
-                lost
-                or math.isinf(q)
-                or math.isinf(p)
-                or (_still(a, q, sweep) and _still(b, p, sweep))
-            ):
-                return a, b
-            step, (q, p) = (a - q, b - p), (a, b)
-            near = self._nearby((q, p), (q, p), depth, -1)
+            if way > 0 and p - q <= 2 * MET * self.rests.length:
+                return None
+            near = None if math.isinf(q - p) else self._nearby((q, p), depth, way)
             if near is not None and near[0] >= least and near[1] <= most:
                 return near
-            further = self._further(q, p, step, depth, -1)
+            a = self._line(1, q, least, p, depth, way)
+            b = None if a is None else self._line(-1, p, most, a, depth, way)
+            if a is None or b is None:
+                return None
+            still = _still(a, q, sweep) and _still(b, p, sweep)
+            if still or math.isinf(a - b) or a < least or b > most:
+                return a, b
+            step, (q, p) = (a - q, b - p), (a, b)
+            further = self._further(q, p, step, depth, way)
             if further[0] >= least and further[1] <= most:
                 q, p = further
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _lower(self, side: int, x: float, limit: float, facing: At | None, depth: float) -> float:
-        """Where a receding line rests; just beyond the other line of its contact if nowhere."""
-        behind = self.rests.profile.past(x, -side)
-        rests = self.rests.rest(side, behind, *self.rests.profile.at(x, -side), facing, -1)
+    def _line(
+        self, side: int, x: float, limit: float, facing: float, depth: float, way: int
+    ) -> float | None:
+        """Where one line rests beside the other, at most at the edge of the body; None: nowhere."""
+        profile = self.rests.profile
+        if math.isinf(x):
+            return x
+        if way > 0:
+            found, edge = (
+                self._stop(side, x, facing, facing, depth, way),
+                profile.x[-1 if side > 0 else 0],
+            )
+            outside = found is None and math.isinf(facing) and edge in profile.indenter.walls
+            return float(edge) if outside else found
+        behind = profile.past(x, -side), *profile.at(x, -side)
+        rests = self.rests.rest(side, *behind, self.rests.at(facing), way)
         if x == limit or rests - depth <= TIE * self.rests.size:
             return x
-        stop = self._stop(side, x, limit, facing, depth, -1, closed=math.isfinite(limit))
-        return stop.x if stop is not None else math.nextafter(limit, -side * math.inf)
-
-    def _outermost(self, q: float, p: float, depth: float) -> Pair | None:
-        """A tail's line advances, at most to the edge of the body; None: it leaves the profile."""
-        side, x = (1, q) if math.isinf(p) else (-1, p)
-        stop = self._stop(side, x, side * math.inf, None, depth, 1)
-        at = float(self.rests.profile.x[-1 if side > 0 else 0]) if stop is None else stop.x
-        if stop is None and at not in self.rests.profile.indenter.walls:
-            return None
-        return (at, p) if side > 0 else (q, at)
+        found = self._stop(side, x, limit, facing, depth, way, closed=math.isfinite(limit))
+        return math.nextafter(limit, -side * math.inf) if found is None else found
 
     def _stop(
         self,
         side: int,
         x: float,
         limit: float,
-        facing: At | None,
+        facing: float,
         depth: float,
         way: int,
         closed: bool = False,
-    ) -> Stop | None:
+    ) -> float | None:
         """The first place on this way at which a line rests; closed: the limit is one, too."""
+        beyond, indenter = self.rests.at(facing), self.rests.profile.indenter
 
-        def h(x: Any, f: Any, f1: Any) -> Any:
-            return way * (self.rests.rest(side, x, f, f1, facing, way) - depth)
+        def h(x: Any, f: Any = None, f1: Any = None) -> Any:
+            f, f1 = (indenter.height(x), indenter.slope(x)) if f is None else (f, f1)
+            return way * (self.rests.rest(side, x, f, f1, beyond, way) - depth)
 
         return first_stop(self.rests.profile, h, x, limit, closed)
 
-    def _nearby(self, guess: Pair, start: Pair, depth: float, way: int) -> Pair | None:
+    def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
 
         None where a sample lies in between, they are not stable, or it fails.
         """
-        x, last, both = np.array(guess), math.inf, np.ones((1, 2), bool)
+        x, last, both = np.array(start), math.inf, np.ones((1, 2), bool)
         size = abs(start[0]) + abs(start[1]) + self.rests.length
         room = self.rests.rooms(np.array([start]), way)
         for _ in range(_NEWTON):
@@ -214,14 +202,10 @@ class Resting:
             passed = self.rests.profile.beyond(own, x)
             if passed.stop > passed.start or side * (other - x) <= 0:
                 break
-            stop = self._stop(
-                -side, other, x if way > 0 else side * math.inf, self.rests.at(x), depth, way
-            )
-            if stop is None:
+            stop = self._stop(-side, other, x if way > 0 else side * math.inf, x, depth, way)
+            if stop is None or not self._moves(side, (own, x), (other, stop), depth, way):
                 break
-            if not self._moves(side, (own, x), (other, stop.x), depth, way):
-                break
-            own, other = x, stop.x
+            own, other = x, stop
         return (own, other) if side > 0 else (other, own)
 
     def _moves(self, side: int, own: Pair, facing: Pair, depth: float, way: int) -> bool:

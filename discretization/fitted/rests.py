@@ -10,7 +10,6 @@ a part of themselves; so where the slope is smooth between the lines of a narrow
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,8 +28,8 @@ _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
 _LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
 _STEPS = np.array([0.0, 1.0, -1.0])
-_MOVED, _OTHER = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
-_SIDES = np.array([1, -1])[:, None]
+_MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
+_SIDES = np.array([1, -1])  # of the lines of a free surface
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 _NARROW = 1e-2  # of l
 _ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
@@ -150,15 +149,29 @@ class Rests:
             lines = np.where(close, near, lines)
         return lines
 
-    def _lines(self, lines: Array) -> Iterator[tuple[NDArray[np.bool_], Array, Array, At | None]]:
-        """Those of gaps and of tails: which (n, 2), x and side of each (k,), what they face."""
-        inner = np.isfinite(lines)
-        both, side = inner.all(axis=1, keepdims=True), np.broadcast_to((1, -1), lines.shape)
-        for own, paired in ((inner & both, True), (inner & ~both, False)):
-            x = lines[own]
-            if x.size:
-                beyond = x.reshape(-1, 2)[:, ::-1].ravel() if paired else x
-                yield own, x, side[own], self.at(beyond) if paired else None
+    def _of(
+        self, side: Any, x: Array, f: Array, f1: Array, facing: At, way: int, adhesive: bool = True
+    ) -> Array:
+        """D of lines at x with heights and slopes that face others, both infinite if there is none.
+
+        D of a line at infinity is ∞.
+        """
+        found, side, inner = (
+            np.full(x.shape, math.inf),
+            np.broadcast_to(side, x.shape),
+            np.isfinite(x),
+        )
+        paired = np.isfinite(facing.x)
+        for own in (inner & paired, inner & ~paired):
+            if own.any():
+                beyond = At(facing.x[own], facing.f[own]) if paired[own][0] else None
+                place = side[own], x[own], f[own], f1[own], beyond
+                found[own] = self.rest(*place, way) if adhesive else self.with_work(*place, 0.0)
+        return found
+
+    def _beside(self, lines: Array, side: Any) -> tuple[Array, Array]:
+        """f and f' on this side of lines; at the lowest point for those at infinity."""
+        return self.profile.beside(np.where(np.isfinite(lines), lines, self.profile.lowest), side)
 
     def ahead(self, lines: Array, way: int, adhesive: bool = True) -> Array:
         """D just ahead of lines (n, 2) that move outwards of contacts (way 1) or inwards (-1).
@@ -166,15 +179,12 @@ class Rests:
         Beyond the edge of the body nothing can be touched, D = ∞; so it is of a line that is none.
         adhesive: or without adhesion.
         """
-        found, profile = np.full(lines.shape, math.inf), self.profile
-        for own, x, side, facing in self._lines(lines):
-            place = side, profile.past(x, side * way), *profile.beside(x, side * way), facing
-            rest = self.rest(*place, way) if adhesive else self.with_work(*place, 0.0)
-            ends = profile.indenter.extent
-            outermost = np.equal(x, np.where(side > 0, ends[1], ends[0]))
-            edge = (way > 0) & outermost & np.isin(x, profile.indenter.walls)
-            found[own] = np.where(edge, math.inf, rest)
-        return found
+        outwards, indenter = _SIDES * way, self.profile.indenter
+        f, f1 = self._beside(lines, outwards)
+        x, facing = self.profile.past(lines, outwards), At(lines[:, ::-1], f[:, ::-1])
+        rest = self._of(_SIDES, x, f, f1, facing, way, adhesive)
+        edge = (way > 0) & (lines == indenter.extent[::-1]) & np.isin(lines, indenter.walls)
+        return np.where(edge, math.inf, rest)
 
     def reach(self, lines: Array, depth: float, way: int) -> Array:
         """How much further lines (n, 2) can be pressed or retracted before a corner matters.
@@ -182,17 +192,18 @@ class Rests:
         Until a free line comes to the next one, or one that is held there comes free; all but
         linear in the depth. nan where there is none.
         """
-        found, profile = np.full(lines.shape, math.nan), self.profile
+        profile, outwards = self.profile, _SIDES * way
         kept = self.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
         if profile.joints.size <= 2 and not kept:
-            return found
-        held = way * (self.ahead(lines, way) - depth)
+            return np.full(lines.shape, math.nan)
         lo, hi = self.rooms(lines, way)
-        for own, _, side, facing in self._lines(lines):
-            x = np.where(side * way > 0, hi[own], lo[own])
-            with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
-                rest = self.rest(side, x, *profile.beside(x, -side * way), facing, way)
-                found[own] = way * (rest - depth)
+        x, facing = (
+            np.where(outwards > 0, hi, lo),
+            At(lines[:, ::-1], self._beside(lines, 1)[0][:, ::-1]),
+        )
+        with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
+            rest = self._of(_SIDES, x, *self._beside(x, -outwards), facing, way)
+        held, found = way * (self.ahead(lines, way) - depth), way * (rest - depth)
         found = np.where(held > TIE * self.size, held, found)
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
 
@@ -200,26 +211,25 @@ class Rests:
         self, x: Array, room: Array, way: int, rates: bool
     ) -> tuple[Array, Array | None]:
         """D of both lines (n, j, 2), and its changes (n, j, 2, 2): of the first with the second."""
-        value, rate = np.zeros(x.shape), np.zeros((*x.shape, 2)) if rates else None
-        inner = np.isfinite(x[:, 0])
-        paired = inner.all(axis=1)
-        h = self._step(x)
-        z = x[..., None] + h[..., None, None] * (_STEPS if rates else _STEPS[:1])
+        indenter, (moved, other) = self.profile.indenter, _MOVES if rates else ([0], [0])
+        z = x[..., None] + self._step(x)[..., None, None] * (_STEPS if rates else _STEPS[:1])
         if rates:  # half-way to a corner at most: which side of it a place is on is not known there
             z[..., 1:] = np.clip(z[..., 1:], *((x + room[:, :, None]) / 2)[..., None])
-        if paired.any():
-            own = slice(None) if paired.all() else paired
-            found = self._of_gaps(z[own], way)
-            value[own] = found[0]
-            if rate is not None:
-                rate[own] = found[1]
-        for column, side in ((0, 1), (1, -1)):
-            own = inner[:, column] & ~paired
-            if own.any():
-                value[own, :, column], more = self._of_tails(z[own][:, :, column], side, way)
-                if rate is not None:
-                    rate[own, :, column, column] = more
-        return value, rate
+        known = np.where(np.isfinite(z), z, self.profile.lowest)
+        f, f1 = (np.asarray(read(known), float) for read in (indenter.height, indenter.slope))
+        facing = At(*(part[:, :, ::-1][..., other] for part in (z, f)))
+        at = z[..., moved], f[..., moved], f1[..., moved]
+        rest = self._of(_SIDES[:, None], *at, facing, way)
+        if not rates:
+            return rest[..., 0], None
+        with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
+            width = z[..., 1] - z[..., 2]
+            alone = (rest[..., 1] - rest[..., 2]) / width
+            crossed = (rest[..., 3] - rest[..., 4]) / width[..., ::-1]
+        rate = np.stack([alone, crossed], axis=-1)
+        rate[..., 1, :] = rate[..., 1, ::-1]
+        inner = np.isfinite(x)
+        return rest[..., 0], np.where(inner[..., None] & inner[..., None, :], rate, 0.0)
 
     def _step(self, lines: Array) -> Array:
         """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.
@@ -236,58 +246,28 @@ class Rests:
             width = np.minimum(width, np.maximum(radius, _LEAST * self.length))
         return np.asarray(part * np.minimum(width, self.length))
 
-    def _read(self, z: Array) -> tuple[Array, Array]:
-        indenter = self.profile.indenter
-        return np.asarray(indenter.height(z), float), np.asarray(indenter.slope(z), float)
-
-    def _of_gaps(self, z: Array, way: int) -> tuple[Array, Array | None]:
-        """`rest_depths` of gaps whose lines are at z (n, j, 2, 1), or beside that, too (.., 3)."""
-        moved, other = (_MOVED, _OTHER) if z.shape[-1] > 1 else ([0], [0])
-        (f, f1), turned = self._read(z), z[:, :, ::-1]
-        at, facing = z[..., moved], At(turned[..., other], f[:, :, ::-1][..., other])
-        side = np.broadcast_to(_SIDES, at.shape)
-        height, slope = f[..., moved].ravel(), f1[..., moved].ravel()
-        beyond = At(*map(np.ravel, facing))
-        rest = self.rest(side.ravel(), at.ravel(), height, slope, beyond, way).reshape(at.shape)
-        if z.shape[-1] == 1:
-            return rest[..., 0], None
-        with np.errstate(divide="ignore", invalid="ignore"):  # between two corners
-            width = z[..., 1] - z[..., 2]
-            alone = (rest[..., 1] - rest[..., 2]) / width
-            crossed = (rest[..., 3] - rest[..., 4]) / width[..., ::-1]
-        rate = np.stack([alone, crossed], axis=-1)
-        rate[..., 1, :] = rate[..., 1, ::-1]
-        return rest[..., 0], rate
-
-    def _of_tails(self, z: Array, side: int, way: int) -> tuple[Array, Array | None]:
-        """The same of tails on one side, lines at z (n, j, 1 or 3)."""
-        f, f1 = self._read(z)
-        rest = self.rest(side, z.ravel(), f.ravel(), f1.ravel(), None, way).reshape(z.shape)
-        if z.shape[-1] == 1:
-            return rest[..., 0], None
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return rest[..., 0], (rest[..., 1] - rest[..., 2]) / (z[..., 1] - z[..., 2])
-
 
 def solved(rate: Array, off: Array, free: NDArray[np.bool_]) -> Array:
     """The solution (n, j, 2) of rate · step = off for the free lines of each surface, else 0."""
-    (a, b), (c, e) = rate[..., 0, :].T, rate[..., 1, :].T  # each (j, n)
+    (a, b), (c, e), det = _of_free(rate, free)
     r, s = off.T
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        det = a * e - b * c
-        both = np.array([(e * r - b * s) / det, (a * s - c * r) / det])
-        alone = np.array([r / a, s / e])
-    found = np.where(free.all(axis=1), both, alone).T
-    return np.where(free[:, None], found, 0.0)
+        found = np.array([(e * r - b * s) / det, (a * s - c * r) / det])
+    return np.where(free[:, None], found.T, 0.0)
 
 
 def margins(rate: Array, free: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], Array]:
-    """Whether free lines are stable at all depths (n,), and the square of the stiffness at the end.
+    """Whether free lines are stable at all depths (n,), and the stiffness (n, j), nan without any.
 
     D must grow outwards of every line, and with both lines free their matrix be definite.
     """
-    (a, b), (c, e) = rate[..., 0, :].T, rate[..., 1, :].T
-    det, both = a * e - b * c, free.all(axis=1)
-    stable = (~free[:, 0] | (a > 0)) & (~free[:, 1] | (e < 0)) & (~both | (det < 0))
-    least = np.where(both, det, np.where(free[:, 0], a, np.where(free[:, 1], e, math.nan)))
-    return np.asarray(stable.all(axis=0)), least[-1] ** 2
+    (a, _), (_, e), det = _of_free(rate, free)
+    stable = ((a > 0) & (e < 0) & (det < 0)).all(axis=0)
+    return np.asarray(stable), np.where(free.any(axis=1), np.abs(det), math.nan).T
+
+
+def _of_free(rate: Array, free: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Rows of the matrices (n, j, 2, 2), each (2, j, n), and their determinants; ±1 if not free."""
+    both = free[:, None, :, None] & free[:, None, None]
+    one, other = np.where(both, rate, np.diag([1.0, -1.0])).transpose(2, 3, 1, 0)
+    return one, other, one[0] * other[1] - one[1] * other[0]

@@ -37,34 +37,19 @@ class Pull(NamedTuple):
     force: float
 
 
-class _Parts(NamedTuple):
-    """Intervals of the contact (n,): ends, and f' at them, inside."""
-
-    lo: Array
-    hi: Array
-    one: Array
-    other: Array
-
-    def among(self, keep: slice | NDArray[np.bool_]) -> _Parts:
-        """Some of them."""
-        return _Parts(*(column[keep] for column in self))
-
-
 def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float) -> Pull:
     """The largest pull in contact between two positions, in either order."""
     length, ends, worst = scene.elastocapillary_length, (math.nan, math.nan), 0.0
     lo, hi = sorted((one, other))
     own = profile.beyond(lo, hi)
-    x = np.concatenate([[lo], profile.x[own], [hi]])
-    inner = profile.slope[own]
-    left = np.concatenate([[profile.at(lo, 1)[1]], inner])
-    right = np.concatenate([inner, [profile.at(hi, -1)[1]]])
-    parts = _Parts(x[:-1], x[1:], left, right)
-    parts = parts.among(parts.hi - parts.lo > _SHORT * length)
-    whole = (parts.lo[0], parts.hi[-1]) if parts.lo.size else ends
-    for _ in range(1 + _CLOSER if parts.lo.size else 0):
-        parts = _halved(profile, parts)
-        z, values = _along(parts, _pulls(scene, profile, parts, depth))
+    x, slope = np.concatenate([[lo], profile.x[own], [hi]]), profile.slope[own]
+    left, right = [profile.at(lo, 1)[1], *slope], [*slope, profile.at(hi, -1)[1]]
+    cells = np.array([x[:-1], x[1:], left, right])
+    cells = cells[:, cells[1] - cells[0] > _SHORT * length]
+    whole = x[[0, -1]]
+    for _ in range(1 + _CLOSER if cells.size else 0):
+        cells = _divided(profile, cells)
+        z, values = _along(cells, _pulls(scene, profile, cells, depth))
         i = int(np.argmax(values))
         worst = float(values[i])
         if worst > 0:
@@ -73,18 +58,41 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
             ends = found if all(seen) or math.isnan(ends[0]) else ends
         group, at = divmod(i, _PARTS + 2)
         cell = _PARTS * group + min(max(at - 1, 0), _PARTS - 1)
-        parts = parts.among(slice(max(cell - 1, 0), cell + 2))
+        cells = cells.reshape(4, -1)[:, max(cell - 1, 0) : cell + 2]
     wide = min((ends[1] - ends[0]) / length, 1.0) if worst > 0 else 0.0
     return Pull(max(worst, 0.0), ends, max(worst, 0.0) * wide)
 
 
-def _along(parts: _Parts, means: Array) -> tuple[Array, Array]:
-    """Places and the pull there: at middles, and at both ends of every _PARTS intervals.
+def _divided(profile: Resolved, cells: Array) -> Array:
+    """Parts (4, n, _PARTS) of intervals (4, n) of the contact: ends, and f' at them, inside."""
+    lo, hi, one, other = cells
+    x = lo[:, None] + (hi - lo)[:, None] * (np.arange(_PARTS + 1) / _PARTS)
+    x[:, -1] = hi
+    slope = np.asarray(profile.indenter.slope(x.ravel()), float).reshape(x.shape)
+    slope[:, 0], slope[:, -1] = one, other
+    return np.array([x[:, :-1], x[:, 1:], slope[:, :-1], slope[:, 1:]])
+
+
+def _pulls(scene: Scene, profile: Resolved, parts: Array, depth: float) -> Array:
+    """The mean pull of every part, less what may be rounding."""
+    (lo, hi, one, other), height = parts, profile.indenter.height
+    width = hi - lo
+    f = (height(lo) + height(hi)) / 2 - width * (other - one) / 12
+    if scene.slopes == "finite":
+        one, other = (slope / np.sqrt(1 + slope * slope) for slope in (one, other))
+    one, other = one * scene.measure(lo), other * scene.measure(hi)
+    noise = _ROUNDING * (np.abs(one) + np.abs(other))
+    bend = (other - one + noise) / (width * scene.measure((lo + hi) / 2))
+    return np.asarray(f - depth - scene.elastocapillary_length**2 * bend)
+
+
+def _along(parts: Array, mean: Array) -> tuple[Array, Array]:
+    """Places and the pull there: at the middles of parts, and at both ends of every interval.
 
     At the ends it is that of the parabola with the means of the next three: it may be largest
     there, next to what adheres or to a corner.
     """
-    lo, hi, mean = (part.reshape(-1, _PARTS) for part in (parts.lo, parts.hi, means))
+    lo, hi = parts[:2]
     x = np.hstack([lo[:, :1], (lo + hi) / 2, hi[:, -1:]])
     first, last = mean[:, :3] @ _TO_END, mean[:, :-4:-1] @ _TO_END
     return x.ravel(), np.hstack([first[:, None], mean, last[:, None]]).ravel()
@@ -92,37 +100,11 @@ def _along(parts: _Parts, means: Array) -> tuple[Array, Array]:
 
 def _around(x: Array, values: Array, i: int) -> tuple[float, float]:
     """Between which places values are positive around the one with the number i."""
-    stays, found = np.flatnonzero(values <= 0), []
-    for beside, way in ((stays[stays < i][-1:], 1), (stays[stays > i][:1], -1)):
-        if beside.size:
-            k = int(beside[0])
-            share = values[k] / (values[k] - values[k + way])
-            found.append(float(x[k] + share * (x[k + way] - x[k])))
-        else:
-            found.append(float(x[0 if way > 0 else -1]))
+    found = []
+    for way in (-1, 1):
+        z, v = x[i::way], values[i::way]
+        k = int(np.argmax(v <= 0))
+        found.append(
+            float(z[k - 1] + (z[k] - z[k - 1]) * v[k - 1] / (v[k - 1] - v[k]) if k else z[-1])
+        )
     return found[0], found[1]
-
-
-def _halved(profile: Resolved, parts: _Parts) -> _Parts:
-    """Every interval in _PARTS."""
-    t = np.arange(_PARTS + 1) / _PARTS
-    x = parts.lo[:, None] + (parts.hi - parts.lo)[:, None] * t
-    x[:, -1] = parts.hi
-    slope = np.asarray(profile.indenter.slope(x.ravel()), float).reshape(x.shape)
-    slope[:, 0], slope[:, -1] = parts.one, parts.other
-    return _Parts(
-        *(column.ravel() for column in (x[:, :-1], x[:, 1:], slope[:, :-1], slope[:, 1:]))
-    )
-
-
-def _pulls(scene: Scene, profile: Resolved, parts: _Parts, depth: float) -> Array:
-    """The mean pull of every interval, less what may be rounding."""
-    width, height = parts.hi - parts.lo, profile.indenter.height
-    f = (height(parts.lo) + height(parts.hi)) / 2 - width * (parts.other - parts.one) / 12
-    one, other = parts.one, parts.other
-    if scene.slopes == "finite":
-        one, other = (slope / np.sqrt(1 + slope * slope) for slope in (one, other))
-    one, other = one * scene.measure(parts.lo), other * scene.measure(parts.hi)
-    noise = _ROUNDING * (np.abs(one) + np.abs(other))
-    bend = (other - one + noise) / (width * scene.measure((parts.lo + parts.hi) / 2))
-    return np.asarray(f - depth - scene.elastocapillary_length**2 * bend)

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from discretization.fitted.alone import Alone, Way
 from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import Motion, free
-from discretization.fitted.pressed import Lines, pairs
+from discretization.fitted.pressed import Lines
 from discretization.fitted.rests import TIE
-from discretization.following.enclosing import Enclosing
 from discretization.following.smooth import Piece
-from discretization.following.trials import Trials, merge, unmoved
+from discretization.following.trials import Enclosing, Trials, Tried
 from discretization.routes import one_contact
 
 Array = NDArray[np.float64]
@@ -61,17 +60,17 @@ class Events:
         """Smooth motion of all lines as far as it goes."""
         if known := self._gradual(lines, start, end):
             return known
-        surfaces, trials = np.array(free(lines)), self.trials
-        everything = set(range(len(surfaces)))
-        found = trials.tried(surfaces, everything, start, end)
+        trials, begin = self.trials, Tried(start, np.array(free(lines)), {})
+        everything = set(range(len(begin.lines)))
+        found = trials.tried(begin, everything, end)
         if not found.failed:
             return Part(end, _flat(found.lines), None, found.pieces)
-        low, high, own = Enclosing(trials, unmoved(surfaces, start), found, start).run()
-        found = trials.to(surfaces, everything - own, start, low.depth)
+        low, high, own = Enclosing(trials, begin, found).run()
+        found = trials.tried(begin, everything - own, low.depth)
         if found.failed:  # by a shorter way than the others
             return self.part(lines, start, (start + low.depth) / 2)
-        found = merge(low, own, found)
-        part = Part(high.depth, _flat(found.lines), None, found.pieces)
+        found.lines[sorted(own)] = low.lines[sorted(own)]
+        part = Part(high.depth, _flat(found.lines), None, low.pieces + found.pieces)
         return self._beyond(part, own, low.depth, end) if high.failed else part
 
     def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:
@@ -104,36 +103,22 @@ class Events:
             after = self._after(part.lines, moved, low, depth)
             there = np.array(free(after))
             new = ~(there[:, None] == surfaces).all(axis=2).any(axis=1)
-            back = self.trials.smooth.over(there[new], depth, part.depth)
-            back = self.trials.smooth.balanced(back)
-            if back.smooth.all():
-                there[new] = back.lines
+            smooth = self.trials.smooth
+            back, good = smooth.balanced(*smooth.over((), there[new], depth, part.depth))
+            if good.all():
+                there[new] = self.motion.rests.snapped(back.lines[:, -1])
                 found = _flat(there)
-                if self._at_rest(found, part.depth):
-                    return part._replace(after=found)
+                deep = self.motion.penetration(found, part.depth)
+                if deep <= 2 * TIE * size and found == self.motion.unpulled(found, part.depth):
+                    return part._replace(after=found)  # nothing else has happened on the way back
         return part._replace(after=after)
-
-    def _at_rest(self, lines: Lines, depth: float) -> bool:
-        """Whether nothing else has happened to lines on the way back: no touching, no pull."""
-        motion = self.motion
-        ends = (-math.inf, *lines, math.inf)
-        pulled = (
-            motion.opens(*pair, (ends[2 * i], ends[2 * i + 3]), depth)
-            for i, pair in enumerate(pairs(lines))
-            if pair[0] == pair[1]
-        )
-        return motion.penetration(lines, depth) <= 2 * TIE * motion.rests.size and not any(pulled)
 
     def _after(self, lines: Lines, moved: set[int], low: float, high: float) -> Lines:
         """What the lines of some free surfaces do between two depths."""
-        motion, surfaces = self.motion, free(lines)
+        still = frozenset(pair for i, pair in enumerate(free(lines)) if i not in moved)
         if high < low:
-            still = {pair for i, pair in enumerate(surfaces) if i not in moved}
-            return motion.relaxed(lines, high, frozenset(still))
-        parts: list[float] = []
-        for i, (q, p) in enumerate(surfaces):
-            parts += motion.surface.lines(q, p, low, high) if i in moved else (q, p)
-        return motion.relaxed(tuple(parts[1:-1]), high)
+            return self.motion.relaxed(lines, high, still)
+        return self.motion.pressed(lines, low, high, still)
 
 
 def _flat(surfaces: Array) -> Lines:

@@ -27,7 +27,8 @@ from discretization.surfaces.network import polynomial, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 12  # of the Lobatto rule in t
-_HALVED, _MOST = 10, 128  # halvings of a part whose energy does not balance, and such parts
+_SHORTEST = 2.0**-10  # of a way: parts of it whose energy does not balance are halved to that
+_MOST = 512  # such parts
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
 _SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
@@ -80,21 +81,6 @@ def way_of(start: float, end: float, parts: int = 1) -> Array:
     return np.asarray(depths.ravel())
 
 
-class Moved(NamedTuple):
-    """Lines of free surfaces at the end of a smooth motion (n, 2), and which of them moved so.
-
-    depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there. margin
-    (n,): square of the stiffness against moving them at the end, nan if none moves or they are not
-    in equilibrium there.
-    """
-
-    lines: Array
-    smooth: NDArray[np.bool_]
-    margin: Array
-    depths: Array
-    whole: Array
-
-
 @dataclass(frozen=True, eq=False)
 class Smooth:
     """Smooth motion of the lines of free surfaces."""
@@ -102,79 +88,78 @@ class Smooth:
     rests: Rests
     integrals: Integrals
 
-    def over(self, lines: Array, start: float, end: float) -> Moved:
-        """The lines (n, 2) of these surfaces, at rest at one depth, in equilibrium to another."""
+    def over(
+        self, which: tuple[int, ...], lines: Array, start: float, end: float
+    ) -> tuple[Piece, NDArray[np.bool_]]:
+        """Lines (n, 2) of these surfaces, at rest at one depth, to another; which move smoothly."""
         lines, depths = self.rests.snapped(lines), way_of(start, end)
-        x, good, margin = self.followed(lines, depths, 1 if end >= start else -1)
-        margin[~good] = math.nan
-        return Moved(self.rests.snapped(x[:, -1]), good, margin, depths[None], x)
+        x, good = self.followed(lines, depths, 1 if end >= start else -1)
+        return Piece(which, depths[None], x), good
 
-    def balanced(self, moved: Moved) -> Moved:
+    def balanced(self, piece: Piece, good: NDArray[np.bool_]) -> tuple[Piece, NDArray[np.bool_]]:
         """The same in parts on which energies balance; where they do not, a part is halved.
 
         Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short ones.
         """
-        if not moved.smooth.any():
-            return moved
-        own, depths, smooth = np.flatnonzero(moved.smooth), moved.depths, moved.smooth.copy()
-        start, first = depths[0, 0], moved.whole[own, 0]
-        way = 1 if depths[-1, -1] >= start else -1
-        lines, known = moved.whole[own].reshape(len(own), *depths.shape, 2), []
-        for turn in range(_HALVED + 1):
-            uneven = ~self._balance(lines, depths, way) & smooth[own, None]
-            rough = uneven.any(axis=0)
-            if turn == _HALVED or rough.sum() > _MOST:
-                smooth[own[uneven.any(axis=1)]], rough = False, np.zeros_like(rough)
-            known.append((depths[~rough], lines[:, ~rough]))
-            if not rough.any():
-                break
-            piece = Piece((), depths[rough], lines[:, rough].reshape(len(own), -1, 2))
-            depths = np.concatenate([way_of(cut[0], cut[-1], 2) for cut in depths[rough]])
-            guess = np.concatenate([first[:, None], piece.drawn(depths, way)], axis=1)
-            x, good, _ = self.followed(first, np.append(start, depths), way, guess)
-            smooth[own[~good]], x[~good] = False, first[~good, None]
-            depths = depths.reshape(-1, DEGREE + 1)
-            lines = x[:, 1:].reshape(len(own), *depths.shape, 2)
-        depths = np.concatenate([cuts for cuts, _ in known])
-        order = np.argsort(way * depths[:, 0])
-        whole = np.repeat(moved.whole[:, :1], depths.size, axis=1)
-        found = np.concatenate([lines for _, lines in known], axis=1)[:, order]
-        whole[own] = found.reshape(len(own), -1, 2)
-        return moved._replace(smooth=smooth, depths=depths[order], whole=whole)
+        if not good.any():
+            return piece, good
+        own, start, end, every = np.flatnonzero(good), piece.start, piece.end, good.copy()
+        first, smooth, way = piece.lines[own, 0], good[own], 1 if end >= start else -1
+        todo, done = [(piece.depths[0], piece.lines[own])], list[tuple[Array, Array]]()
+        while todo:
+            depths, lines = todo.pop()
+            even = self._balance(lines, depths, way) | ~smooth
+            short = abs(depths[-1] - depths[0]) <= _SHORTEST * abs(end - start)
+            if even.all() or short or len(todo) + len(done) > _MOST:
+                smooth &= even
+                done.append((depths, lines))
+                continue
+            halves = way_of(depths[0], depths[-1], 2)
+            guess = Piece((), depths[None], lines).drawn(halves, way)
+            guess = np.concatenate([first[:, None], guess], axis=1)
+            x, good = self.followed(first, np.append(start, halves), way, guess)
+            smooth, x[~good] = smooth & good, first[~good, None]
+            half = DEGREE + 1
+            todo += [(halves[half:], x[:, 1 + half :]), (halves[:half], x[:, 1 : 1 + half])]
+        whole = np.repeat(piece.lines[:, :1], len(done) * (DEGREE + 1), axis=1)
+        whole[own] = np.concatenate([lines for _, lines in done], axis=1)
+        every[own] = smooth
+        return Piece(piece.which, np.array([depths for depths, _ in done]), whole), every
 
     def _balance(self, lines: Array, depths: Array, way: int) -> NDArray[np.bool_]:
-        """Whether energies balance (n, p), lines (n, p, j, 2) at the depths (p, j) of parts."""
+        """Whether energies balance (n,), lines (n, j, 2) at the depths (j,) of a part."""
         points, weights, _ = rounded(DEGREE)
-        whole = lines.reshape(len(lines), -1, 2)
-        found = self.parts(whole, depths.ravel(), way).reshape(3, *lines.shape[:3])
-        energy, size, force = found
-        step = depths[:, -1] - depths[:, 0]
-        off = energy[..., -1] - energy[..., 0] - force @ (weights * (1 - points) / 2) * step
-        rounding = _EVEN * self.rests.size * np.abs(force).max(axis=2)
-        return np.asarray(np.abs(off) <= BALANCED * size.max(axis=2) + rounding)
+        energy, size, force = self.parts(lines, depths, way)
+        work = force @ (weights * (1 - points) / 2) * (depths[-1] - depths[0])
+        rounding = _EVEN * self.rests.size * np.abs(force).max(axis=1)
+        off = np.abs(energy[:, -1] - energy[:, 0] - work)
+        return np.asarray(off <= BALANCED * size.max(axis=1) + rounding)
 
     def followed(
         self, lines: Array, depths: Array, way: int, guess: Array | None = None
-    ) -> tuple[Array, NDArray[np.bool_], Array]:
+    ) -> tuple[Array, NDArray[np.bool_]]:
         """Lines (n, j, 2) at depths (j,), by Newton's method; whether they are in equilibrium."""
         inner, rests = np.isfinite(lines), self.rests.ahead(lines, way)
         free = inner & (way * (rests - depths[-1]) < 0)
         early = _HELD * self.rests.size + self.rests.noise(lines)[:, None]
-        waits = free & (way * (rests - depths[0]) > early)
+        good = ~(free & (way * (rests - depths[0]) > early)).any(axis=1)
         size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.rests.length
         x = np.repeat(lines[:, None, :], depths.size, axis=1) if guess is None else guess
         last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
-        active = free.any(axis=1) & ~waits.any(axis=1)
-        rates, found = self._newton(
-            x, depths, way, free, self.rests.rooms(lines, way), last, active
-        )
-        good = ~waits.any(axis=1) & (found | ~free.any(axis=1))
-        stable, margin = margins(rates, free)
+        room, active = self.rests.rooms(lines, way), free.any(axis=1) & good
+        rates, found = self._newton(x, depths, way, free, room, size, last, active)
+        stable, _ = margins(rates, free)
+        good &= stable & (found | ~free.any(axis=1))
         with np.errstate(divide="ignore", invalid="ignore"):
             loose = self.rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
-        slack = _BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0)
-        good &= stable & self._one_way(lines, x, way, slack)
-        return x, good & self._still_held(x[:, -1], inner & ~free, depths[-1], way), margin
+            moved = way * np.diff(np.concatenate([lines[:, None], x], axis=1), axis=1) * (1.0, -1.0)
+        slack = (_BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0))[:, None]
+        good &= ~(moved[:, 0] > slack).any(axis=1) & ~(moved < -slack[..., None]).any(axis=(1, 2))
+        held = inner & ~free
+        if held.any():  # they must be so at the end, too
+            left = way * (self.rests.ahead(x[:, -1], way) - depths[-1])
+            good &= ~(held & (left < -self._even(x[:, -1])[:, None])).any(axis=1)
+        return x, good
 
     def _newton(
         self,
@@ -183,17 +168,17 @@ class Smooth:
         way: int,
         free: NDArray[np.bool_],
         room: Array,
+        size: Array,
         last: Array,
         active: NDArray[np.bool_],
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Move the free lines of active surfaces to rest, x (n, j, 2) in place.
 
-        The changes of D (n, j, 2, 2), and which surfaces have come to rest. last: the size of the
-        step before, or of what a guess is off by.
+        The changes of D (n, j, 2, 2), and which surfaces have come to rest. size: of positions;
+        last: of the step before, or of what a guess is off by.
         """
         rates, rests, worse = np.zeros((*x.shape, 2)), np.zeros(len(x), bool), np.zeros(len(x), int)
-        size, near = np.abs(np.where(np.isfinite(x[:, 0]), x[:, 0], 0.0)).sum(axis=1), False
-        size += self.rests.length
+        near = False
         for _ in range(_NEWTON):
             own = np.flatnonzero(active)
             if not own.size:
@@ -224,23 +209,6 @@ class Smooth:
         """D - d of surfaces (.., 2) that is rounding."""
         return _EVEN * self.rests.size + self.rests.noise(lines)
 
-    def _still_held(
-        self, lines: Array, held: NDArray[np.bool_], depth: float, way: int
-    ) -> NDArray[np.bool_]:
-        """Whether lines that did not move are still held at the end."""
-        if not held.any():
-            return np.ones(len(lines), bool)
-        rests = way * (self.rests.ahead(lines, way) - depth) >= -self._even(lines)[:, None]
-        return np.asarray((rests | ~held).all(axis=1))
-
-    def _one_way(self, lines: Array, x: Array, way: int, slack: Array) -> NDArray[np.bool_]:
-        """Whether lines move from where they are, and one way, but for a slack (n,)."""
-        with np.errstate(invalid="ignore"):
-            whole = np.concatenate([lines[:, None], x], axis=1)
-            moved = way * np.diff(whole, axis=1) * (1.0, -1.0)
-            away = (moved[:, 0] > slack[:, None]).any(axis=1)
-            return np.asarray(~away & ~(moved < -slack[:, None, None]).any(axis=(1, 2)))
-
     def many(self, lines: Array, depths: Array) -> Array:
         """Energy and force (2, k) of states with as many surfaces (k, n, 2) at depths (k,)."""
         return self.parts(lines.transpose(1, 0, 2), depths, 1)[::2].sum(axis=1)
@@ -253,19 +221,14 @@ class Smooth:
         parts[:, inner] = self.integrals.contact(x.ravel(), d.ravel(), work).reshape(3, -1, j)
         parts[::2, :, 1] *= -1
         total = parts.sum(axis=2)
-        for own in kinds(lines[:, 0]):
-            left, right = (self.rests.at(z.ravel()) for z in lines[own].transpose(2, 0, 1))
-            at = np.tile(depths, int(own.sum()))
-            energy, force = self.rests.surfaces.stored(left, right, at)
-            total[:, own] += np.array([energy, energy, force]).reshape(3, -1, j)
+        one, other = inner.T
+        for own in (one & other, one & ~other, other & ~one):  # gaps, tails on the right, the left
+            if own.any():
+                left, right = (self.rests.at(z.ravel()) for z in lines[own].transpose(2, 0, 1))
+                at = np.tile(depths, int(own.sum()))
+                energy, force = self.rests.surfaces.stored(left, right, at)
+                total[:, own] += np.array([energy, energy, force]).reshape(3, -1, j)
         return total
-
-
-def kinds(lines: Array) -> list[NDArray[np.bool_]]:
-    """Which surfaces are gaps, which tails on the right and on the left, as far as any are."""
-    inner = np.isfinite(lines)
-    found = inner.all(axis=1), inner[:, 0] & ~inner[:, 1], inner[:, 1] & ~inner[:, 0]
-    return [np.asarray(own) for own in found if own.any()]
 
 
 def _settled(

@@ -1,45 +1,55 @@
-"""Free surfaces taken from one depth to another: do they move smoothly, and up to where.
+"""Free surfaces taken from one depth to another, and the first event on the way, enclosed.
 
 Free surfaces do not feel each other, as u = d - f is prescribed in contact. So each is followed by
-itself (smooth.py), and only those to which something happens are looked at closer (enclosing.py).
+itself (smooth.py), and only those to which something happens are looked at closer. The depth of an
+event is enclosed as close as depths are known. What runs out there is known in between: the least
+clearance of a surface, the width of a contact, and how far its line is from a corner are all but
+linear in the depth; where an equilibrium disappears, the line turns back, and the depth as a
+function of its position is a smooth one that has an extreme value. So the next depth to try is
+where that would be; one in the middle, where that does not help.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import NotCertifiedError
 from discretization.fitted.motion import Motion
-from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
 from discretization.following.smooth import Piece, Smooth
 from discretization.quadrature import Integrals
 
 Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]
+_CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
+_FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is known to run out
+_WORTH = 1 / 8  # of the range: an aim that may be off by more is not worth a trial
+_OFF = 1 / 8  # of what is left until something runs out: at most so much it may be off
+_MOST = 400  # trials
+_PATIENCE = 3  # trials after which more must be known, else the middle is tried
 
 
 class Tried(NamedTuple):
-    """Surfaces taken to a depth: their lines, what is left; surfaces that fail.
+    """Free surfaces (n, 2) at a depth.
 
-    known: something is known to happen to one of these; else shorter ways may succeed. pieces: the
-    lines on the way.
+    rooms: what is left until something happens, by what and to which; turn: the first depth at
+    which a line would turn back; pieces: of the way there. failed: surfaces to which something
+    happens; known: something known to one of these, else shorter ways may succeed.
     """
 
     depth: float
     lines: Array
     rooms: Rooms
-    failed: set[int]
-    known: bool
+    turn: float = math.nan
     pieces: tuple[Piece, ...] = ()
-
-    def after(self, low: Tried) -> Tried:
-        """The same with what led to where it began."""
-        return self._replace(pieces=low.pieces + self.pieces)
+    failed: frozenset[int] = frozenset()
+    known: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,90 +65,165 @@ class Trials:
         level = rests.size + max(rests.size, rests.profile.touch)
         return Smooth(rests, Integrals.of(rests.scene, rests.profile, level))
 
-    def tried(self, surfaces: Array, which: set[int], start: float, end: float) -> Tried:
-        """Surfaces taken to a depth, and what is left for each."""
-        lines, kept = surfaces.copy(), sorted(which)
-        found = self.smooth.over(surfaces[kept], start, end)
-        lines[kept] = found.lines
-        failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
-        unknown = len(failed)
-        reach = self.motion.rests.reach(found.lines, end, 1 if end > start else -1)
-        rooms: Rooms = {}
-        for i, margin, (q, p) in zip(kept, found.margin.tolist(), reach.tolist(), strict=True):
-            rooms["stiff", i], rooms["left", i], rooms["right", i] = margin, q, p
-        if end > start:
-            self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
-        self._contacts(lines, which, end, rooms, failed)
-        known = len(failed) > unknown
-        if not failed:
-            found = self.smooth.balanced(found)
-            failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
-        way = Piece(tuple(kept), found.depths, found.whole)
-        return Tried(end, lines, rooms, failed, known, (way,))
+    def tried(self, low: Tried, which: set[int], end: float) -> Tried:
+        """Some of the surfaces taken to a depth."""
+        lines, kept, way = low.lines.copy(), sorted(which), 1 if end > low.depth else -1
+        if low.depth == end or not kept:
+            return Tried(low.depth, lines, {})
+        piece, smooth = self.smooth.over(tuple(kept), low.lines[kept], low.depth, end)
+        lines[kept] = self.motion.rests.snapped(piece.lines[:, -1])
+        lost = set(np.array(kept)[~smooth].tolist())
+        reach, rooms = self.motion.rests.reach(lines[kept], end, way), Rooms()
+        for i, both in zip(kept, reach.tolist(), strict=True):
+            rooms["left", i], rooms["right", i] = both
+        failed = self._touching(low, lines, which - lost, end, rooms) if way > 0 else set()
+        failed |= self._ending(lines, which - lost - failed, end, rooms)
+        turn = turning(piece.depths[0], piece.lines[smooth])
+        if not (lost or failed):
+            piece, smooth = self.smooth.balanced(piece, smooth)
+            lost = set(np.array(kept)[~smooth].tolist())
+        pieces = (*low.pieces, piece)
+        return Tried(end, lines, rooms, turn, pieces, frozenset(lost | failed), bool(failed))
 
-    def _pressed(
-        self,
-        old: Array,
-        new: Array,
-        which: set[int],
-        depths: Pair,
-        rooms: Rooms,
-        failed: set[int],
-    ) -> None:
-        """What free surfaces touch as they are pressed."""
-        surface, size = self.motion.surface, self.motion.rests.size
+    def _touching(
+        self, low: Tried, lines: Array, which: set[int], depth: float, rooms: Rooms
+    ) -> set[int]:
+        """Free surfaces that touch the profile or close as they are pressed."""
+        surface, found = self.motion.surface, set()
         for i in which:
-            q, p, moved = float(old[i, 0]), float(old[i, 1]), (float(new[i, 0]), float(new[i, 1]))
-            least, _ = surface.least(moved, depths[1])
-            rooms["clear", i] = least + TIE * size
-            closes = self.motion.resting.closed(*moved, depths[1])
-            if closes or least < -TIE * size or surface.overtakes(q, p, moved, *depths):
-                failed.add(i)
+            (q, p), (left, right) = low.lines[i].tolist(), lines[i].tolist()
+            rooms["clear", i] = (
+                surface.least((left, right), depth)[0] + TIE * self.motion.rests.size
+            )
+            if (
+                rooms["clear", i] < 0
+                or self.motion.resting.closed(left, right, depth)
+                or surface.overtakes(q, p, (left, right), low.depth, depth)
+            ):
+                found.add(i)
+        return found
 
-    def _contacts(
-        self, lines: Array, which: set[int], depth: float, rooms: Rooms, failed: set[int]
-    ) -> None:
-        """Contacts that close, are pulled or open."""
-        for j in range(len(lines) - 1):
-            if not {j, j + 1} <= which or {j, j + 1} & failed:
-                continue
-            left, right = float(lines[j, 1]), float(lines[j + 1, 0])
+    def _ending(self, lines: Array, which: set[int], depth: float, rooms: Rooms) -> set[int]:
+        """Free surfaces beside contacts that close, are pulled or open."""
+        found = set()
+        for j in which & {i - 1 for i in which}:
+            (before, left), (right, beyond) = lines[j : j + 2].tolist()
             rooms["width", j] = right - left
-            beside = float(lines[j, 0]), float(lines[j + 1, 1])
-            if left > right or self.motion.opens(left, right, beside, depth):
-                failed |= {j, j + 1}
+            if left > right or self.motion.opens(left, right, (before, beyond), depth):
+                found |= {j, j + 1}
+        return found
 
-    def to(self, surfaces: Array, which: set[int], start: float, end: float) -> Tried:
-        """Surfaces taken to a depth that may be where they are."""
-        moves = start != end and which
-        return self.tried(surfaces, which, start, end) if moves else unmoved(surfaces, start)
 
-    def involved(self, tried: Tried, start: float) -> set[int]:
+@dataclass(eq=False)
+class Enclosing:
+    """An event between `low`, up to which nothing happens, and `high`, which fails.
+
+    older: the trial before `low`; involved: the surfaces to which it happens; passed: whether
+    nothing happened at the last trial; aim: the depth where something runs out, which may be `off`
+    by so much; known: how well the event was known before each trial so far.
+    """
+
+    trials: Trials
+    low: Tried
+    high: Tried
+    passed: bool = False
+    aim: float = math.nan
+    off: float = math.nan
+
+    def __post_init__(self) -> None:
+        self.older, self.start, self.known = self.low, self.low.depth, [math.inf] * _PATIENCE
+        self.least = _CLOSE * self.trials.motion.rests.size
+        self.involved = self._involved(self.high)
+
+    def _involved(self, tried: Tried) -> set[int]:
         """Surfaces to which something happens; of retracted lines with those beyond a contact."""
-        if tried.depth > start:
-            return tried.failed
-        near = {i + j for i in tried.failed for j in (-1, 0, 1)}
-        return {i for i in near if 0 <= i < len(tried.lines)}
+        near = (0,) if tried.depth > self.start else (-1, 0, 1)
+        return {i + j for i in tried.failed for j in near} & set(range(len(tried.lines)))
+
+    def run(self) -> tuple[Tried, Tried, set[int]]:
+        """The last depth before the first event, the first one beyond, and to what it happens.
+
+        Or a depth to which nothing happens, or at which lines only come free, twice.
+        """
+        for _ in range(_MOST):
+            low, width = self.low, self.high.depth - self.low.depth
+            close = abs(width) <= self.least or low.depth + width / 2 == low.depth
+            if close or not self.high.failed:
+                return low, self.high, self.involved
+            self._take(self.trials.tried(low, self.involved, self._next(width)))
+        raise NotCertifiedError(
+            f"the event near depth = {self.low.depth!r} is not enclosed; try other depths"
+        )
+
+    def _take(self, tried: Tried) -> None:
+        """The range after a trial."""
+        self.passed = not tried.failed
+        if not self.passed:
+            self.high, self.involved = tried, self.involved & self._involved(tried)
+            return
+        self.older, self.low = self.low, tried
+        if tried.depth == self.high.depth or self._released():
+            self.high = tried
+        elif not abs(self.aim - tried.depth) <= self.least:  # else the way was too short to tell
+            last, self.aim = self.aim, runs_out(self.older, tried, self.high)
+            left, way = abs(self.aim - tried.depth), abs(tried.depth - self.older.depth)
+            self.off = float(np.fmin(abs(self.aim - last), _OFF * left)) * min(1.0, left / way)
+            self.off += self.least / 4
+
+    def _next(self, width: float) -> float:
+        """The next depth to try: a little before what is aimed at, or beyond it if that is near."""
+        low, high = self.low.depth, self.high.depth
+        share, part = (self.aim - low) / width, self.off / abs(width)
+        self.known.append(min(abs(width), self.off))
+        if self.passed and not self.high.known and not 0 < share < 1 + part:
+            return high  # from here nothing may happen
+        if math.isnan(share):
+            return low + width * _FIRST
+        slow = self.known[-1] > self.known[-1 - _PATIENCE] / 2
+        if share > 2 * part:
+            found = low + width * (share - part)
+        else:
+            found, self.off = low + width * (share + 2 * part), 4 * self.off
+        near = -part < share < 1 and part < _WORTH and min(low, high) < found < max(low, high)
+        return found if near and not slow else low + width / 2
+
+    def _released(self) -> bool:
+        """Whether lines of these surfaces that were held on the way come free at its end."""
+        way, rests = (1 if self.low.depth > self.older.depth else -1), self.trials.motion.rests
+        lines, before = (tried.lines[sorted(self.involved)] for tried in (self.low, self.older))
+        held = np.isfinite(lines) & (lines == before)
+        left = way * (rests.ahead(lines, way) - self.low.depth)
+        return bool((held & (left <= TIE * rests.size)).any())
 
 
-def unmoved(surfaces: Array, depth: float) -> Tried:
-    """Surfaces where they are."""
-    return Tried(depth, surfaces.copy(), {}, set(), False)
+def runs_out(older: Tried, low: Tried, high: Tried) -> float:
+    """The first depth at which a line turns back, or something is used up; nan: not known.
+
+    By the secant through `low` and the nearer of the other two.
+    """
+    ahead, behind, found = high.depth - low.depth, low.depth - older.depth, [low.turn - low.depth]
+    for key, room in low.rooms.items():
+        other, before = high.rooms.get(key, math.nan), older.rooms.get(key, math.nan)
+        if before > room > 0 and (abs(behind) < abs(ahead) or not other < 0):
+            found.append(behind * room / (before - room))
+        elif other < 0 < room:
+            found.append(ahead * room / (room - other))
+    return low.depth + min(found, key=lambda step: math.inf if math.isnan(step) else abs(step))
 
 
-def merge(one: Tried, own: set[int], other: Tried) -> Tried:
-    """Put the lines of some surfaces in place of those of another trial."""
-    kept = sorted(own)
-    other.lines[kept] = one.lines[kept]
-    return other._replace(pieces=other.pieces + _restricted(one.pieces, own))
+def turning(depths: Array, lines: Array) -> float:
+    """The first depth ahead at which a line turns back, of lines (n, j, 2) at depths (j,).
 
-
-def _restricted(whole: tuple[Piece, ...], own: set[int]) -> tuple[Piece, ...]:
-    """The same pieces with some of their free surfaces."""
-    found = []
-    for piece in whole:
-        kept = [k for k, i in enumerate(piece.which) if i in own]
-        if kept:
-            which = tuple(piece.which[k] for k in kept)
-            found.append(piece._replace(which=which, lines=piece.lines[kept]))
-    return tuple(found)
+    By the cubic d(x) through four of them; nan where it has no extreme value ahead.
+    """
+    x, found = lines[:, ::4], [np.broadcast_to(depths[::4, None], lines[:, ::4].shape)]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for k in (1, 2, 3):  # divided differences
+            found.append(np.diff(found[-1], axis=1) / (x[:, k:] - x[:, :-k]))
+        (a, b, c), y, z = (each[:, -1] for each in found[1:]), x[:, 3] - x[:, 2], x[:, 3] - x[:, 1]
+        slope, bend = a + y * (b + z * c), b + c * (y + z)  # at the last one
+        step = -slope / (bend + np.copysign(np.sqrt(bend * bend - 3 * c * slope), bend))
+        left = step * (slope + step * (bend + step * c)) * np.sign(depths[-1] - depths[0])
+    return float(
+        depths[-1] + np.sign(depths[-1] - depths[0]) * left[left > 0].min(initial=math.inf)
+    )

@@ -9,7 +9,7 @@ from truth.paths.path_scenes import envelope
 from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
-from discretization.following import enclosing
+from discretization.following import trials
 from discretization.following.trials import Trials
 from discretization.profile import resolve
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies
@@ -108,11 +108,11 @@ def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_tou
 def test_jumps_are_where_halving_encloses_them(monkeypatch):
     """A gap between contacts on a rough profile: its lines leave at once, pressed and retracted."""
     scene, depths = waves(4), np.r_[-0.1, 1.87, 2.0, 1.9, 0.5]
-    solved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
-    monkeypatch.setattr(enclosing, "fold", lambda *_: math.nan)
+    aimed = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
+    monkeypatch.setattr(trials, "runs_out", lambda *_: math.nan)
     halved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
-    assert len(solved) == len(halved) >= 2
-    for one, other in zip(solved, halved, strict=True):
+    assert len(aimed) == len(halved) >= 2
+    for one, other in zip(aimed, halved, strict=True):
         assert one.depth == pytest.approx(other.depth, rel=0, abs=1e-12)
 
 
