@@ -18,12 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.surfaces import menisci
-from discretization.surfaces.protocol import ANY, At, Free, alone, by_side
+from discretization.surfaces.protocol import ANY, At, Free, alone
+from discretization.surfaces.rings import BESIDE, rough
 from energy import Scene
 
 Array = NDArray[np.float64]
 _STEP = 1e-3  # of a radius: differences of fourth order are then good to 1e-11
-_BESIDE = 2.0**-40  # l: radii down to which D still grows
+_UPRIGHT = 1e-12  # of the steepest inclination: it is found no better
 _DIFFERENCES = np.array([(-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)]).T
 
 
@@ -33,8 +34,7 @@ class MeniscusSurfaces:
 
     scene: Scene
 
-    @by_side
-    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: the inclination at rest is known, and the displacement that has it is read.
 
         Beyond the steepest of the family it only has to grow: a line that rests there is refused.
@@ -44,16 +44,14 @@ class MeniscusSurfaces:
             raise ValueError(_rings(facing))
         length = self.scene.elastocapillary_length
         deficit = 2 * np.arcsin(np.sqrt(w / (2 * self.scene.gamma1)))
-        known = [x / length, np.arctan(side * f1) - deficit, f]
-        s, phi, f = np.broadcast_arrays(*map(np.atleast_1d, known))
-        least, off = np.maximum(s, menisci.LEAST[side]), s > 0
-        u = np.sin(phi) * menisci.rough(1, _BESIDE)
-        u[off] = menisci.read(side, least[off], phi[off])[0]
+        known = side, x / length, np.arctan(side * f1) - deficit, f
+        side, s, phi, f = np.broadcast_arrays(*map(np.atleast_1d, known))
+        least = np.maximum(s, np.where(side > 0, menisci.LEAST[1], menisci.LEAST[-1]))
+        off, u = s > 0, np.sin(phi) * rough(1, BESIDE)
+        u[off] = menisci.read(side[off], least[off], phi[off])[0]
         beyond = np.maximum(np.abs(np.sin(phi / 2)) / math.sin(menisci.STEEPEST / 2), 1.0)
-        if side < 0:  # what is on so small a disc does not count
-            beyond = beyond * least / np.maximum(s, _BESIDE)
-        rest = f + length * u * beyond
-        rest = np.where(off | (side > 0), rest, ANY)
+        beyond = beyond * least / np.maximum(s, BESIDE)  # what is on a tiny disc does not count
+        rest = np.where(off | (side > 0), f + length * u * beyond, ANY)
         return rest if np.ndim(x) else rest[0]
 
     def shape(
@@ -90,7 +88,7 @@ class MeniscusSurfaces:
         length = self.scene.elastocapillary_length
         s, u = line.x / length, (depth - line.f) / length
         (phi,) = menisci.inclination(side, np.array([s]), np.array([u])).tolist()
-        if s < menisci.LEAST[side] or abs(phi) >= menisci.STEEPEST:
+        if s < menisci.LEAST[side] or abs(phi) >= menisci.STEEPEST * (1 - _UPRIGHT):
             raise ValueError(_too_steep(line, depth))
         _, (energy,) = menisci.read(side, np.array([s]), np.array([phi]))
         pull, unit = math.sin(phi), 2 * math.pi * self.scene.gamma1 * line.x

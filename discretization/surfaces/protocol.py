@@ -14,8 +14,6 @@ the questions below (one module for each, see __init__.py), and nowhere else.
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -77,21 +75,3 @@ class Surfaces(Protocol):
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
         """u and u' at positions between two lines."""
-
-
-def by_side(rest_depth: Callable[..., Any]) -> Callable[..., Any]:
-    """A `rest_depth` of surfaces that differ on either side of a contact, for arrays of sides."""
-
-    @functools.wraps(rest_depth)
-    def both(self: Surfaces, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        if not (np.ndim(side) and self.scene.axisymmetric):
-            return rest_depth(self, side, x, f, f1, facing, w)
-        found, w = np.empty_like(x), np.broadcast_to(w, x.shape)
-        for one in (1, -1):
-            own = side == one
-            beyond = None if facing is None else At(facing.x[own], facing.f[own])
-            if own.any():
-                found[own] = rest_depth(self, one, x[own], f[own], f1[own], beyond, w[own])
-        return found
-
-    return both
