@@ -11,6 +11,11 @@ inclination at the line. Displacement and energy are smooth in log s and sin²(�
 
 and are kept as Chebyshev polynomials of both on pieces of the family. Beyond 8 l the surface is so
 flat that small slopes are exact to rounding.
+
+A line rests where φ = β - 2 asin √(w/(2γ₁)), tan β = f'. ∂U/∂x = 2πx [2γ₁ sin²((β-φ)/2) - w]/cos β
+as for a line contact, because on the mesh, to rounding,
+
+    d(s F)/ds = ±s (1 - cos φ - u₀²/2)   at a given u₀.
 """
 
 from __future__ import annotations
@@ -26,7 +31,8 @@ from scipy.linalg import lapack
 
 from discretization.roots import crossings
 from discretization.surfaces.network import Family, band, chebyshev, on_elements, rounded
-from discretization.surfaces.rings import decayed, far_stiffness, rough, stiffness
+from discretization.surfaces.protocol import ANY, At, Free, Surfaces, alone
+from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, rough, stiffness
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
@@ -45,6 +51,9 @@ _HALVINGS = {False: 2, True: 7}  # of the first element, next to mild and to ste
 _INSIDE = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # of a disc, or of 8 l of it
 _ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
 _STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
+_DIFFERENCE = 1e-3  # of a radius: differences of fourth order are then good to 1e-11
+_RULE = np.array([(-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)]).T
+_UPRIGHT = 1e-12  # of the steepest inclination: it is found no better
 _SHARPER = 4.0  # while a step lowers U by less than a quarter of the last: no rounding yet
 
 
@@ -183,11 +192,83 @@ def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
     return np.append(0.0, np.cumsum(lengths[0])), u[0]
 
 
-def shape(side: int, s: float, u0: float, x: Array) -> tuple[Array, Array]:
-    """u and u' at distances from the line: the elements' polynomials, then the far field."""
-    ends, u = surface(side, s, u0)
-    end = ends[-1]
-    near = on_elements(ends, u, np.minimum(x, end))
-    far = u[-1] * decayed(side, s + side * end, s + side * x)
-    u0, u1 = np.where(x < end, near, far)
-    return u0, u1
+class MeniscusSurfaces(Surfaces):
+    """Free surfaces of a scene."""
+
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
+        """The inclination at rest is known, and the displacement that has it is read.
+
+        Beyond the steepest of the family it only has to grow: a line that rests there is refused.
+        At the axis it is next to nothing, of the right sign.
+        """
+        self._alone(s + side * width)
+        one, phi = not np.ndim(s), np.arctan(steep) - 2 * np.arcsin(np.sqrt(w / 2))
+        side, s, phi = np.broadcast_arrays(*map(np.atleast_1d, (side, s, phi)))
+        least = np.maximum(s, np.where(side > 0, LEAST[1], LEAST[-1]))
+        off, u = s > 0, np.sin(phi) * rough(1, BESIDE)
+        u[off] = read(side[off], least[off], phi[off])[0]
+        beyond = np.maximum(np.abs(np.sin(phi / 2)) / math.sin(STEEPEST / 2), 1.0)
+        beyond = beyond * least / np.maximum(s, BESIDE)  # what is on a tiny disc does not count
+        u = np.where(off | (side > 0), u * beyond, ANY)
+        return u[0] if one else u
+
+    def _alone(self, other: Any) -> None:
+        """ValueError where there is another line."""
+        if np.isfinite(other).any():
+            r = self.scene.elastocapillary_length * float(np.ravel(other)[0])
+            raise ValueError(
+                f"slopes = 'finite' with geometry = 'axisymmetric': there is another contact at r "
+                f"= {r!r}, and the ring of free surface between two is not implemented with finite "
+                "slopes; use slopes='small', or a profile with one contact"
+            )
+
+    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> tuple[Any, Any]:
+        """Read from the family."""
+        phi = inclination(side, np.maximum(s, LEAST[side]), u)
+        energy = s * read(side, np.maximum(s, LEAST[side]), phi)[1]
+        return energy, s * np.sin(phi)
+
+    def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
+        """Read from the family. As all its nodes are balanced, k∫u over it is what it pulls."""
+        if not s:
+            return Free(0.0, (0.0, 0.0), 0.0, 0.0)
+        radius = np.array([s])
+        phi = inclination(side, radius, np.array([u]))
+        if s < LEAST[side] or abs(phi[0]) >= STEEPEST * (1 - _UPRIGHT):
+            return None
+        energy, pull = s * float(read(side, radius, phi)[1][0]), math.sin(phi[0])
+        return Free(energy, (s * pull, 0.0), s * pull, self._imbalance(side, s, u, pull))
+
+    def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
+        """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms."""
+        steps, rule = _RULE
+        radii = s * (1 + _DIFFERENCE * steps)
+        phi = inclination(side, radii, np.full_like(radii, u))
+        rate = float(rule @ (radii * read(side, radii, phi)[1])) / (_DIFFERENCE * s * s)
+        cos = math.sqrt(1 - pull * pull)
+        off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
+        return off / (pull * pull + u * u or 1.0)
+
+    def form(
+        self, x: Array, side: int, s: float, width: float, u: float, rise: float
+    ) -> tuple[Array, Array]:
+        """The elements' polynomials, then the far field."""
+        self._alone(s + side * width)
+        if not s:
+            return np.zeros_like(x), np.zeros_like(x)
+        ends, nodal = surface(side, s, u)
+        end = ends[-1]
+        near = on_elements(ends, nodal, np.minimum(x, end))
+        far = nodal[-1] * decayed(side, s + side * end, s + side * x)
+        u0, u1 = np.where(x < end, near, far)
+        return u0, u1
+
+    def refusal(self, left: At | None, right: At | None, depth: Any) -> str:
+        """For which depth and line."""
+        line = alone(left, right)
+        return (
+            f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
+            f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a "
+            "millionth of l, and is not resolved; use a smaller |depth|, a smaller w or a blunter "
+            "indenter"
+        )

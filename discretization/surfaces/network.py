@@ -116,7 +116,9 @@ class Family:
         if (kind, number) not in self.pieces:
             t = chebpts1(self.points)
             found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
-            self.pieces[kind, number] = np.linalg.solve(chebyshev(t, self.points), found)
+            self.pieces[kind, number] = np.asarray(
+                np.linalg.solve(chebyshev(t, self.points), found)
+            )
         return self.pieces[kind, number]
 
     def at(self, kinds: Any, s: Array) -> Array:
@@ -219,7 +221,7 @@ class Line:
         return half.then(half)
 
     def shape(
-        self, side: int, s: float, width: float, x: Array, u: float, rise: float
+        self, x: Array, side: int, s: float, width: float, u: float, rise: float
     ) -> tuple[Array, Array]:
         """u and u' at distances x from a line displaced by u towards another one, by u + rise.
 

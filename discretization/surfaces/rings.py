@@ -141,7 +141,7 @@ class Axis:
         return Network(*found if many else found[:, 0])
 
     def shape(
-        self, side: int, s: float, width: float, x: Array, u: float, rise: float
+        self, x: Array, side: int, s: float, width: float, u: float, rise: float
     ) -> tuple[Array, Array]:
         """The same on a mesh of the whole ring, or what is left beyond lines far apart."""
         if width <= FAR and s > 0:

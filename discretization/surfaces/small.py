@@ -15,16 +15,14 @@ where a line at s moves away from its contact, S its reaction per length: it is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.surfaces.network import Line
-from discretization.surfaces.protocol import ANY, MET, At, Free, alone
+from discretization.surfaces.protocol import ANY, MET, Free, Surfaces
 from discretization.surfaces.rings import BESIDE, Axis
-from energy import Scene
 
 Array = NDArray[np.float64]
 _STEP = 1e-30  # of a width, along the imaginary axis
@@ -32,81 +30,46 @@ _STEP = 1e-30  # of a width, along the imaginary axis
 _NETS: dict[str, Line | Axis] = {"line": Line(10), "axisymmetric": Axis()}
 
 
-@dataclass(frozen=True, eq=False)
-class SmallSurfaces:
+class SmallSurfaces(Surfaces):
     """Free surfaces of a scene."""
-
-    scene: Scene
 
     @property
     def net(self) -> Line | Axis:
         """The networks of its geometry."""
         return _NETS[self.scene.geometry]
 
-    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        """D: linear in the heights and the slope."""
-        net, scene, length = self.net, self.scene, self.scene.elastocapillary_length
-        excess = length * (side * f1 - np.sqrt(2 * w / scene.gamma1))
-        # differences may look beyond the axis
-        s = np.maximum(x / length, BESIDE) if scene.axisymmetric else x / length
-        if facing is not None:
-            found = net.between(side, s, np.maximum(side * (facing.x - x) / length, MET))
-            return f + (net.measure(s) * excess - found.tie * (facing.f - f)) / found.left
-        rest = f + net.measure(s) * excess / net.alone(side, s)
-        if not scene.axisymmetric:
-            return rest
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
+        """Linear in the heights and the slope."""
+        net, excess, turned = self.net, steep - np.sqrt(2 * w), self.scene.axisymmetric
+        off = np.maximum(s, BESIDE) if turned else s  # differences may look beyond the axis
+        if not isinstance(width, float) or width < math.inf:
+            found = net.between(side, off, width)
+            return (net.measure(off) * excess + found.tie * rise) / found.left
+        u = net.measure(off) * excess / net.alone(side, off)
+        if not turned:
+            return u
         # a line at the axis rests as just beside it, if it does not adhere as it is touched;
         # a contact around the axis has no line there: it rests at any depth
-        there = np.where(np.greater(side, 0), np.where(excess < 0, rest, f), ANY)
-        return np.where(np.less_equal(x, 0), there, rest)[()]
+        there = np.where(np.greater(side, 0), np.minimum(u, 0.0), ANY)
+        return np.where(np.less_equal(s, 0), there, u)[()]
 
-    def _lines(self, left: At | None, right: At | None, depth: Any) -> tuple[Any, ...]:
-        """A free surface from its first line on, in units of l.
-
-        The side of the line it is on, where that is, how far away the other one, u, and how much
-        more at the other.
-        """
-        length, line = self.scene.elastocapillary_length, alone(left, right)
-        s, u = line.x / length, (depth - line.f) / length
-        if left is None or right is None:
-            return 1 if left else -1, s, math.inf, u, -u
-        return 1, s, (right.x - left.x) / length, u, (left.f - right.f) / length
-
-    @property
-    def _unit(self) -> Any:
-        """Of forces: γ₁, or 2πγ₁l about an axis."""
-        return self.scene.gamma1 * self.scene.measure(self.scene.elastocapillary_length)
-
-    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
-        """F, and S of all lines together."""
-        side, s, width, u, rise = self._lines(left, right, depth)
+    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> tuple[Any, Any]:
+        """Of the networks."""
         found, v = self.net.between(side, s, np.maximum(width, MET)), u + rise
-        energy = self.scene.elastocapillary_length * found.energy(u, v, -rise)
-        return self._unit * energy, self._unit * (found.left * u + found.right * v)
+        return found.energy(u, v, -rise), found.left * u + found.right * v
 
-    def free(self, left: At | None, right: At | None, depth: float) -> Free:
-        """One free surface. As all its nodes are balanced, k∫u over it is what it pulls."""
-        side, s, width, u, rise = self._lines(left, right, depth)
-        found, v, unit = self.net.between(side, s, max(width, MET)), u + rise, float(self._unit)
+    def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free:
+        """As all nodes are balanced, k∫u over it is what it pulls."""
+        found, v = self.net.between(side, s, max(width, MET)), u + rise
         one, other = map(float, found.pulls(u, v, -rise))
         off = self._off(side, s, width, u, -rise, one)
         if width < math.inf:
             off = max(off, self._off(-side, s + width, width, v, rise, other))
-        pulls = (unit * one, unit * other)[::side]
-        energy = self.scene.elastocapillary_length * found.energy(u, v, -rise)
-        return Free(unit * float(energy), (pulls[0], pulls[1]), sum(pulls), off)
+        return Free(float(found.energy(u, v, -rise)), (one, other), one + other, off)
 
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
+    def form(self, x: Array, *lines: Any) -> tuple[Array, Array]:
         """As the networks have it."""
-        if left is None and right is None:
-            return np.zeros_like(z), np.zeros_like(z)
-        side, s, width, *ends = self._lines(left, right, depth)
-        length = self.scene.elastocapillary_length
-        x = side * (np.ravel(z) - alone(left, right).x) / length
-        u, u1 = self.net.shape(side, s, width, x, *ends)
-        return length * u.reshape(np.shape(z)), side * u1.reshape(np.shape(z))
+        return self.net.shape(x, *lines)
 
     def _off(self, side: int, s: float, width: float, u: float, apart: float, pull: float) -> float:
         """How far ∂E/∂s of the part of a surface beside a line is from what is said above.
