@@ -138,11 +138,10 @@ def _ends(scene: Scene, contacts: Array) -> Array:
     """Ends (2, n) of the panels of contacts (m, 2)."""
     edges = () if scene.pattern is None else scene.pattern.edges
     cuts = np.union1d(breaks(scene.indenter), edges)
-    parts = [
-        np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
-        for left, right in contacts.tolist()
-    ]
-    return np.hstack([[part[:-1], part[1:]] for part in parts])
+    own = np.searchsorted(contacts[:, 0], cuts) - 1  # the contact that begins before
+    inner = cuts[(own >= 0) & (cuts < contacts[own, 1])]
+    starts, stops = (np.sort(np.append(end, inner)) for end in contacts.T)
+    return np.array([starts, stops])
 
 
 def height_rounding(indenter: Indenter, ends: Array) -> float:

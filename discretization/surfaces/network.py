@@ -113,13 +113,9 @@ class Family:
 
     def piece(self, kind: int, number: float) -> Array:
         """Chebyshev coefficients (points, values)."""
-        if (kind, number) not in self.pieces:
-            t = chebpts1(self.points)
-            found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
-            self.pieces[kind, number] = np.asarray(
-                np.linalg.solve(chebyshev(t, self.points), found)
-            )
-        return self.pieces[kind, number]
+        t = chebpts1(self.points)
+        found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
+        return np.asarray(np.linalg.solve(chebyshev(t, self.points), found))
 
     def at(self, kinds: Any, s: Array) -> Array:
         """Values (n, values) of these kinds, a number or (n,), at s (n,)."""
@@ -127,8 +123,10 @@ class Family:
         numbers, kinds = np.floor(place), np.broadcast_to(kinds, s.shape)
         for kind, number in set(zip(kinds.tolist(), numbers.tolist(), strict=True)):
             own = (kinds == kind) & (numbers == number)
+            if (kind, number) not in self.pieces:
+                self.pieces[kind, number] = self.piece(kind, number)
             at = chebyshev(2 * (place[own] - number) - 1, self.points)
-            found[own] = at @ self.piece(kind, number)
+            found[own] = at @ self.pieces[kind, number]
         return found
 
 
