@@ -34,8 +34,8 @@ from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
 Density = Callable[[Array], Array]  # of places (n, p): several densities (m, n, p)
-Free = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
-NONE: Free = 0.0, 0.0, 0.0, 0.0
+Beside = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
+NONE: Beside = 0.0, 0.0, 0.0, 0.0
 _T, _DT = np.polynomial.legendre.leggauss(12)
 _NEAR, _DT = ((_T + 1) / 2) ** 4 / 2, _DT * ((_T + 1) / 2) ** 3
 # points and weights of a panel, half of them for each half, crowded at its ends by t⁴: a power law
@@ -184,7 +184,7 @@ class Interval(NamedTuple):
     rounding: float = 0.0
 
 
-def refined(scene: Scene, depth: float, contacts: Array, free: Free) -> Interval:
+def refined(scene: Scene, depth: float, contacts: Array, free: Beside) -> Interval:
     """Energy and force of contacts (m, 2); free: what the free surfaces beside them add."""
     found, rounding = in_contact(scene, depth, contacts)
     springs, tension, adhesion, force = found.sums.sum(axis=1).tolist()

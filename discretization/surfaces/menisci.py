@@ -50,11 +50,10 @@ _FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each ov
 _HALVINGS = {False: 2, True: 7}  # of the first element, next to mild and to steep lines
 _INSIDE = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # of a disc, or of 8 l of it
 _ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
-_STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
+_STILL = 1e-16  # of the energy: after a step that lowers it by less, one more is the last
 _DIFFERENCE = 1e-3  # of a radius: differences of fourth order are then good to 1e-11
 _RULE = np.array([(-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)]).T
 _UPRIGHT = 1e-12  # of the steepest inclination: it is found no better
-_SHARPER = 4.0  # while a step lowers U by less than a quarter of the last: no rounding yet
 
 
 def elements(side: int, s: Array, halvings: int) -> Array:
@@ -100,7 +99,7 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> tuple[Array, Arra
             factor[over] /= 2
             trial = mesh.nodal(u + factor[:, None] * step)
         u, (energy, gradient, hessian) = u + factor[:, None] * step, trial
-        rough &= (decrease > _STILL * np.abs(energy)) | (_SHARPER * decrease < before)
+        rough &= before > _STILL * np.abs(energy)
         if not rough.any():
             break
         before = decrease
