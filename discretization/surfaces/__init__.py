@@ -1,7 +1,7 @@
 """Free surfaces beside contact lines, on spectral meshes anchored at the lines.
 
 They answer the questions of protocol.py: at which depth a line rests beside them, what they store
-and pull, their shape. One module answers for each geometry and energy:
+and pull, their shape. One class answers for each geometry and energy, in units of l and γ₁:
 
     small slopes   line, axisymmetric  small.py on network.py and rings.py
     finite         line                finite_line.py on finite_range.py

@@ -201,10 +201,6 @@ class Line:
         """Length of a contact line at s."""
         return 1.0
 
-    def alone(self, side: Any, s: Any) -> Any:
-        """What an endless surface beyond a line pulls, over its displacement."""
-        return endless(self.degree)
-
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side, maybe infinitely far."""
         apart = Network(endless(self.degree), 0.0, endless(self.degree))

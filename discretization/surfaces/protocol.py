@@ -9,7 +9,7 @@ of length L. With finite slopes, tan β = f' and sin φ = S/γ₁, it is likewis
     ∂U/∂x = k/2 g² + (γ₁-w)√(1+f'²) - γ₁ - S f' = [2γ₁ sin²((β-φ)/2) - w]/cos β.
 
 A line advances where D < d and recedes where D > d. Small and finite slopes, line contacts and
-rotational symmetry differ in the last four answers of `Surfaces`, and nowhere else.
+rotational symmetry differ in the answers that `Surfaces` leaves open, and nowhere else.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class At(NamedTuple):
 
 
 def alone(left: At | None, right: At | None) -> At:
-    """The line of a tail."""
+    """The line of a tail, the first one of a gap."""
     line = left if left is not None else right
     assert line is not None, "a free surface has a line"
     return line

@@ -125,6 +125,8 @@ class Axis:
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From lines of radii s to others, this much further to a side; ∞ where there is none."""
+        if np.isinf(width).all():
+            return Network(self.alone(side, s), 0.0, 0.0)
         many = np.ndim(s) or np.ndim(width) or np.ndim(side)
         side, s, width = np.broadcast_arrays(*map(np.atleast_1d, (side, s, width)))
         out, other = side > 0, s + side * width
@@ -134,7 +136,7 @@ class Axis:
         if near.any():
             found[:, near] = ring(q[near], width[near])
         for part, way, line in ((0, 1, q), (2, -1, p)):
-            own = ~near & (np.real(line) > 0) & np.isfinite(line)
+            own = ~near & (np.real(line) > 0)
             if own.any():
                 found[part, own] = self.alone(way, line[own])
         found = np.where(out, found, found[::-1])

@@ -42,11 +42,9 @@ class SmallSurfaces(Surfaces):
         """Linear in the heights and the slope."""
         net, excess, turned = self.net, steep - np.sqrt(2 * w), self.scene.axisymmetric
         off = np.maximum(s, BESIDE) if turned else s  # differences may look beyond the axis
-        if not isinstance(width, float) or width < math.inf:
-            found = net.between(side, off, width)
-            return (net.measure(off) * excess + found.tie * rise) / found.left
-        u = net.measure(off) * excess / net.alone(side, off)
-        if not turned:
+        found = net.between(side, off, width)
+        u = (net.measure(off) * excess + found.tie * rise) / found.left
+        if not turned or np.isfinite(width).all():
             return u
         # a line at the axis rests as just beside it, if it does not adhere as it is touched;
         # a contact around the axis has no line there: it rests at any depth
