@@ -120,7 +120,9 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     """
     indenter = Radial(scene.indenter) if scene.axisymmetric else scene.indenter
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
-    cuts = _cuts(indenter, _window(scene, indenter, depth), edges)
+    lo, hi = _window(scene, indenter, depth)
+    known = np.concatenate([breaks(indenter), edges, np.nextafter(edges, -math.inf)])
+    cuts = np.unique(np.concatenate([[lo, hi], known[(known > lo) & (known < hi)]]))
     x, resolved = _refined(scene, indenter, cuts)
     if not resolved:
         warnings.warn(
@@ -184,13 +186,6 @@ def breaks(indenter: Indenter) -> Array:
     """x of the corners, the knots and the apex, between which a built-in profile is smooth."""
     apex = () if indenter.apex is None else (indenter.apex,)
     return np.array([*indenter.corners, *indenter.knots, *apex], float)
-
-
-def _cuts(indenter: Indenter, window: tuple[float, float], edges: Array) -> Array:
-    """Ends of the window, and the corners, knots and edges of a pattern in it."""
-    known = np.concatenate([breaks(indenter), edges, np.nextafter(edges, -math.inf)])
-    inner = known[(known > window[0]) & (known < window[1])]
-    return np.unique(np.concatenate([window, inner]))
 
 
 def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool]:

@@ -34,8 +34,8 @@ from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
 Density = Callable[[Array], Array]  # of places (n, p): several densities (m, n, p)
-Free = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
-NONE: Free = 0.0, 0.0, 0.0, 0.0
+Beside = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
+NONE: Beside = 0.0, 0.0, 0.0, 0.0
 _T, _DT = np.polynomial.legendre.leggauss(12)
 _NEAR, _DT = ((_T + 1) / 2) ** 4 / 2, _DT * ((_T + 1) / 2) ** 3
 # points and weights of a panel, half of them for each half, crowded at its ends by t⁴: a power law
@@ -138,11 +138,10 @@ def _ends(scene: Scene, contacts: Array) -> Array:
     """Ends (2, n) of the panels of contacts (m, 2)."""
     edges = () if scene.pattern is None else scene.pattern.edges
     cuts = np.union1d(breaks(scene.indenter), edges)
-    parts = [
-        np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
-        for left, right in contacts.tolist()
-    ]
-    return np.hstack([[part[:-1], part[1:]] for part in parts])
+    own = np.searchsorted(contacts[:, 0], cuts) - 1  # the contact that begins before
+    inner = cuts[(own >= 0) & (cuts < contacts[own, 1])]
+    starts, stops = (np.sort(np.append(end, inner)) for end in contacts.T)
+    return np.array([starts, stops])
 
 
 def height_rounding(indenter: Indenter, ends: Array) -> float:
@@ -185,7 +184,7 @@ class Interval(NamedTuple):
     rounding: float = 0.0
 
 
-def refined(scene: Scene, depth: float, contacts: Array, free: Free) -> Interval:
+def refined(scene: Scene, depth: float, contacts: Array, free: Beside) -> Interval:
     """Energy and force of contacts (m, 2); free: what the free surfaces beside them add."""
     found, rounding = in_contact(scene, depth, contacts)
     springs, tension, adhesion, force = found.sums.sum(axis=1).tolist()

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
 _HALVINGS = 200  # secants, and halvings where those are slow
-_CLOSE = 2e-16  # of the position: steps that are rounding
+_CLOSE = 2.0**-52  # of the position: steps of one rounding
 
 
 def bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:

@@ -1,11 +1,11 @@
 """Free surfaces beside contact lines, on spectral meshes anchored at the lines.
 
 They answer the questions of protocol.py: at which depth a line rests beside them, what they store
-and pull, their shape. One module answers for each geometry and energy:
+and pull, their shape. One class answers for each geometry and energy, in units of l and γ₁:
 
     small slopes   line, axisymmetric  small.py on network.py and rings.py
     finite         line                finite_line.py on finite_range.py
-                   axisymmetric        meniscus_surfaces.py on menisci.py
+                   axisymmetric        menisci.py
 
 They are solved on spectral elements (network.py) whose errors are rounding.
 """
@@ -13,7 +13,7 @@ They are solved on spectral elements (network.py) whose errors are rounding.
 from __future__ import annotations
 
 from discretization.surfaces.finite_line import FiniteSurfaces
-from discretization.surfaces.meniscus_surfaces import MeniscusSurfaces
+from discretization.surfaces.menisci import MeniscusSurfaces
 from discretization.surfaces.protocol import Surfaces
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene

@@ -40,8 +40,7 @@ from discretization.surfaces.finite_range import (
     rest_displacement,
 )
 from discretization.surfaces.network import on_elements, rounded
-from discretization.surfaces.protocol import MET, At, Free, alone
-from energy import Scene
+from discretization.surfaces.protocol import At, Free, Surfaces, alone
 
 Array = NDArray[np.float64]
 _INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
@@ -163,92 +162,65 @@ class Gaps:
         return left + rises, steep / rate(steep)
 
 
-def tails(u: Array) -> Gaps:
-    """The surfaces beside lines displaced by u (n, 1), as ones to lines where they are flat."""
-    T = np.full_like(u, FAR)
-    left = u * np.exp(-FAR * mesh_of(T).nodes)
-    return Gaps(T, -left, left, left - u)
+def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
+    """The surfaces displaced by u and u + rise at lines these distances apart, (n, 1).
 
-
-def gaps(left: Array, rise: Array, length: Array) -> Gaps:
-    """The surfaces displaced by `left` and `left + rise` at lines these lengths apart, (n, 1)."""
-    left, rise, length = np.broadcast_arrays(left, rise, np.minimum(length, FAR))
-    steepest = 1 + np.abs(left[:, 0]) + 2 * np.abs(rise[:, 0])
-    T = range_of(length, lambda T, own: _ends(left[own], rise[own], T), steepest)
-    p, rises = _exponentials(left, rise, T, T * mesh_of(T).nodes)
-    return Gaps(T, p, left + rises, rises)
+    One to no other line is one to a line where it is flat, and at most upright.
+    """
+    if np.isinf(width).all():
+        T, u = np.full_like(u, FAR), np.clip(u, -STEEPEST, STEEPEST)
+        left = u * np.exp(-FAR * mesh_of(T).nodes)
+        return Gaps(T, -left, left, left - u)
+    u, rise, width = np.broadcast_arrays(u, rise, np.minimum(width, FAR))
+    steepest = 1 + np.abs(u[:, 0]) + 2 * np.abs(rise[:, 0])
+    T = range_of(width, lambda T, own: _ends(u[own], rise[own], T), steepest)
+    p, rises = _exponentials(u, rise, T, T * mesh_of(T).nodes)
+    return Gaps(T, p, u + rises, rises)
 
 
 @functools.lru_cache(maxsize=1024)
-def single(u: float, *gap: float) -> Gaps:
-    """A single surface, beside a line or in a gap of this rise and length."""
-    return (gaps if gap else tails)(*(np.full((1, 1), part) for part in (u, *gap)))
+def single(u: float, rise: float, width: float) -> Gaps:
+    """A single surface."""
+    return surfaces(*(np.full((1, 1), part) for part in (u, rise, width)))
 
 
-@dataclass(frozen=True, eq=False)
-class FiniteSurfaces:
+class FiniteSurfaces(Surfaces):
     """Free surfaces of a scene."""
 
-    scene: Scene
-
-    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        """D: the inclination at rest is known, and the displacement that has it is solved for.
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
+        """The inclination at rest is known, and the displacement that has it is solved for.
 
         Where a gap would turn over its inclination is cut at ±π/2; a tail is refused if its line is
         at rest there.
         """
-        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
-        phi = np.arctan(side * f1) - 2 * np.arcsin(np.sqrt(w / (2 * gamma1)))
-        if facing is None:
-            return f + 2 * length * np.sin(phi / 2)
-        phi = np.maximum(phi, -math.pi / 2)
-        apart, rise = np.maximum(side * (facing.x - x) / length, MET), (f - facing.f) / length
-        return f + length * rest_displacement(-2 * np.sin(phi / 2), rise, apart)
+        phi = np.arctan(steep) - 2 * np.arcsin(np.sqrt(w / 2))
+        if np.isinf(width).all():
+            return 2 * np.sin(phi / 2)
+        return rest_displacement(-2 * np.sin(np.maximum(phi, -math.pi / 2) / 2), rise, width)
 
-    def _between(self, left: At | None, right: At | None, depth: Any) -> tuple[Any, ...]:
-        """u at the first line and, of a gap, how much more at the other and how far away it is."""
-        length = self.scene.elastocapillary_length
-        u = (depth - alone(left, right).f) / length
-        if left is None or right is None:  # from its line on, at most upright
-            return (np.clip(u, -STEEPEST, STEEPEST),)
-        return u, (left.f - right.f) / length, (right.x - left.x) / length
+    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> tuple[Any, Any] | None:
+        """From the mesh."""
+        found = surfaces(*(np.reshape(part, (-1, 1)) for part in (u, rise, width)))
+        upright = found.upright and np.isinf(width).all()
+        return None if upright else (found.energy, found.pulls.sum(axis=0))
 
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
+    def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
+        """From the mesh."""
+        found = single(u, rise, width)
+        if found.upright:
+            return None
+        one, other = found.pulls[:, 0].tolist()
+        return Free(found.energy.item(), (one, other), found.area.item(), found.residual)
+
+    def form(
+        self, x: Array, side: int, s: float, width: float, u: float, rise: float
     ) -> tuple[Array, Array]:
         """As the exponentials have it."""
-        if left is None and right is None:
-            return np.zeros_like(z), np.zeros_like(z)
-        length, side = self.scene.elastocapillary_length, -1 if left is None else 1
-        p = side * (np.ravel(z) - alone(left, right).x) / length
-        q = np.maximum(FAR - p, 0.0)
-        if left is not None and right is not None:
-            q = (right.x - np.ravel(z)) / length
-        u, slope = single(*self._between(left, right, depth)).at(p, q)
-        return length * u.reshape(np.shape(z)), side * slope.reshape(np.shape(z))
+        far = FAR if math.isinf(width) else width
+        return single(u, rise, width).at(x, np.maximum(far - x, 0.0))
 
-    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
-        """F and S of tails and of gaps. ValueError if a tail would turn over."""
-        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
-        parts = [np.reshape(part, (-1, 1)) for part in self._between(left, right, depth)]
-        found = gaps(*parts) if len(parts) > 1 else tails(*parts)
-        if len(parts) == 1 and found.upright:
-            raise ValueError(self._overhang(depth, left, right))
-        return gamma1 * length * found.energy, gamma1 * found.pulls.sum(axis=0)
-
-    def free(self, left: At | None, right: At | None, depth: float) -> Free:
-        """One free surface."""
-        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
-        found = single(*self._between(left, right, depth))
-        if found.upright:
-            raise ValueError(self._overhang(depth, left, right))
-        (energy,), (area,) = (gamma1 * part for part in (length * found.energy, found.area))
-        one, other = (gamma1 * found.pulls[:, 0]).tolist()
-        if left is None or right is None:
-            one, other = (one, 0.0) if right is None else (0.0, one)
-        return Free(float(energy), (one, other), float(area), found.residual)
-
-    def _overhang(self, depth: Any, left: At | None, right: At | None) -> str:
+    def refusal(self, left: At | None, right: At | None, depth: Any) -> str:
+        """For which depth and line."""
         line, limit = alone(left, right), OVERHANG * self.scene.elastocapillary_length
         place = f"at the contact line x = {line.x!r}"
         if left is not None and right is not None:

@@ -82,7 +82,7 @@ Ends = Callable[[Array, NDArray[np.int64]], tuple[Array, Array]]
 
 
 def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
-    """T with x(T) = L (n, 1), by a guess from x ≈ T - 3/8 ∫p² dτ.
+    """T with x(T) = L (n, 1), from T = L on.
 
     steepest: |p| at both lines is no more from T = 1 on. As 1 - h <= p²/2 and |p| decays by e^-τ
     from either line, L <= T <= L + 1 + 2 ln(steepest).
@@ -94,13 +94,9 @@ def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
         grown = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
         return np.asarray(rate(start * grown[:, ::-1] + end * grown) @ mesh.weights - low[own] / T)
 
-    every, low, whole, cosh = np.arange(len(length)), length[:, 0], np.sinh(length), np.cosh(length)
-    start, end = ends(length, every)
-    square = (start * start + end * end) * (cosh - length / whole) / whole / 2
-    square = square + start * end * (length * cosh / whole - 1) / whole
-    guess = low + np.clip(0.375 * square[:, 0], 0.0, np.minimum(low, 1.0))
+    low = length[:, 0]
     high = low + 1 + 2 * np.log(steepest)
-    return crossings(off, low, high, guess, 1 / guess, _CLOSE)[:, None]
+    return crossings(off, low, high, low, 1 / low, _CLOSE)[:, None]
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:

@@ -11,6 +11,11 @@ inclination at the line. Displacement and energy are smooth in log s and sin²(�
 
 and are kept as Chebyshev polynomials of both on pieces of the family. Beyond 8 l the surface is so
 flat that small slopes are exact to rounding.
+
+A line rests where φ = β - 2 asin √(w/(2γ₁)), tan β = f'. ∂U/∂x = 2πx [2γ₁ sin²((β-φ)/2) - w]/cos β
+as for a line contact, because on the mesh, to rounding,
+
+    d(s F)/ds = ±s (1 - cos φ - u₀²/2)   at a given u₀.
 """
 
 from __future__ import annotations
@@ -24,8 +29,10 @@ from numpy.polynomial.chebyshev import chebpts1
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from discretization.surfaces.network import band, on_elements, rounded
-from discretization.surfaces.rings import decayed, far_stiffness, stiffness
+from discretization.roots import crossings
+from discretization.surfaces.network import Family, band, chebyshev, on_elements, rounded
+from discretization.surfaces.protocol import ANY, At, Free, Surfaces, alone
+from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, rough, stiffness
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
@@ -43,11 +50,10 @@ _FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each ov
 _HALVINGS = {False: 2, True: 7}  # of the first element, next to mild and to steep lines
 _INSIDE = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # of a disc, or of 8 l of it
 _ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
-_DEGREE = 12  # of the surfaces with small slopes, from which φ is looked for
-_STEP = 1e-6  # of φ, for a derivative that need not be exact
-_STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
-_SHARPER = 4.0  # while a step lowers U by less than a quarter of the last: no rounding yet
-_FOUND = 1e-15  # of φ
+_STILL = 1e-16  # of the energy: after a step that lowers it by less, one more is the last
+_DIFFERENCE = 1e-3  # of a radius: differences of fourth order are then good to 1e-11
+_RULE = np.array([(-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)]).T
+_UPRIGHT = 1e-12  # of the steepest inclination: it is found no better
 
 
 def elements(side: int, s: Array, halvings: int) -> Array:
@@ -93,7 +99,7 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> tuple[Array, Arra
             factor[over] /= 2
             trial = mesh.nodal(u + factor[:, None] * step)
         u, (energy, gradient, hessian) = u + factor[:, None] * step, trial
-        rough &= (decrease > _STILL * np.abs(energy)) | (_SHARPER * decrease < before)
+        rough &= before > _STILL * np.abs(energy)
         if not rough.any():
             break
         before = decrease
@@ -134,77 +140,46 @@ class _Mesh(NamedTuple):
         return energy - self.sines * u[:, 0], gradient, hessian
 
 
-@functools.lru_cache(maxsize=64)
-def _piece(side: int, piece: int, steep: bool) -> Array:
-    """Chebyshev coefficients of g and of e (2, radii, inclinations) on a piece of the family."""
-    at, over = chebpts1(_RADII), chebpts1(_INCLINATIONS)
-    s = 2.0 ** (_RANGE * (piece + (at + 1) / 2))
-    low, high = _SQUARES[steep]
+def _solved(kind: int, s: Array) -> Array:
+    """Coefficients of g and of e over what u₀ is roughly (n, 2·_INCLINATIONS), by inclination."""
+    side, steep = np.sign(kind), abs(kind) > 1
+    over, (low, high) = chebpts1(_INCLINATIONS), _SQUARES[steep]
     half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
     radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
     _, u, energy = solve(side, radii, 2 * halves * np.sqrt(1 - halves**2), _HALVINGS[steep])
     values = np.array([u[:, 0] / halves, energy / halves**2]) / rough(side, radii)
-    left, right = (np.linalg.inv(_chebyshev(part, part.size)) for part in (at, over))
-    return np.asarray(left @ values.reshape(2, s.size, half.size) @ right.T)
+    found = values.reshape(2, s.size, -1) @ np.linalg.inv(chebyshev(over, _INCLINATIONS)).T
+    return np.hstack(found)
 
 
-def _chebyshev(t: Array, count: int) -> Array:
-    """The first Chebyshev polynomials at t (n, count)."""
-    return np.asarray(np.cos(np.arccos(np.clip(t, -1, 1))[:, None] * np.arange(count)))
+_FAMILY = Family(_solved, 2 * _INCLINATIONS, _RADII, _RANGE)
 
 
-def rough(side: int, s: Any) -> Any:
-    """u₀ for a given pull, roughly: s log(1/s) beside small radii, 1 beside great ones."""
-    if side < 0:
-        return (2 + s) / s
-    return s / (1 + s) * (1 - np.log(s / (1 + s)))
-
-
-def read(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
+def read(side: Any, s: Array, phi: Array) -> tuple[Array, Array]:
     """u₀ and F beside lines of radii s (n,) at which the surface is inclined by φ (n,).
 
     Where springs do not matter next to the line, both over s change by the tension's logarithm,
     -sin φ and -sin² φ/2 times log s, but for s² log² s.
     """
-    if side < 0 or not (s < _SOLVED).any():
-        return _tabled(side, s, phi)
-    u, energy = _tabled(side, np.maximum(s, _SOLVED), phi)
+    own, half = np.maximum(s, _SOLVED), np.sin(np.minimum(np.abs(phi), STEEPEST) / 2)
+    steep = np.abs(phi) > _MILD
+    low, high = np.where(steep[:, None], _SQUARES[True], _SQUARES[False]).T
+    over = chebyshev(2 * (half * half - low) / (high - low) - 1, _INCLINATIONS)
+    family = _FAMILY.at(side * (1 + steep), own).reshape(s.size, 2, _INCLINATIONS)
+    g, e = (family * over[:, None]).sum(axis=2).T * rough(side, own)
     part, sine = np.minimum(s / _SOLVED, 1.0), np.sin(np.clip(phi, -STEEPEST, STEEPEST))
     more = -part * _SOLVED * np.log(part) * sine
-    return part * u + more, part * energy + more * sine / 2
-
-
-def _tabled(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
-    """The same beside radii whose surfaces are solved."""
-    u, energy = np.zeros((2, *s.shape))
-    half = np.sin(np.minimum(np.abs(phi), STEEPEST) / 2)
-    pieces, steep = np.floor(np.log2(s) / _RANGE), np.abs(phi) > _MILD
-    for piece, is_steep in set(zip(pieces.tolist(), steep.tolist(), strict=True)):
-        own = (pieces == piece) & (steep == is_steep)
-        low, high = _SQUARES[is_steep]
-        t = 2 * (np.log2(s[own]) / _RANGE - piece) - 1
-        z = 2 * (half[own] ** 2 - low) / (high - low) - 1
-        over = _chebyshev(z, _INCLINATIONS) @ _piece(side, int(piece), is_steep).transpose(0, 2, 1)
-        g, e = (_chebyshev(t, _RADII) * over).sum(axis=2)
-        size = half[own] * rough(side, s[own])
-        u[own], energy[own] = g * size, e * size * half[own]
-    return np.copysign(u, phi), energy
+    return part * np.copysign(half * g, phi) + more, part * half**2 * e + more * sine / 2
 
 
 def inclination(side: int, s: Array, u0: Array) -> Array:
-    """φ at lines of radii s (n,) displaced by u₀ (n,), by Newton's method; at most STEEPEST."""
-    flat = stiffness(_DEGREE, side, s) * u0
-    phi = np.clip(flat / np.sqrt(1 + flat * flat / 4), -STEEPEST, STEEPEST)
-    twice = np.tile(s, 2)
-    for _ in range(_ROUNDS):
-        step = _STEP * np.where(phi > 0, -1, 1)
-        value, beside = read(side, twice, np.append(phi, phi + step))[0].reshape(2, -1)
-        new = np.clip(phi - (value - u0) * step / (beside - value), -STEEPEST, STEEPEST)
-        still = np.abs(new - phi) <= _FOUND * (_STEP + np.abs(new))
-        phi = new
-        if still.all():
-            break
-    return phi
+    """φ at lines of radii s (n,) displaced by u₀ (n,); at most STEEPEST."""
+    rise, most = 1 / stiffness(side, s), np.full_like(s, STEEPEST)
+    flat = u0 / rise
+    guess = np.clip(flat / np.sqrt(1 + flat * flat / 4), -most, most)
+    return crossings(
+        lambda phi, own: read(side, s[own], phi)[0] - u0[own], -most, most, guess, rise, 0.0
+    )
 
 
 @functools.lru_cache(maxsize=256)
@@ -216,10 +191,83 @@ def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
     return np.append(0.0, np.cumsum(lengths[0])), u[0]
 
 
-def shape(side: int, s: float, u0: float, x: Array) -> tuple[Array, Array]:
-    """u and u' at distances from the line: the elements' polynomials, then the far field."""
-    ends, u = surface(side, s, u0)
-    end, r = ends[-1], s + side * x
-    far = u[-1] * decayed(side, s + side * end, r)
-    near, slope = on_elements(ends, u, np.minimum(x, end))
-    return np.where(x < end, near, far), np.where(x < end, slope, -far * far_stiffness(side, r))
+class MeniscusSurfaces(Surfaces):
+    """Free surfaces of a scene."""
+
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
+        """The inclination at rest is known, and the displacement that has it is read.
+
+        Beyond the steepest of the family it only has to grow: a line that rests there is refused.
+        At the axis it is next to nothing, of the right sign.
+        """
+        self._alone(s + side * width)
+        one, phi = not np.ndim(s), np.arctan(steep) - 2 * np.arcsin(np.sqrt(w / 2))
+        side, s, phi = np.broadcast_arrays(*map(np.atleast_1d, (side, s, phi)))
+        least = np.maximum(s, np.where(side > 0, LEAST[1], LEAST[-1]))
+        off, u = s > 0, np.sin(phi) * rough(1, BESIDE)
+        u[off] = read(side[off], least[off], phi[off])[0]
+        beyond = np.maximum(np.abs(np.sin(phi / 2)) / math.sin(STEEPEST / 2), 1.0)
+        beyond = beyond * least / np.maximum(s, BESIDE)  # what is on a tiny disc does not count
+        u = np.where(off | (side > 0), u * beyond, ANY)
+        return u[0] if one else u
+
+    def _alone(self, other: Any) -> None:
+        """ValueError where there is another line."""
+        if np.isfinite(other).any():
+            r = self.scene.elastocapillary_length * float(np.ravel(other)[0])
+            raise ValueError(
+                f"slopes = 'finite' with geometry = 'axisymmetric': there is another contact at r "
+                f"= {r!r}, and the ring of free surface between two is not implemented with finite "
+                "slopes; use slopes='small', or a profile with one contact"
+            )
+
+    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> tuple[Any, Any]:
+        """Read from the family."""
+        phi = inclination(side, np.maximum(s, LEAST[side]), u)
+        energy = s * read(side, np.maximum(s, LEAST[side]), phi)[1]
+        return energy, s * np.sin(phi)
+
+    def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
+        """Read from the family. As all its nodes are balanced, k∫u over it is what it pulls."""
+        if not s:
+            return Free(0.0, (0.0, 0.0), 0.0, 0.0)
+        radius = np.array([s])
+        phi = inclination(side, radius, np.array([u]))
+        if s < LEAST[side] or abs(phi[0]) >= STEEPEST * (1 - _UPRIGHT):
+            return None
+        energy, pull = s * float(read(side, radius, phi)[1][0]), math.sin(phi[0])
+        return Free(energy, (s * pull, 0.0), s * pull, self._imbalance(side, s, u, pull))
+
+    def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
+        """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms."""
+        steps, rule = _RULE
+        radii = s * (1 + _DIFFERENCE * steps)
+        phi = inclination(side, radii, np.full_like(radii, u))
+        rate = float(rule @ (radii * read(side, radii, phi)[1])) / (_DIFFERENCE * s * s)
+        cos = math.sqrt(1 - pull * pull)
+        off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
+        return off / (pull * pull + u * u or 1.0)
+
+    def form(
+        self, x: Array, side: int, s: float, width: float, u: float, rise: float
+    ) -> tuple[Array, Array]:
+        """The elements' polynomials, then the far field."""
+        self._alone(s + side * width)
+        if not s:
+            return np.zeros_like(x), np.zeros_like(x)
+        ends, nodal = surface(side, s, u)
+        end = ends[-1]
+        near = on_elements(ends, nodal, np.minimum(x, end))
+        far = nodal[-1] * decayed(side, s + side * end, s + side * x)
+        u0, u1 = np.where(x < end, near, far)
+        return u0, u1
+
+    def refusal(self, left: At | None, right: At | None, depth: Any) -> str:
+        """For which depth and line."""
+        line = alone(left, right)
+        return (
+            f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
+            f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a "
+            "millionth of l, and is not resolved; use a smaller |depth|, a smaller w or a blunter "
+            "indenter"
+        )

@@ -20,14 +20,15 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre, legendre
+from numpy.polynomial.chebyshev import chebpts1
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
 _LONGEST = 0.5  # l: of an element, which rounding then resolves
 _COVERED = 4.0  # l: beside a line, by elements
@@ -82,24 +83,51 @@ def on_elements(ends: Array, u: Array, x: Array) -> tuple[Array, Array]:
     return np.asarray(values), np.asarray(slopes * 2 / width)
 
 
-@functools.lru_cache(maxsize=64)
-def _lower(size: int) -> tuple[Indices, Indices]:
-    """Rows and columns of an element's lower triangle without the node shared with the next."""
-    row, column = np.tril_indices(size)
-    own = column < size - 1
-    return row[own], column[own]
-
-
 def band(blocks: Array) -> Array:
     """Element matrices (..., m, degree+1, degree+1) added up, lower banded (..., degree+1, n)."""
     *many, elements, size, _ = blocks.shape
-    row, column = _lower(size)
-    result = np.zeros((*many, size, elements, size - 1))
-    result[..., row - column, :, column] = np.moveaxis(blocks[..., row, column], -1, 0)
-    ends = np.zeros((*many, size, 1))
-    result = np.concatenate([result.reshape(*many, size, -1), ends], axis=-1)
-    result[..., 0, size - 1 :: size - 1] += blocks[..., -1, -1]
+    last = elements * (size - 1)
+    result = np.zeros((*many, size, last + 1))
+    for i in range(size):
+        for j in range(i, size):
+            result[..., j - i, i : i + last : size - 1] += blocks[..., j, i]
     return result
+
+
+def chebyshev(t: Array, count: int) -> Array:
+    """The first Chebyshev polynomials at t (n, count)."""
+    return np.asarray(np.cos(np.arccos(np.clip(t, -1, 1))[:, None] * np.arange(count)))
+
+
+class Family:
+    """Smooth functions of log s, of several kinds, read as polynomials on pieces of some octaves.
+
+    solve(kind, s): their values (n, values) at s (n,). A piece is solved for once it is asked for.
+    """
+
+    def __init__(
+        self, solve: Callable[[int, Array], Array], values: int, points: int, octaves: float
+    ) -> None:
+        self.solve, self.values, self.points, self.octaves = solve, values, points, octaves
+        self.pieces: dict[tuple[int, float], Array] = {}
+
+    def piece(self, kind: int, number: float) -> Array:
+        """Chebyshev coefficients (points, values)."""
+        t = chebpts1(self.points)
+        found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
+        return np.asarray(np.linalg.solve(chebyshev(t, self.points), found))
+
+    def at(self, kinds: Any, s: Array) -> Array:
+        """Values (n, values) of these kinds, a number or (n,), at s (n,)."""
+        place, found = np.log2(s) / self.octaves, np.empty((s.size, self.values))
+        numbers, kinds = np.floor(place), np.broadcast_to(kinds, s.shape)
+        for kind, number in set(zip(kinds.tolist(), numbers.tolist(), strict=True)):
+            own = (kinds == kind) & (numbers == number)
+            if (kind, number) not in self.pieces:
+                self.pieces[kind, number] = self.piece(kind, number)
+            at = chebyshev(2 * (place[own] - number) - 1, self.points)
+            found[own] = at @ self.pieces[kind, number]
+        return found
 
 
 class Network(NamedTuple):
@@ -117,10 +145,6 @@ class Network(NamedTuple):
         """∂E/∂u and ∂E/∂v."""
         return self.left * u + self.tie * apart, self.right * v - self.tie * apart
 
-    def seen_from(self, side: int) -> Network:
-        """With the right end first if the free surface is on the left side of a line."""
-        return self if side > 0 else Network(*self[::-1])
-
     def then(self, other: Network) -> Network:
         """With another one in a row: the line between them is eliminated."""
         middle = self.right + other.left
@@ -130,7 +154,7 @@ class Network(NamedTuple):
 
 
 @functools.lru_cache(maxsize=16)
-def modes(degree: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def modes(degree: int) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """Of the inner nodes of an element [-1, 1]: λ and c² of even ones, λ and b² of odd ones."""
     points, weights, d = rounded(degree)
     root = np.sqrt(weights[1:-1])
@@ -138,26 +162,19 @@ def modes(degree: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
     c, b = (root * points[1:-1] ** power @ vectors for power in (0, 1))
     even = np.abs(c) > np.abs(b)
-    return (values[even], c[even] ** 2), (values[~even], b[~even] ** 2)
-
-
-def _share(values: Array, parts: Array, square: Any) -> Any:
-    """Σ c² η²/(λ + η²)."""
-    if isinstance(square, np.ndarray) and square.ndim:
-        return parts @ (square / (values[:, None] + square))
-    return sum(
-        part * (square / (value + square))
-        for value, part in zip(values.tolist(), parts.tolist(), strict=True)
-    )
+    known = ((values[own], part[own] ** 2) for own, part in ((even, c), (~even, b)))
+    one, other = (list(zip(*map(np.ndarray.tolist, each), strict=True)) for each in known)
+    return one, other
 
 
 def piece(degree: int, length: Any) -> Network:
     """A part of a line contact's surface, of this length > 0 (a number or an array)."""
-    longest = length.max() if isinstance(length, np.ndarray) else length.real
-    times = max(0, math.ceil(math.log2(longest / _LONGEST)))  # doubled, to be at most that long
-    eta = length / 2 ** (times + 1)
+    times = max(0, math.ceil(math.log2(np.max(np.real(length)) / _LONGEST)))
+    eta = length / 2 ** (times + 1)  # doubled so often, elements are not too long
     square = eta * eta
-    even, odd = (_share(value, part, square) for value, part in modes(degree))
+    even, odd = (
+        sum(part * (square / (value + square)) for value, part in each) for each in modes(degree)
+    )
     ground, both = eta * (1 - even / 2), 1 / eta + eta * (1 / 3 - odd / 2)
     found = Network(ground, (both - ground) / 2, ground)
     for _ in range(times):
@@ -184,12 +201,8 @@ class Line:
         """Length of a contact line at s."""
         return 1.0
 
-    def alone(self, side: int, s: Any) -> Any:
-        """What an endless surface beyond a line pulls, over its displacement."""
-        return endless(self.degree)
-
     def between(self, side: Any, s: Any, width: Any) -> Network:
-        """From a line at s to another one, this much further to a side; the left end first."""
+        """From a line at s to another one, this much further to a side, maybe infinitely far."""
         apart = Network(endless(self.degree), 0.0, endless(self.degree))
         if not isinstance(width, np.ndarray):
             return apart if width.real > FAR else self._gap(width)
@@ -201,15 +214,12 @@ class Line:
         half = piece(self.degree, width / 2)
         return half.then(half)
 
-    def beyond(self, side: int, s: float, distance: Array) -> tuple[Array, Array]:
-        """u and u' outwards of an endless surface, displaced by 1 there: its exact decay."""
-        left = np.exp(-distance)
-        return left, -left
+    def shape(
+        self, x: Array, side: int, s: float, width: float, u: float, rise: float
+    ) -> tuple[Array, Array]:
+        """u and u' at distances x from a line displaced by u towards another one, by u + rise.
 
-    def shape(self, q: float, width: float, x: Array, u: float, rise: float) -> tuple[Array, Array]:
-        """u and u' between lines displaced by u and u + rise: their exact decays,
-
-        u cosh(x - L/2)/cosh(L/2) + rise sinh(x)/sinh(L) at distances x from the left line.
+        With exact decays, u cosh(x - L/2)/cosh(L/2) + rise sinh(x)/sinh(L), also for L = ∞.
         """
         one, other = np.exp(-x), np.exp(x - width)
         both, odd = 1 + math.exp(-width), -math.expm1(-2 * width)

@@ -8,15 +8,15 @@ of length L. With finite slopes, tan β = f' and sin φ = S/γ₁, it is likewis
 
     ∂U/∂x = k/2 g² + (γ₁-w)√(1+f'²) - γ₁ - S f' = [2γ₁ sin²((β-φ)/2) - w]/cos β.
 
-A line advances where D < d and recedes where D > d. Small and finite slopes differ in what answers
-the questions below (one module for each, see __init__.py), and nowhere else.
+A line advances where D < d and recedes where D > d. Small and finite slopes, line contacts and
+rotational symmetry differ in the answers that `Surfaces` leaves open, and nowhere else.
 """
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ class At(NamedTuple):
 
 
 def alone(left: At | None, right: At | None) -> At:
-    """The line of a tail."""
+    """The line of a tail, the first one of a gap."""
     line = left if left is not None else right
     assert line is not None, "a free surface has a line"
     return line
@@ -54,11 +54,11 @@ class Free(NamedTuple):
     residual: float
 
 
-class Surfaces(Protocol):
+@dataclass(frozen=True, eq=False)
+class Surfaces:
     """Free surfaces beside contacts; a line that is None is infinitely far away."""
 
-    @property
-    def scene(self) -> Scene: ...
+    scene: Scene
 
     def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D at x, numbers or arrays, with the height f and the slope f' there.
@@ -66,32 +66,77 @@ class Surfaces(Protocol):
         side: +1 for a line whose contact is on its left, else -1; facing: the line beyond the free
         surface.
         """
+        length, width, rise = self.scene.elastocapillary_length, math.inf, 0.0
+        if facing is not None:
+            width = np.maximum(side * (facing.x - x) / length, MET)
+            rise = (f - facing.f) / length
+        work = w / self.scene.gamma1
+        return f + length * self.at_rest(side, x / length, width, rise, side * f1, work)
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
-        """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d."""
+        """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d.
+
+        ValueError if a tail would turn over.
+        """
+        found = self.held(*self._lines(left, right, depth))
+        if found is None:
+            raise ValueError(self.refusal(left, right, depth))
+        return self._unit * self.scene.elastocapillary_length * found[0], self._unit * found[1]
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
         """One free surface. ValueError if it would turn over."""
+        found, unit = self.solved(*self._lines(left, right, depth)), self._unit
+        if found is None:
+            raise ValueError(self.refusal(left, right, depth))
+        (one, other), length = found.pulls, self.scene.elastocapillary_length
+        pulls = (unit * one, unit * other) if left else (unit * other, unit * one)
+        return Free(unit * length * found.energy, pulls, unit * found.area, found.residual)
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
         """u and u' at positions between two lines."""
+        if left is None and right is None:
+            return np.zeros_like(z), np.zeros_like(z)
+        length, (side, *lines) = self.scene.elastocapillary_length, self._lines(left, right, depth)
+        x = side * (np.ravel(z) - alone(left, right).x) / length
+        u, u1 = self.form(x, side, *lines)
+        return length * u.reshape(np.shape(z)), side * u1.reshape(np.shape(z))
 
+    @property
+    def _unit(self) -> float:
+        """Of forces: γ₁, or 2πγ₁l about an axis."""
+        return self.scene.gamma1 * float(self.scene.measure(self.scene.elastocapillary_length))
 
-def by_side(rest_depth: Callable[..., Any]) -> Callable[..., Any]:
-    """A `rest_depth` of surfaces that differ on either side of a contact, for arrays of sides."""
+    def _lines(self, left: At | None, right: At | None, depth: Any) -> tuple[Any, ...]:
+        """A free surface from its first line on, in units of l, as below."""
+        length, line = self.scene.elastocapillary_length, alone(left, right)
+        s, u = line.x / length, (depth - line.f) / length
+        if left is None or right is None:
+            return 1 if left else -1, s, math.inf, u, -u
+        return 1, s, (right.x - left.x) / length, u, (left.f - right.f) / length
 
-    @functools.wraps(rest_depth)
-    def both(self: Surfaces, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        if not (np.ndim(side) and self.scene.axisymmetric):
-            return rest_depth(self, side, x, f, f1, facing, w)
-        found, w = np.empty_like(x), np.broadcast_to(w, x.shape)
-        for one in (1, -1):
-            own = side == one
-            beyond = None if facing is None else At(facing.x[own], facing.f[own])
-            if own.any():
-                found[own] = rest_depth(self, one, x[own], f[own], f1[own], beyond, w[own])
-        return found
+    # In units of l and γ₁, a surface on a side of a line at s that is displaced by u, to another
+    # one in a distance of `width`, ∞ if there is none, that is displaced by u + rise:
 
-    return both
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
+        """u at which the line rests, f' outwards of the contact being `steep`."""
+        raise NotImplementedError
+
+    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> Any:
+        """F and what both lines are pulled by, (n,) each; None if a tail would turn over."""
+        raise NotImplementedError
+
+    def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
+        """One such surface, its first line first; None if it would turn over."""
+        raise NotImplementedError
+
+    def form(
+        self, x: Array, side: int, s: float, width: float, u: float, rise: float
+    ) -> tuple[Array, Array]:
+        """u and its slope towards the other line, at distances from the first line."""
+        raise NotImplementedError
+
+    def refusal(self, left: At | None, right: At | None, depth: Any) -> str:
+        """Why a surface that would turn over is refused."""
+        raise NotImplementedError

@@ -5,13 +5,14 @@ of its inner nodes, and of elements in a row.
 
 Beyond a line of radius s, and on the disc inside one, the reaction per length of the line is the
 displacement times a stiffness S(s), a function of the radius alone. It is that of some elements
-beside the line and of the far field beyond them, which is eliminated exactly. It is solved for at
-a few radii of every octave and read in between as a polynomial in log s.
+beside the line and of the far field beyond them, which is eliminated exactly, and is kept as a
+family (network.py).
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
 import numpy as np
@@ -19,63 +20,45 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.surfaces.network import FAR, Network, band, on_elements, rounded
+from discretization.surfaces.network import FAR, Family, Network, band, on_elements, rounded
 
 Array = NDArray[np.float64]
-_POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding
+_DEGREE = 12  # the least whose errors are rounding
+_POINTS, _OCTAVES = 28, 3.0  # of a piece of radii: the polynomial is then exact to rounding
 _COVERED, _DISC = 4.0, 6  # l: beside a line, by elements; by how many inside it
-_LEAST = -30  # octaves: inside of 2^-30 l the springs do nothing
 _WIDER = 1.5  # ends of elements of a ring, over each other
 _LONGEST = 1.0  # l: of an element, far from the axis
 BESIDE = 2.0**-40  # l: a line at the axis is asked for at this radius
 
 
-def stiffness(degree: int, side: int, s: Any) -> Any:
-    """S(s) beyond lines of radius s (side +1), or on the disc inside them (-1), number or array.
-
-    Infinite beyond a line at the axis, 0 inside it.
-    """
-    s, found = np.asarray(s, float), np.empty(np.shape(s))
-    octaves = np.floor(np.log2(np.maximum(s, 2.0 ** (_LEAST - 1))))
-    for octave in set(octaves.ravel().tolist()):
-        own = octaves == octave
-        found[own] = _read(degree, side, s[own], int(octave))
-    return found[()]
+def stiffness(side: Any, s: Any) -> Any:
+    """S(s) beyond lines of radii s (side +1), or on the disc inside them (-1), to 2⁻⁴⁰ l."""
+    s = np.maximum(s, BESIDE)
+    return (_FAMILY.at(side, np.ravel(s)).reshape(np.shape(s)) / rough(side, s))[()]
 
 
-def _read(degree: int, side: int, s: Any, octave: int) -> Any:
-    """S of radii in an octave; below the last one that of a disc without springs, or a ring."""
-    if octave >= _LEAST:
-        value = np.polyval(_family(degree, side, octave), 2 * (np.log2(s) - octave) - 1)
-        return value * (1 + s) / s if side > 0 else value * s / (2 + s)
-    if side < 0:
-        return s / 2
-    least = 2.0**_LEAST
-    inner = 1 / (least * _read(degree, side, least, _LEAST))
-    with np.errstate(divide="ignore"):
-        return np.divide(1.0, np.where(np.equal(s, 0), 0.0, s * (inner - np.log(s / least))))
+def rough(side: Any, s: Any) -> Any:
+    """1/S(s), roughly: s log(1/s) beside small radii, 2/s inside them, 1 for great ones."""
+    part = s / (1 + s)
+    return np.where(np.greater(side, 0), part * (1 - np.log(part)), 1 + 2 / s)
 
 
-@functools.lru_cache(maxsize=256)
-def _family(degree: int, side: int, octave: int) -> Array:
-    """The polynomial of S s/(1+s) outside and S (2+s)/s inside, smooth at small and great s."""
-    t = np.sort(np.cos(np.pi * (np.arange(_POINTS[side]) + 0.5) / _POINTS[side]))
-    s = 2.0 ** (octave + (t + 1) / 2)
-    scale = s / (1 + s) if side > 0 else (2 + s) / s
-    return np.asarray(np.linalg.solve(np.vander(t), _solved(degree, side, s) * scale))
-
-
-def _solved(degree: int, side: int, s: Array) -> Array:
-    """S(s), by elements and the exact far field beyond them."""
+def _solved(side: int, s: Array) -> Array:
+    """S(s) over what it is roughly (n, 1), by elements and the exact far field beyond them."""
     if side > 0:
         end = s + _COVERED
         far = Network(end * far_stiffness(1, end), 0.0, 0.0)
-        return np.asarray(ring(degree, s, np.full_like(s, _COVERED)).then(far).left / s)
-    start = np.maximum(s - _COVERED, 0.0)
-    found, width = Network(0.0, 0.0, start * far_stiffness(-1, start)), (s - start) / _DISC
-    for i in range(_DISC):
-        found = found.then(_element(degree, start + i * width, width))
-    return np.asarray(found.right / s)
+        pull = ring(s, np.full_like(s, _COVERED)).then(far).left
+    else:
+        start = np.maximum(s - _COVERED, 0.0)
+        found, width = Network(0.0, 0.0, start * far_stiffness(-1, start)), (s - start) / _DISC
+        for i in range(_DISC):
+            found = found.then(_element(start + i * width, width))
+        pull = found.right
+    return np.asarray(pull / s * rough(side, s))[:, None]
+
+
+_FAMILY = Family(_solved, 1, _POINTS, _OCTAVES)
 
 
 def far_stiffness(side: int, r: Any) -> Any:
@@ -84,18 +67,19 @@ def far_stiffness(side: int, r: Any) -> Any:
 
 
 def decayed(side: int, start: Any, r: Array) -> Array:
-    """How much of the displacement at a radius is left at others beyond it."""
+    """u at radii r beyond a line displaced by 1, and u' outwards (2, n): the exact decay."""
     bessel = k0e if side > 0 else i0e
-    return np.asarray(bessel(r) / bessel(start) * np.exp(side * (start - r)))
+    u = bessel(r) / bessel(start) * np.exp(side * (start - r))
+    return np.array([u, -u * far_stiffness(side, r)])
 
 
-def ring(degree: int, q: Array, width: Array) -> Network:
+def ring(q: Array, width: Array) -> Network:
     """Rings of these widths beyond lines of radii q (n,)."""
     first = np.minimum(width, _longest(q))
-    found, lo, end = _element(degree, q, first), q + first, q + width
+    found, lo, end = _element(q, first), q + first, q + width
     while (left := np.real(lo) < np.real(end)).any():
         more = np.minimum(end[left] - lo[left], _longest(lo[left]))
-        longer = Network(*(part[left] for part in found)).then(_element(degree, lo[left], more))
+        longer = Network(*(part[left] for part in found)).then(_element(lo[left], more))
         for part, new in zip(found, longer, strict=True):
             part[left] = new
         lo[left] += more
@@ -107,11 +91,11 @@ def _longest(start: Array) -> Array:
     return np.maximum(np.minimum((_WIDER - 1) * start, _LONGEST), np.spacing(np.real(start)))
 
 
-def _element(degree: int, lo: Array, width: Array) -> Network:
+def _element(lo: Array, width: Array) -> Network:
     """One element of this width beyond lo (n,)."""
-    hessian, mass = _matrices(degree, lo, width)
+    hessian, mass = _matrices(lo, width)
     stiff = hessian.copy()
-    hessian[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
+    hessian[:, np.arange(_DEGREE + 1), np.arange(_DEGREE + 1)] += mass
     loads = np.stack([mass, -hessian[:, :, -1]], axis=2)[:, 1:-1]
     less, tied = np.moveaxis(np.linalg.solve(hessian[:, 1:-1, 1:-1], loads), 2, 0)
     inner = mass[:, 0] - (stiff[:, 0, 1:-1] * less).sum(axis=1)
@@ -120,55 +104,62 @@ def _element(degree: int, lo: Array, width: Array) -> Network:
     return Network(inner, tie, outer)
 
 
-def _matrices(degree: int, lo: Array, width: Array) -> tuple[Array, Array]:
+def _matrices(lo: Array, width: Array) -> tuple[Array, Array]:
     """Matrices of ∫u'² r dr and weights of ∫u² r dr of elements (n, degree+1, degree+1)."""
-    points, weights, d = rounded(degree)
+    points, weights, d = rounded(_DEGREE)
     half = width[:, None] / 2
     measure = weights * (lo[:, None] + half * (points + 1))
     return (d.T * (measure / half)[:, None, :]) @ d, measure * half
 
 
 class Axis:
-    """The networks about an axis, on elements of one degree: the questions of network.Line."""
-
-    def __init__(self, degree: int) -> None:
-        self.degree = degree
+    """The networks about an axis: the questions of network.Line."""
 
     def measure(self, s: Any) -> Any:
         """Length of a line of radius s, over 2π."""
         return s
 
-    def alone(self, side: int, s: Any) -> Any:
+    def alone(self, side: Any, s: Any) -> Any:
         """s S(s) of the surface outside a line or of the disc inside it; 0 at the axis."""
-        return s * stiffness(self.degree, side, np.where(np.equal(s, 0), BESIDE, s)[()])
+        return s * stiffness(side, s)
 
-    def between(self, side: int, s: Any, width: Any) -> Network:
-        """Of a ring from a line of radius s, this much further to a side; the inner end first."""
-        q, wide = np.broadcast_arrays(*map(np.atleast_1d, (s if side > 0 else s - width, width)))
-        near = (np.real(wide) <= FAR) & (np.real(q) > 0)
-        found = ring(self.degree, q[near], wide[near])
-        if not near.all():
-            known, found, far = found, Network(*np.zeros((3, q.size))), ~near
-            for part, new in zip(found, known, strict=True):
-                part[near] = new
-            found.left[far] = self.alone(1, np.maximum(q[far], 0.0))
-            found.right[far] = self.alone(-1, (q + wide)[far])
-        return found if np.ndim(s) or np.ndim(width) else Network(*(part[0] for part in found))
+    def between(self, side: Any, s: Any, width: Any) -> Network:
+        """From lines of radii s to others, this much further to a side; ∞ where there is none."""
+        if np.isinf(width).all():
+            return Network(self.alone(side, s), 0.0, 0.0)
+        many = np.ndim(s) or np.ndim(width) or np.ndim(side)
+        side, s, width = np.broadcast_arrays(*map(np.atleast_1d, (side, s, width)))
+        out, other = side > 0, s + side * width
+        q, p = np.where(out, s, other), np.where(out, other, s)
+        near = (np.real(width) <= FAR) & (np.real(q) > 0)
+        found = np.zeros((3, s.size), s.dtype)
+        if near.any():
+            found[:, near] = ring(q[near], width[near])
+        for part, way, line in ((0, 1, q), (2, -1, p)):
+            own = ~near & (np.real(line) > 0)
+            if own.any():
+                found[part, own] = self.alone(way, line[own])
+        found = np.where(out, found, found[::-1])
+        return Network(*found if many else found[:, 0])
 
-    def beyond(self, side: int, s: float, distance: Array) -> tuple[Array, Array]:
-        """u and u' outwards beyond a line, displaced by 1 there, with the exact decay."""
-        left = decayed(side, s, s + side * distance)
-        return left, -left * stiffness(self.degree, side, s + side * distance)
-
-    def shape(self, q: float, width: float, x: Array, u: float, rise: float) -> tuple[Array, Array]:
-        """u and u' between lines displaced by u and u + rise, on a mesh of the whole ring."""
-        ends, w = _mesh(self.degree, q, width)
-        bent, slope = on_elements(ends, u * w[0] + rise * w[1], x)
-        return u + rise * x / width + bent, rise / width + slope
+    def shape(
+        self, x: Array, side: int, s: float, width: float, u: float, rise: float
+    ) -> tuple[Array, Array]:
+        """The same on a mesh of the whole ring, or what is left beyond lines far apart."""
+        if width <= FAR and s > 0:
+            ends, w = _mesh(s, width)
+            bent, slope = on_elements(ends, u * w[0] + rise * w[1], x)
+            return u + rise * x / width + bent, rise / width + slope
+        found = np.zeros((2, x.size))
+        for way, line, size in ((side, s, u), (-side, s + side * width, u + rise)):
+            if 0 < line < math.inf:
+                turn = np.array([[1], [way * side]])  # outwards of the first line
+                found += size * turn * decayed(way, line, s + side * x)
+        return found[0], found[1]
 
 
 @functools.lru_cache(maxsize=256)
-def _mesh(degree: int, q: float, width: float) -> tuple[Array, Array]:
+def _mesh(q: float, width: float) -> tuple[Array, Array]:
     """Ends of elements from the inner line on, and nodal w (2, nodes), which vanishes at the lines.
 
     The surface between two lines displaced by u and u + r is u (1 + w₀) + r (t + w₁), t from 0 to 1
@@ -177,14 +168,14 @@ def _mesh(degree: int, q: float, width: float) -> tuple[Array, Array]:
     parts = [0.0]
     while parts[-1] < width:
         parts.append(min(width, parts[-1] + float(_longest(np.array(q + parts[-1])))))
-    ends, t = np.array(parts), (rounded(degree)[0] + 1) / 2
-    stiff, mass = _matrices(degree, q + ends[:-1], np.diff(ends))
-    own = np.arange(len(mass))[:, None] * degree + np.arange(degree + 1)
+    ends, t = np.array(parts), (rounded(_DEGREE)[0] + 1) / 2
+    stiff, mass = _matrices(q + ends[:-1], np.diff(ends))
+    own = np.arange(len(mass))[:, None] * _DEGREE + np.arange(_DEGREE + 1)
     flat = np.ones((own[-1, -1] + 1, 2))
     flat[own, 1] = (ends[:-1, None] + np.diff(ends)[:, None] * t) / width
     loads = np.zeros_like(flat)
     np.add.at(loads, own, stiff @ (flat[own] - (1, 0)) + mass[:, :, None] * flat[own])
-    stiff[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
+    stiff[:, np.arange(_DEGREE + 1), np.arange(_DEGREE + 1)] += mass
     w = np.zeros_like(flat)
     w[1:-1] = -solveh_banded(band(stiff)[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
     return ends, w.T
