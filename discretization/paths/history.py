@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import math
 import os
@@ -15,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import plots, readings
-from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot, legs
+from discretization.paths.branch import Branch, Event, Leg, PullOff, Snapshot, legs
 from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.layer_branch import LayerBranch
+from discretization.paths.load_path import LoadPath
 from discretization.paths.springs import SpringsBranch
 from discretization.routes import route
 from energy import Scene
@@ -88,29 +90,23 @@ class History:
     energy = _column(3)
     contacts = _column(slice(4, 6))
 
-    def extended(
-        self,
-        branch: Branch,
-        values: Array,
-        points: list[Point],
-        events: list[Event],
-        friction: float,
-    ) -> History:
-        """This path and further steps along the branch."""
-        depth, none = [point.depth for point in points], np.zeros((2, len(points)))
-        table = np.column_stack([values, depth, *none, [point.ends for point in points]])
+    def extended(self, path: LoadPath, values: Array) -> History:
+        """This path and its continuation by these values of the control."""
+        points, none = path.points, np.zeros((2, values.size))
+        depth, ends = [point.depth for point in points], [point.ends for point in points]
+        table = np.column_stack([values, depth, *none, ends])
         held = [i for i, point in enumerate(points) if point.lines is not None]
         if held:
-            lines, force, energy = branch.recorded([points[i] for i in held])
+            lines, force, energy = path.branch.recorded([points[i] for i in held])
             table[held, 2:] = np.column_stack([force, energy, lines])
         whole = replace(
             self,
             table=np.concatenate([self.table, table]),
             inner=(*self.inner, *(point.inner for point in points)),
-            events=(*self.events, *events),
-            friction=self.friction + friction,
+            events=(*self.events, *path.events),
+            friction=self.friction + path.friction,
         )
-        vars(whole)["_branch"] = branch  # knows the work done between the states
+        vars(whole)["_branch"] = path.branch  # knows the work done between the states
         return whole
 
     @property
@@ -122,6 +118,11 @@ class History:
     def dissipated(self) -> float:
         """Energy lost on the way: released in the events, and to adhesion hysteresis."""
         return sum(event.energy_released for event in self.events) + self.friction
+
+    @property
+    def hold(self) -> Control:
+        """What holds the indenter."""
+        return Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
 
     @property
     def parts(self) -> list[list[Snapshot] | Event]:
@@ -148,9 +149,9 @@ class History:
 
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
-        hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
         jumps = (
-            hold.work(event.before.depth, event.after.depth, event.control) for event in self.events
+            self.hold.work(event.before.depth, event.after.depth, event.control)
+            for event in self.events
         )
         return sum(leg.work() for run in self._runs for leg in self._legs(run)) + sum(jumps)
 
@@ -197,8 +198,8 @@ class History:
             table=np.array([row[:6] for row in rows], float).reshape(-1, 6),
             inner=tuple(tuple(map(float, row[6].split())) for row in rows),
             events=tuple(
-                Event(kind, value, _snapshot(before), _snapshot(after), *rest)
-                for kind, value, before, after, *rest in events
+                event._replace(before=_read(event.before), after=_read(event.after))
+                for event in itertools.starmap(Event, events)
             ),
         )
 
@@ -254,11 +255,6 @@ class History:
         return branch_of(self.scene, self.rtol, self.spacing, lambda: float(self.depth.max()))
 
 
-def _snapshot(parts: list[Any]) -> Snapshot:
-    depth, force, energy, left, right, inner, *turned = parts
-    return Snapshot(depth, force, energy, left, right, tuple(inner), *turned)
-
-
 def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapshot]:
     """The last run with a further state, or a new one where the path turns."""
     if (run[-1].depth - run[0].depth) * (there.depth - run[-1].depth) < 0:
@@ -266,6 +262,10 @@ def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapsh
         parts.append(run)
     run.append(there)
     return run
+
+
+def _read(state: list[Any]) -> Snapshot:
+    return Snapshot(*state)._replace(inner=tuple(state[5]))
 
 
 def branch_of(

@@ -45,9 +45,8 @@ class LoadPath:
         """Whether the indenter is held by a dead load."""
         return self.control.stiffness == 0
 
-    def go(self, values: Array) -> tuple[list[Point], list[Event], float]:
-        """To these values of the control (n,), one after the other: points, events, friction."""
-        self.points, self.events, self.friction = [], [], 0.0
+    def go(self, values: Array) -> None:
+        """To these values of the control (n,), one after the other."""
         if self.dead and self.step == 0 and values[0] < 0:  # a load that pulls needs a contact
             self._touch()
             self.value = 0.0
@@ -61,7 +60,6 @@ class LoadPath:
             done = (self._apart if self.point.lines is None else self._pushed)(part, side)
             self.value = float(values[done - 1]) if done else self.value
             values = values[done:]
-        return self.points, self.events, self.friction
 
     def resume(self, last: Snapshot, step: int, value: float) -> None:
         """Go on after so many steps, from this state at this value of the control."""
