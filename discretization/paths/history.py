@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import json
 import math
 import os
@@ -149,27 +148,21 @@ class History:
 
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
-        jumps = (
-            self.hold.work(event.before.depth, event.after.depth, event.control)
-            for event in self.events
-        )
-        return sum(leg.work() for run in self._runs for leg in self._legs(run)) + sum(jumps)
+        jumps = (self.hold.work(e.before.depth, e.after.depth, e.control) for e in self.events)
+        return sum(leg.work() for leg in self._legs()) + sum(jumps)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
 
         The file is replaced at once: a reader finds the old one or the new one, never half.
         """
-        path = Path(path)
-        header = {name: getattr(self, name) for name in _HEADER}
-        header["scene"] = described(self.scene)
-        lines = [f"# {_TITLE}", *(f"# {note}" for note in _NOTES), f"# {json.dumps(header)}"]
-        for event in self.events:
-            lines.append(f"# event {json.dumps(event)}")
+        header = {name: getattr(self, name) for name in _HEADER} | {"scene": described(self.scene)}
+        lines = [f"# {note}" for note in (_TITLE, *_NOTES, json.dumps(header))]
+        lines += [f"# event {json.dumps(event)}" for event in self.events]
         lines.append(",".join(_COLUMNS))
         for row, inner in zip(self.table.tolist(), self.inner, strict=True):
             lines.append(",".join([*map(repr, row), " ".join(map(repr, inner))]))
-        beside = path.with_name(path.name + ".part")
+        beside = Path(f"{path}.part")
         try:
             beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
             os.replace(beside, path)
@@ -186,20 +179,19 @@ class History:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
         if not lines or lines[0] != f"# {_TITLE}":
             raise ValueError(f"path = {str(path)!r} holds no load path; write one with to_csv")
-        notes = [line[2:] for line in lines if line.startswith("# ")]
-        header = json.loads(notes[1 + len(_NOTES)])
+        header = json.loads(lines[1 + len(_NOTES)].removeprefix("# "))
         if scene is not None and not alike(described(scene), header["scene"]):
             raise ValueError(f"scene = {scene!r} is not the scene of {str(path)!r}; pass that one")
         rows = [line.split(",") for line in lines if not line.startswith("#")][1:]
-        events = [json.loads(note[6:]) for note in notes if note.startswith("event ")]
+        events = (json.loads(line[8:]) for line in lines if line.startswith("# event "))
         return cls(
             rebuilt(header["scene"]) if scene is None else scene,
             **{name: header[name] for name in _HEADER},
             table=np.array([row[:6] for row in rows], float).reshape(-1, 6),
             inner=tuple(tuple(map(float, row[6].split())) for row in rows),
             events=tuple(
-                event._replace(before=_read(event.before), after=_read(event.after))
-                for event in itertools.starmap(Event, events)
+                Event(kind, value, _read(before), _read(after), *rest)
+                for kind, value, before, after, *rest in events
             ),
         )
 
@@ -209,8 +201,9 @@ class History:
 
         ValueError for a path without tension.
         """
-        found = [state for run in self._runs for state in (*run, *self._turns(run))]
-        state = min(found, key=lambda state: state.force, default=None)
+        runs = [part for part in self.parts if isinstance(part, list)]
+        held = [state for run in runs for state in run if not math.isnan(state.left)]
+        state = min([*held, *self._turns()], key=lambda state: state.force, default=None)
         if state is None or state.force >= 0:
             least = math.inf if state is None else state.force
             raise ValueError(
@@ -218,20 +211,17 @@ class History:
             )
         return PullOff(state.force, state.depth, state.half_width)
 
-    @property
-    def _runs(self) -> list[list[Snapshot]]:
-        """The states of each part that goes one way, as far as they are in contact."""
-        runs = [part for part in self.parts if isinstance(part, list)]
-        return [run for part in runs if (run := [s for s in part if not math.isnan(s.left)])]
+    def _legs(self) -> Iterator[Leg]:
+        """The legs of all parts that go one way, as far as they are in contact."""
+        for part in self.parts:
+            run = [s for s in part if not math.isnan(s.left)] if isinstance(part, list) else []
+            if run:
+                start = self._branch.contact(run[0].depth, *run[0].lines)
+                yield from legs(self._branch, start, run[-1].depth)
 
-    def _legs(self, run: list[Snapshot]) -> Iterator[Leg]:
-        """The legs from the first state of a run to the last."""
-        start = self._branch.contact(run[0].depth, *run[0].lines)
-        return legs(self._branch, start, run[-1].depth)
-
-    def _turns(self, run: list[Snapshot]) -> Iterator[Snapshot]:
-        """The states of a run at which P is least, between those recorded."""
-        for leg in self._legs(run):
+    def _turns(self) -> Iterator[Snapshot]:
+        """The states at which P is least between those recorded."""
+        for leg in self._legs():
             curve = Curve.of(leg, Control(0.0))
             least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
             if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
