@@ -85,10 +85,9 @@ def load_path(
     touching else; under force and machine control it starts at first touch. Without long-range
     attraction contact begins on touching, at d = min f.
 
-    A dead load is in equilibrium at depths where it is P(d), the drive of a machine where it is
-    d + P(d)/K. As one of them rises, the indenter goes down from where it is to the first depth at
-    which that number is as large, as it falls, up to the first one at which it is as small: a depth
-    that changes by a jump on the way is an event.
+    As a dead load P(d) or the drive d + P(d)/K of a machine rises, the indenter goes down to the
+    first depth at which that number is as large, as it falls, up to the first at which it is as
+    small: a depth that changes by a jump is an event.
 
     Examples
     --------
@@ -177,10 +176,8 @@ def _least_force(scene: Scene, depth: float) -> float:
     """
     profile, length = resolve(scene, depth), scene.elastocapillary_length
     reach, x, g = scene.opened.critical_separation, profile.x, depth - profile.f
-    inside = np.flatnonzero(g >= -reach)
-    own = slice(inside[0], inside[-1] + 1)
-    u = np.maximum(g[own], -reach) * scene.measure(x[own])
-    ends = np.abs(x[own][[0, -1]]) + length
-    pressed = float((u[1:] + u[:-1]) @ np.diff(x[own])) / 2
-    pulled = reach * length * float(scene.measure(ends).sum())
-    return scene.stiffness * (pressed - pulled) / 2
+    first, last = np.flatnonzero(g >= -reach)[[0, -1]]
+    x, u = x[first : last + 1], np.maximum(g[first : last + 1], -reach)
+    pulled = reach * length * scene.measure(np.abs(x[[0, -1]]) + length).sum()
+    u = u * scene.measure(x)
+    return scene.stiffness * float((u[1:] + u[:-1]) @ np.diff(x) / 2 - pulled) / 2

@@ -105,22 +105,21 @@ class LoadPath:
 
     def _pushed(self, values: Array, side: int) -> int:
         """Along one leg towards the last of the values: how many are reached on it."""
+        least = abs(float(values[0]) - self.point.depth) if self.imposed else 0.0
+        if self.imposed and least == 0:
+            self._add([self.point])
+            return 1
+        leg, turns = self._leg(self.point, side * self._distance(values), least), False
         if self.imposed:
-            if values[0] == self.point.depth:
-                self._add([self.point])
-                return 1
-            ahead = np.abs(values - self.point.depth)
-            leg, turns = self._leg(self.point, side * float(ahead[-1]), float(ahead[0])), False
             left, touch = side * (values - leg.end.depth), self.branch.touch
             stays = leg.after is None or (leg.after.lines is None and leg.end.depth == touch)
             depths = values[(left < 0) | ((left == 0) & stays)]
         else:
-            leg = self._leg(self.point, side * self._distance(values))
             curve = Curve.of(leg, self.control)
             top = curve.peak(side)
             turns, found = top < curve.t.size - 1, curve.reaches(values, side, 0, top)
             depths = leg.depths(found[np.isfinite(found)])
-            self.reach = _LONGER * abs(leg.end.depth - leg.start.depth) or math.inf
+        self.reach = _LONGER * abs(leg.end.depth - leg.start.depth) or math.inf
         self._add(leg.points(depths))
         if depths.size < values.size and turns:
             self._turn(curve, top, side)
@@ -157,6 +156,8 @@ class LoadPath:
 
     def _distance(self, values: Array) -> float:
         """How far to look ahead for the last of these values: not much further than before."""
+        if self.imposed:
+            return min(abs(float(values[-1]) - self.point.depth), self.reach)
         if math.isfinite(self.reach):
             return self.reach
         off = abs(float(values[-1]) - self._value(self.point))
@@ -199,8 +200,8 @@ class LoadPath:
             (after,) = leg.points(leg.depths(landed))
         else:
             after = self._landing(leg.end if leg.after is None else leg.after, value, side)
-        lines = [point.lines or () for point in (peak, after)]
-        moved = np.subtract(*lines) if len(lines[0]) == len(lines[1]) else math.inf
+        first, second = peak.lines or (), after.lines or ()
+        moved = np.subtract(first, second) if len(first) == len(second) else np.array([math.inf])
         if np.abs(moved).max(initial=0.0) <= self.branch.resolution:  # as well as lines are known
             self._slide(after)
         else:
