@@ -94,8 +94,7 @@ class Equilibrium:
         """`error_estimate` as absolute errors: of half_width [length], force and energy."""
         link = 0.0 if math.isnan(self.spacing) else self.spacing
         scales = {"half_width": self.half_width or link, **self.scales}
-        found = ((name, error, scales[name]) for name, error in self.error_estimate.items())
-        return {name: error * (scale or 1.0) for name, error, scale in found}
+        return {name: error * (scales[name] or 1.0) for name, error in self.error_estimate.items()}
 
     @functools.cached_property
     def label(self) -> str:
@@ -239,10 +238,8 @@ class Equilibrium:
 
     def inside(self, x: Array) -> NDArray[np.bool_]:
         """Whether x is in contact."""
-        if not self.contacts.size:
-            return np.zeros(x.shape, bool)
-        left = np.searchsorted(self.contacts[:, 0], x, side="right") - 1
-        return (left >= 0) & (x <= self.contacts[left, 1])
+        left = np.searchsorted(self.contacts[:, 0], x, side="right") - 1  # -1: none
+        return x <= np.append(self.contacts[:, 1], math.nan)[left]
 
     def pressure(self, x: ArrayLike) -> Array:
         """Elastic stress of the layer on the indenter, k u(x) of springs: the integrand of Eq. (9).

@@ -7,7 +7,6 @@ in energy at once. Every step is cut at the events it meets, each located by roo
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +19,7 @@ from discretization.profile import resolve
 from discretization.readings import resolution, tell
 from discretization.routes import usable
 from energy import Scene
-from energy.checks import array, finite, positive
+from energy.checks import array, positive
 from energy.description import alike, described
 
 Array = NDArray[np.float64]
@@ -39,8 +38,6 @@ def load_path(
     spacing: float | None = None,
     rtol: float = 1e-8,
     after: History | None = None,
-    save: str | Path | None = None,
-    every: int = 100,
 ) -> History:
     """The response of a scene to a programme of imposed depths, forces, or drives of a machine.
 
@@ -63,11 +60,6 @@ def load_path(
         Relative error asked of the exact response of a layer; the rest is good to rounding.
     after : History, optional
         Of the same scene and control, which this programme continues; the result's first part.
-    save : path, optional
-        A file in which the history so far is kept, written anew every `every` steps and at the end;
-        if it exists, it must hold the beginning of this very programme, and the path goes on from
-        there, with the same result to the last bit as if it had not stopped.
-    every : int
 
     Returns
     -------
@@ -93,10 +85,9 @@ def load_path(
     touching else; under force and machine control it starts at first touch. Without long-range
     attraction contact begins on touching, at d = min f.
 
-    A dead load is in equilibrium at depths where it is P(d), the drive of a machine where it is
-    d + P(d)/K. As one of them rises, the indenter goes down from where it is to the first depth at
-    which that number is as large, as it falls, up to the first one at which it is as small: a depth
-    that changes by a jump on the way is an event.
+    As a dead load P(d) or the drive d + P(d)/K of a machine rises, the indenter goes down to the
+    first depth at which that number is as large, as it falls, up to the first at which it is as
+    small: a depth that changes by a jump is an event.
 
     Examples
     --------
@@ -108,80 +99,60 @@ def load_path(
     [('jump-in', '0'), ('detachment', '-4.22e-07')]
     """
     spacing = usable(scene, rtol, method, METHODS, spacing)
-    name, values = _programme(depths=depths, forces=forces, drives=drives)
-    control = _control(name, machine_stiffness)
-    if every != int(finite("every", every)) or every < 1:
-        raise ValueError(f"every = {every!r} is no number of steps; give at least 1")
+    name, values = _programme(machine_stiffness, depths=depths, forces=forces, drives=drives)
     if spacing is not None:
         tell(resolution(scene, spacing, np.empty(0)), stacklevel=2)
     history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
-    if save is not None and Path(save).exists():
-        after = History.from_csv(save, scene)
-        if not np.array_equal(after.values, values[: len(after)]):
-            raise ValueError(
-                f"save = {str(save)!r} holds another programme than this one begins with; give "
-                "another file, or the same programme"
-            )
-        values = values[len(after) :]
-    deepest = max([*values, *(after.values if after is not None else ())])
-    branch = branch_of(scene, rtol, spacing, lambda: _deepest(scene, control, float(deepest)))
-    path = LoadPath(branch, control, Point(-math.inf, None))
     if after is not None:
-        _same(after, history)
+        _continues(after, history)
         history = after
-        path.resume(history.at(-1), len(history), float(history.values[-1]))
-    size = every if save is not None else values.size
-    for start in range(0, values.size, size):
-        part = values[start : start + size]
-        history = history.extended(branch, part, *path.go(part))
-        branch.certify(path.point)
-        if save is not None:
-            history.to_csv(save)
-    return history
+    deepest = float(np.append(history.values, values).max())
+    hold = history.hold
+    branch = branch_of(scene, rtol, spacing, lambda: _deepest(scene, hold, deepest))
+    path = LoadPath(branch, hold, Point(-math.inf, None))
+    if after is not None:
+        path.resume(after.at(-1), len(after), float(after.values[-1]))
+    path.go(values)
+    branch.certify(path.point)
+    return history.extended(path, values)
 
 
-def _same(after: History, history: History) -> None:
-    for name in ("control", "machine_stiffness", "rtol", "spacing"):
-        if getattr(after, name) != getattr(history, name):
+def _continues(after: History, history: History) -> None:
+    """ValueError unless one path was asked the same as the other."""
+    asked = ("control", "machine_stiffness", "rtol", "spacing", "scene")
+    for name, given, before in ((n, getattr(history, n), getattr(after, n)) for n in asked):
+        if not alike(described(given), described(before)):
             raise ValueError(
-                f"{name} = {getattr(history, name)!r} differs from that of the path to continue, "
-                f"{getattr(after, name)!r}; give the same"
+                f"{name} = {given!r} differs from that of the path to continue, {before!r}; give "
+                "the same"
             )
-    if not alike(described(after.scene), described(history.scene)):
-        raise ValueError(
-            f"scene = {history.scene!r} is not that of the path to continue; give the same"
-        )
 
 
-def _programme(**given: ArrayLike | None) -> tuple[str, Array]:
-    """Name of the control and its values. ValueError unless one is given, finite, not empty."""
+def _programme(machine_stiffness: float | None, **given: ArrayLike | None) -> tuple[str, Array]:
+    """Name of the control and its values; ValueError for what is no programme of one control."""
     named = {name: value for name, value in given.items() if value is not None}
     if len(named) != 1:
         raise ValueError(
             f"a load path needs exactly one of {', '.join(given)}; got {', '.join(named) or 'none'}"
         )
-    (name, raw), *_ = named.items()
+    ((name, raw),) = named.items()
     values = array(name, raw)
     if values.ndim != 1 or not values.size or not np.isfinite(values).all():
         raise ValueError(f"{name} = {raw!r} must be a list of at least one finite number")
-    return name, values
-
-
-def _control(name: str, machine_stiffness: float | None) -> Control:
     if (name == "drives") != (machine_stiffness is not None):
         raise ValueError(
             f"machine_stiffness = {machine_stiffness!r} with {name}: drives need a machine "
             "stiffness K > 0 [force/length per unit length of contact], other controls have none"
         )
     if machine_stiffness is not None:
-        return Control(positive("machine_stiffness", machine_stiffness))
-    return Control(None if name == "depths" else 0.0)
+        positive("machine_stiffness", machine_stiffness)
+    return name, values
 
 
 def _deepest(scene: Scene, control: Control, deepest: float) -> float:
     """A depth that is not reached by values of the control up to `deepest`.
 
-    Of a load or a machine one at which the force is certainly enough, or the last one tried at
+    Under a load or a machine one at which the force is certainly enough, or the last one tried at
     which the profile is known.
     """
     if control.stiffness is None:
@@ -205,10 +176,8 @@ def _least_force(scene: Scene, depth: float) -> float:
     """
     profile, length = resolve(scene, depth), scene.elastocapillary_length
     reach, x, g = scene.opened.critical_separation, profile.x, depth - profile.f
-    inside = np.flatnonzero(g >= -reach)
-    own = slice(inside[0], inside[-1] + 1)
-    u = np.maximum(g[own], -reach) * scene.measure(x[own])
-    ends = np.abs(x[own][[0, -1]]) + length
-    pressed = float((u[1:] + u[:-1]) @ np.diff(x[own])) / 2
-    pulled = reach * length * float(scene.measure(ends).sum())
-    return scene.stiffness * (pressed - pulled) / 2
+    first, last = np.flatnonzero(g >= -reach)[[0, -1]]
+    x, u = x[first : last + 1], np.maximum(g[first : last + 1], -reach)
+    pulled = reach * length * scene.measure(np.abs(x[[0, -1]]) + length).sum()
+    u = u * scene.measure(x)
+    return scene.stiffness * float((u[1:] + u[:-1]) @ np.diff(x) / 2 - pulled) / 2

@@ -19,11 +19,7 @@ from energy.checks import finite, option
 
 METHODS = ("auto", "lattice", "fitted", "shortest_path", "oracle")
 BRANCHES = ("adhered", "global")
-ON_MESH = {
-    "one contact": on_one_contact,
-    "several contacts": on_several,
-    "springs": on_springs,
-}
+ON_MESH = {"one contact": on_one_contact, "several contacts": on_several, "springs": on_springs}
 
 
 def minimise(
@@ -110,8 +106,9 @@ def minimise(
             state = looked_at_on_lattice(scene, depth, spacing, branch=branch, method=method)
         tell(state.resolution, stacklevel=2)
         return state
-    if way == "plane":
-        return on_lattice(scene, depth, _any_length(scene), branch=branch)
+    if way == "plane":  # every spacing gives the same answer
+        any_length = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
+        return on_lattice(scene, depth, any_length, branch=branch)
     if way == "layer":
         state = on_layer(scene, depth, branch=branch, rtol=rtol)
     else:
@@ -124,9 +121,3 @@ def minimise(
             stacklevel=2,
         )
     return state
-
-
-def _any_length(scene: Scene) -> float:
-    """A length of the scene, for the endless plane: every spacing gives the same answer."""
-    lengths = (scene.elastocapillary_length, scene.critical_separation, scene.layer.h)
-    return next(length for length in lengths if length > 0)

@@ -12,13 +12,14 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energy import Assumption
 from energy.units import Unit, prefixed
+from energy.units import quantity as written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -70,8 +71,7 @@ def draw_state(axes: Any, state: Any, unit: str = "m", last: bool = False) -> No
     last: say that it is the last of several states in contact.
     """
     _surface(axes[0], state, *_window(state), unit=unit)
-    depth = prefixed(state.depth, unit)
-    at = f"d = {state.depth / depth.size:.4g} {depth.symbol}".replace("-", "−").rstrip()
+    at = f"d = {written(state.depth, unit)}".replace("-", "−").rstrip()
     axes[0].set_title(f"surface at {at}{', last in contact' if last else ''} (not to scale)")
     _contact_line(axes[1], state, unit)
 
@@ -86,10 +86,9 @@ def note(figure: Figure, violated: Iterable[Assumption]) -> None:
 
 def _window(state: Any) -> tuple[float, float]:
     """Ends of the contact and some free surface beside them."""
-    scene = state.scene
-    ends = state.contacts if np.isfinite(state.contacts).all() else state.contacts[:0]
-    middle = scene.indenter.apex or 0.0
-    lo, hi = (float(ends.min()), float(ends.max())) if ends.size else (middle, middle)
+    scene, ends = state.scene, state.contacts[np.isfinite(state.contacts)]
+    ends = ends if ends.size else np.array([scene.indenter.apex or 0.0])
+    lo, hi = float(ends.min()), float(ends.max())
     lo = -hi if scene.axisymmetric else lo
     margin = max(5 * scene.elastocapillary_length, 0.25 * (hi - lo)) or scene.layer.h
     return lo - margin, hi + margin
@@ -131,20 +130,11 @@ def _contact_line(axes: Any, state: Any, unit: str) -> None:
     axes.set_title(f"right contact line: π − θ = {angle:.3g}° (not to scale)")
 
 
-class Leg(NamedTuple):
-    """Part of a path: "loading", "unloading", "jump" or "free" (no contact); its states.
+def legs(history: Any) -> list[tuple[str, list[Any]]]:
+    """A path in parts that go one way, jumps between them: what each is, and its states.
 
-    depth, force and half_width (n,); on a jump the force is that of what holds the indenter.
+    "loading", "unloading", "jump" or "free" (no contact). Infinite depths are left out.
     """
-
-    kind: str
-    depth: Array
-    force: Array
-    half_width: Array
-
-
-def legs(history: Any) -> list[Leg]:
-    """A path in parts that go one way, jumps between them. Infinite depths are left out."""
     found: list[tuple[str, list[Any]]] = []
     for part in history.parts:
         if not isinstance(part, list):
@@ -155,28 +145,27 @@ def legs(history: Any) -> list[Leg]:
         if not found or found[-1][0] != kind:
             found.append((kind, []))
         found[-1][1].extend(state for state in part if math.isfinite(state.depth))
-    return [
-        Leg(kind, *np.array([(s.depth, s.force, s.half_width) for s in states]).T)
-        for kind, states in found
-        if len(states) > 1
-    ]
+    return [(kind, states) for kind, states in found if len(states) > 1]
 
 
 def _held(history: Any, event: Any) -> list[Any]:
     """A jump along the line of the control: before, under the load at its end, after."""
-    before, after = event.before, event.after
+    before, after, stiffness = event.before, event.after, history.machine_stiffness
     if history.control == "depth":
         return [before, after]
-    stiffness = history.machine_stiffness
     held = stiffness * (event.control - after.depth) if stiffness else event.control
     return [before, after._replace(force=held), after]
 
 
+def _drawn(states: list[Any], quantity: str) -> Array:
+    """Depths and the quantity (2, n)."""
+    return np.array([(state.depth, getattr(state, quantity)) for state in states]).T
+
+
 def units(history: Any, quantity: str, si: bool = True) -> tuple[Unit, Unit]:
     """Units of depth and of the quantity in which a path is drawn."""
-    parts = [leg for leg in legs(history) if leg.kind != "free"]
-    depth = np.concatenate([leg.depth for leg in parts])
-    values = np.concatenate([getattr(leg, quantity) for leg in parts])
+    held = [state for kind, states in legs(history) if kind != "free" for state in states]
+    depth, values = _drawn(held, quantity)
     other = f"N{history.scene.per_length}" if quantity == "force" else "m"
     return prefixed(depth, "m" if si else ""), prefixed(values, other if si else "")
 
@@ -186,17 +175,16 @@ def draw_path(
 ) -> None:
     """One path over the depth; `colour` for the whole path, else by what it is doing."""
     x, y = scale
-    for leg in legs(history):
-        style = dict(STYLES[leg.kind])
-        if colour is not None and leg.kind != "free":
-            style |= {"color": colour, "lw": 1.3 if leg.kind == "jump" else 1.8, "alpha": 1.0}
-        depth, values = leg.depth / x.size, getattr(leg, quantity) / y.size
+    for kind, states in legs(history):
+        style = dict(STYLES[kind])
+        if colour is not None and kind != "free":
+            style |= {"color": colour, "lw": 1.3 if kind == "jump" else 1.8, "alpha": 1.0}
+        depth, values = _drawn(states, quantity) / [[x.size], [y.size]]
         axes.plot(depth, values, **style)
-        if leg.kind != "free" and np.ptp(depth) + np.ptp(values) > 0:
-            _arrow(axes, depth, values, style["color"], 0.35 if leg.kind == "loading" else 0.6)
+        if kind != "free" and np.ptp(depth) + np.ptp(values) > 0:
+            _arrow(axes, depth, values, style["color"], 0.35 if kind == "loading" else 0.6)
     width = "radius a" if history.scene.axisymmetric else "half-width a"
-    name = "force P" if quantity == "force" else width
-    axes.set(xlabel=axis("depth d", x), ylabel=axis(name, y))
+    axes.set(xlabel=axis("depth d", x), ylabel=axis("force P" if quantity == "force" else width, y))
     axes.ticklabel_format(scilimits=(-3, 4))  # of plain numbers
 
 

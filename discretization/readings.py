@@ -76,7 +76,7 @@ def _of_lines(state: Any) -> float:
 def _of_free(state: Any) -> Array:
     """Springs and surface (2,) of all free surfaces."""
     scene, found = state.scene, np.zeros(2)
-    far = _FAR * scene.elastocapillary_length
+    far, least = _FAR * scene.elastocapillary_length, 0.0 if scene.axisymmetric else -math.inf
     for left, right in state.free:
 
         def density(x: Array, pair: Any = (left, right)) -> Array:
@@ -85,9 +85,7 @@ def _of_free(state: Any) -> Array:
             return np.array([terms.spring(u, k=scene.stiffness).value, surface]) * scene.measure(x)
 
         end = left.x + far if right is None else right.x
-        start = (
-            left.x if left is not None else max(end - far, 0.0 if scene.axisymmetric else -math.inf)
-        )
+        start = max(end - far, least) if left is None else left.x
         ends = np.array([[start], [end]])
         found += summed(density, ends, _EXACT, np.zeros((2, 1)), smooth=True).sums.sum(axis=1)
     return found

@@ -98,9 +98,8 @@ def route(scene: Scene, question: str, *, nodes: bool) -> str:
     if scene.layer.exact:
         return _of_layer(scene, question, nodes)
     no_path = not scene.gamma1 or isinstance(scene.indenter, Plane)
-    if _held_twice(scene) and (
-        question in ("global", "search") or (question != "path" and no_path)
-    ):
+    path_asked = question == "path" or (question == "adhered" and not no_path)
+    if _held_twice(scene) and not path_asked:
         _refuse(scene, _PATH)
     return _on_nodes(scene, question) if nodes else _on_mesh(scene, question)
 
@@ -115,28 +114,23 @@ def _of_layer(scene: Scene, question: str, nodes: bool) -> str:
         "indenter = {scene.indenter!r} is not convex": not body.convex,
         "indenter = {scene.indenter!r} is not mirror-symmetric": line and scene.mirror is None,
     }
-    for what, too_much in beyond.items():
-        if too_much:
-            _refuse(scene, what + _LAYER + _OTHERWISE)
+    _refuse_any(scene, beyond, _LAYER + _OTHERWISE)
     if question in ("global", "search"):
         _refuse(scene, "branch = 'global'" + _LAYER + _LOWER)
     if question == "adhered" and _held_twice(scene):
         _refuse(scene, _PATH)
-    if question == "path" and nodes:
-        _refuse(scene, _LAYER_NODES)
-    return "layer"
+    return _refuse(scene, _LAYER_NODES) if question == "path" and nodes else "layer"
 
 
 def _on_mesh(scene: Scene, question: str) -> str:
-    state = question != "path"
+    state, convex = question != "path", scene.indenter.convex
     if isinstance(scene.indenter, Plane):
         return "plane" if state else _refuse(scene, _ENDLESS)
     if not scene.gamma1:
         return "springs"
     if state and one_contact(scene) and not _held_twice(scene):
         return "one contact"
-    disc = scene.axisymmetric and scene.indenter.convex
-    if _steep(scene) and _searched(scene, question) and not disc:
+    if _steep(scene) and _searched(scene, question) and not (scene.axisymmetric and convex):
         _refuse(scene, _BENT)
     return "several contacts"
 
@@ -150,9 +144,7 @@ def _on_nodes(scene: Scene, question: str) -> str:
         "slopes = 'finite'": steep and (few or held),
         "gamma1 = 0": not scene.gamma1 and (few or not convex),
     }
-    for what, too_much in beyond.items():
-        if too_much:
-            _refuse(scene, what + _NODES)
+    _refuse_any(scene, beyond, _NODES)
     if steep and searched:
         _refuse(scene, _BENT)
     if question == "search":
@@ -164,6 +156,12 @@ def _on_nodes(scene: Scene, question: str) -> str:
     if held or question == "path" or convex:
         return "path"
     return "lowest" if question == "global" or not scene.work_of_adhesion else "path"
+
+
+def _refuse_any(scene: Scene, beyond: dict[str, bool], why: str) -> None:
+    for what, too_much in beyond.items():
+        if too_much:
+            _refuse(scene, what + why)
 
 
 def _refuse(scene: Scene, why: str) -> NoReturn:

@@ -45,9 +45,8 @@ class Snapshot(NamedTuple):
         """Half the total contact length a, or the radius of the outermost line; 0 if detached."""
         if math.isnan(self.left):
             return 0.0
-        lines = self.lines
-        widths = [right - left for left, right in zip(lines[::2], lines[1::2], strict=True)]
-        return self.right if self.axisymmetric else sum(widths) / 2
+        widths = np.subtract(self.lines[1::2], self.lines[::2])
+        return self.right if self.axisymmetric else float(widths.sum()) / 2
 
 
 class Event(NamedTuple):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from discretization.paths.branch import Leg
 from discretization.roots import crossings
-from discretization.surfaces.network import coefficients, rounded
+from discretization.surfaces.network import coefficients, on_elements, rounded
 
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn
@@ -58,15 +58,16 @@ class Control:
 class Curve(NamedTuple):
     """C on a leg at t (j,), monotone in between.
 
-    series: the polynomials of t that are C on the parts of the leg; none where P is only known
-    between nodes. rounding: of C.
+    ends, nodal: of the parts of the leg on which C is a polynomial of t, and C at the Gauss-Lobatto
+    points of all of them; none where P is only known between nodes. rounding: of C.
     """
 
     leg: Leg
     control: Control
     t: Array
     value: Array
-    series: list[Legendre]
+    ends: Array
+    nodal: Array
     rounding: float
 
     @classmethod
@@ -75,22 +76,23 @@ class Curve(NamedTuple):
         deepest, todo = max(abs(leg.start.depth), abs(leg.end.depth)), [(0.0, 1.0)]
         rounding = float(control.value(_EPSILON * deepest, leg.rounding))
         if not leg.branch.smooth:
-            t = _at_changes(leg)
-            return cls(leg, control, t, _values(leg, control, t), [], rounding)
-        t, value, series = np.empty(0), np.empty(0), list[Legendre]()
+            t, none = _at_changes(leg), np.empty(0)
+            return cls(leg, control, t, _values(leg, control, t), none, none, rounding)
+        parts = list[tuple[Array, Array, Legendre]]()
         while todo:
             low, high = todo.pop()
-            at, drawn, fit = _drawn(leg, control, low, high, roughly=True)
-            if high - low > _FINEST and not _represents(fit, _DRAWN):
+            part = _drawn(leg, control, low, high, roughly=True)
+            if high - low > _FINEST and not _represents(part[2], _DRAWN):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
-                continue
-            series.append(fit)
-            if (turns := _turns(fit)).size:
-                at = np.append(at, turns)
-                drawn = np.append(drawn, _values(leg, control, turns, roughly=True))
-            order = np.argsort(at, kind="stable")[t.size > 0 :]
-            t, value = np.append(t, at[order]), np.append(value, drawn[order])
-        return cls(leg, control, t, value, series, rounding)
+            else:
+                parts.append(part)
+        ends = np.array([0.0, *(at[-1] for at, _, _ in parts)])
+        nodal = np.append(parts[0][1][0], [value[1:] for _, value, _ in parts])
+        turns = np.concatenate([_turns(fit) for *_, fit in parts])
+        more = _values(leg, control, turns, roughly=True) if turns.size else turns
+        at = np.concatenate([[0.0], *(at[1:] for at, _, _ in parts), turns])
+        t, first = np.unique(at, return_index=True)
+        return cls(leg, control, t, np.append(nodal, more)[first], ends, nodal, rounding)
 
     def peak(self, side: int) -> int:
         """The first sample after which C falls (side 1) or rises (-1); the last if none."""
@@ -98,17 +100,24 @@ class Curve(NamedTuple):
         return int(np.argmax(falls)) if falls.any() else self.value.size - 1
 
     def refined(self, i: int, side: int) -> float:
-        """t of the peak at an inner sample, to rounding."""
-        (low, high), found = self._around(i, side), False
-        ends = np.array([t for t in (low, high) if t in (0.0, 1.0)])
-        top = float(self.t[i])
+        """t of the peak at an inner sample, to rounding, by polynomials on less and less around it.
+
+        A sample close by, at which C is less by hardly more than rounding, tells nothing.
+        """
+        at, height = self.t, side * self.value
+        far = max(at[i + 1] - at[i], at[i] - at[max(i - 1, 0)]) / 2
+        first = max(int(np.searchsorted(at, at[i] - far, "right")) - 1, 0)
+        last = int(np.searchsorted(at, at[i] + far))
+        low = float(at[first + np.argmin(height[first : i + 1])])
+        high = float(at[i + np.argmin(height[i : last + 1])])
+        ends, top = [t for t in (low, high) if t in (0.0, 1.0)], float(at[i])
+        found = False
         for _ in range(_ZOOMS):
             if not low < high:  # nothing is left between
                 break
             t, value, series = _drawn(self.leg, self.control, low, high)
-            turns = _turns(series)
+            best, turns = int(np.argmax(side * value)), _turns(series)
             known = _represents(series, _RESOLVED) and turns.size > 0
-            best = int(np.argmax(side * value))
             top, reach = float(t[best]), np.abs(t - t[best])[max(best - 1, 0) : best + 2].max()
             if np.ptp(value) <= 8 * self.rounding:
                 break
@@ -117,26 +126,9 @@ class Curve(NamedTuple):
                 if found or _represents(series, 0.0):  # closer by, rounding moves the peak
                     break
             low, high, found = max(top - reach, low), min(top + reach, high), known
-        ends_and_top = _values(self.leg, self.control, np.append(ends, top))
-        value = side * ends_and_top  # next to the ends d hardly changes with t
-        as_high = value[:-1] >= value[-1] - _ROUNDING * abs(value[-1])
-        return float(ends[as_high][0]) if as_high.any() else top
-
-    def _around(self, i: int, side: int) -> tuple[float, float]:
-        """Between which t to look for a peak at a sample: as far on one side as on the other.
-
-        A sample close by, at which C has fallen by hardly more than rounding, tells nothing.
-        """
-        height, ends = side * self.value, []
-        widest = max(self.t[i + 1] - self.t[i], self.t[i] - self.t[max(i - 1, 0)])
-        for way, last in ((-1, 0), (1, self.t.size - 1)):
-            j = i + way if i != last else i
-            while j != last and abs(self.t[j] - self.t[i]) < widest / 2:
-                if height[j + way] > height[j]:
-                    break
-                j += way
-            ends.append(float(self.t[j]))
-        return ends[0], ends[1]
+        value = side * _values(self.leg, self.control, np.array([*ends, top]))
+        enough = value[-1] - _ROUNDING * abs(value[-1])  # next to the ends d hardly changes with t
+        return next((end for end, one in zip(ends, value, strict=False) if one >= enough), top)
 
     def reaches(self, values: Array, side: int, first: int, last: int) -> Array:
         """t at which C first reaches values (n,) between two samples; nan where it does not."""
@@ -155,28 +147,16 @@ class Curve(NamedTuple):
         wider = _WIDER * (high - low)  # the samples are only as good as the polynomial
         rise = (self.value[k] - self.value[k - 1]) / (high - low)
         guess = np.clip(low + (values - self.value[k - 1]) / rise, low, high)
-        parts = np.array([fit.domain[1] for fit in self.series]).searchsorted(high)
-        for part in np.unique(parts).tolist() if self.series else ():
-            own = parts == part
-            at = values[own], guess[own], low[own], high[own]
-            guess[own], rise[own] = _guessed(self.series[part], *at)
+        for _ in range(_NEWTON if self.ends.size else 0):
+            drawn, rise = on_elements(self.ends, self.nodal, guess)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                new = guess - (drawn - values) / rise
+            guess = np.where((new >= low) & (new <= high), new, guess)
         low, high = np.maximum(low - wider, 0.0), np.minimum(high + wider, 1.0)
         return crossings(
             lambda t, own: _values(self.leg, self.control, t) - values[own],
             *(low, high, guess, rise, self.rounding),
         )
-
-
-def _guessed(
-    fit: Legendre, values: Array, t: Array, low: Array, high: Array
-) -> tuple[Array, Array]:
-    """Where a polynomial has these values (n,), by Newton's method, and its slopes there."""
-    slope = fit.deriv()
-    for _ in range(_NEWTON):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            new = t - (fit(t) - values) / slope(t)
-        t = np.where((new >= low) & (new <= high), new, t)
-    return t, slope(t)
 
 
 def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:

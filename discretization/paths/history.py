@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import plots, readings
-from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot, legs
+from discretization.paths.branch import Branch, Event, Leg, PullOff, Snapshot, legs
 from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.layer_branch import LayerBranch
+from discretization.paths.load_path import LoadPath
 from discretization.paths.springs import SpringsBranch
 from discretization.routes import route
 from energy import Scene
@@ -88,29 +89,23 @@ class History:
     energy = _column(3)
     contacts = _column(slice(4, 6))
 
-    def extended(
-        self,
-        branch: Branch,
-        values: Array,
-        points: list[Point],
-        events: list[Event],
-        friction: float,
-    ) -> History:
-        """This path and further steps along the branch."""
-        depth, none = [point.depth for point in points], np.zeros((2, len(points)))
-        table = np.column_stack([values, depth, *none, [point.ends for point in points]])
+    def extended(self, path: LoadPath, values: Array) -> History:
+        """This path and its continuation by these values of the control."""
+        points, none = path.points, np.zeros((2, values.size))
+        depth, ends = [point.depth for point in points], [point.ends for point in points]
+        table = np.column_stack([values, depth, *none, ends])
         held = [i for i, point in enumerate(points) if point.lines is not None]
         if held:
-            lines, force, energy = branch.recorded([points[i] for i in held])
+            lines, force, energy = path.branch.recorded([points[i] for i in held])
             table[held, 2:] = np.column_stack([force, energy, lines])
         whole = replace(
             self,
             table=np.concatenate([self.table, table]),
             inner=(*self.inner, *(point.inner for point in points)),
-            events=(*self.events, *events),
-            friction=self.friction + friction,
+            events=(*self.events, *path.events),
+            friction=self.friction + path.friction,
         )
-        vars(whole)["_branch"] = branch  # knows the work done between the states
+        vars(whole)["_branch"] = path.branch  # knows the work done between the states
         return whole
 
     @property
@@ -122,6 +117,11 @@ class History:
     def dissipated(self) -> float:
         """Energy lost on the way: released in the events, and to adhesion hysteresis."""
         return sum(event.energy_released for event in self.events) + self.friction
+
+    @property
+    def hold(self) -> Control:
+        """What holds the indenter."""
+        return Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
 
     @property
     def parts(self) -> list[list[Snapshot] | Event]:
@@ -148,27 +148,21 @@ class History:
 
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
-        hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
-        jumps = (
-            hold.work(event.before.depth, event.after.depth, event.control) for event in self.events
-        )
-        return sum(leg.work() for run in self._runs for leg in self._legs(run)) + sum(jumps)
+        jumps = (self.hold.work(e.before.depth, e.after.depth, e.control) for e in self.events)
+        return sum(leg.work() for leg in self._legs()) + sum(jumps)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
 
         The file is replaced at once: a reader finds the old one or the new one, never half.
         """
-        path = Path(path)
-        header = {name: getattr(self, name) for name in _HEADER}
-        header["scene"] = described(self.scene)
-        lines = [f"# {_TITLE}", *(f"# {note}" for note in _NOTES), f"# {json.dumps(header)}"]
-        for event in self.events:
-            lines.append(f"# event {json.dumps(event)}")
+        header = {name: getattr(self, name) for name in _HEADER} | {"scene": described(self.scene)}
+        lines = [f"# {note}" for note in (_TITLE, *_NOTES, json.dumps(header))]
+        lines += [f"# event {json.dumps(event)}" for event in self.events]
         lines.append(",".join(_COLUMNS))
         for row, inner in zip(self.table.tolist(), self.inner, strict=True):
             lines.append(",".join([*map(repr, row), " ".join(map(repr, inner))]))
-        beside = path.with_name(path.name + ".part")
+        beside = Path(f"{path}.part")
         try:
             beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
             os.replace(beside, path)
@@ -185,19 +179,18 @@ class History:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
         if not lines or lines[0] != f"# {_TITLE}":
             raise ValueError(f"path = {str(path)!r} holds no load path; write one with to_csv")
-        notes = [line[2:] for line in lines if line.startswith("# ")]
-        header = json.loads(notes[1 + len(_NOTES)])
+        header = json.loads(lines[1 + len(_NOTES)].removeprefix("# "))
         if scene is not None and not alike(described(scene), header["scene"]):
             raise ValueError(f"scene = {scene!r} is not the scene of {str(path)!r}; pass that one")
         rows = [line.split(",") for line in lines if not line.startswith("#")][1:]
-        events = [json.loads(note[6:]) for note in notes if note.startswith("event ")]
+        events = (json.loads(line[8:]) for line in lines if line.startswith("# event "))
         return cls(
             rebuilt(header["scene"]) if scene is None else scene,
             **{name: header[name] for name in _HEADER},
             table=np.array([row[:6] for row in rows], float).reshape(-1, 6),
             inner=tuple(tuple(map(float, row[6].split())) for row in rows),
             events=tuple(
-                Event(kind, value, _snapshot(before), _snapshot(after), *rest)
+                Event(kind, value, _read(before), _read(after), *rest)
                 for kind, value, before, after, *rest in events
             ),
         )
@@ -208,8 +201,9 @@ class History:
 
         ValueError for a path without tension.
         """
-        found = [state for run in self._runs for state in (*run, *self._turns(run))]
-        state = min(found, key=lambda state: state.force, default=None)
+        runs = [part for part in self.parts if isinstance(part, list)]
+        held = [state for run in runs for state in run if not math.isnan(state.left)]
+        state = min([*held, *self._turns()], key=lambda state: state.force, default=None)
         if state is None or state.force >= 0:
             least = math.inf if state is None else state.force
             raise ValueError(
@@ -217,20 +211,17 @@ class History:
             )
         return PullOff(state.force, state.depth, state.half_width)
 
-    @property
-    def _runs(self) -> list[list[Snapshot]]:
-        """The states of each part that goes one way, as far as they are in contact."""
-        runs = [part for part in self.parts if isinstance(part, list)]
-        return [run for part in runs if (run := [s for s in part if not math.isnan(s.left)])]
+    def _legs(self) -> Iterator[Leg]:
+        """The legs of all parts that go one way, as far as they are in contact."""
+        for part in self.parts:
+            run = [s for s in part if not math.isnan(s.left)] if isinstance(part, list) else []
+            if run:
+                start = self._branch.contact(run[0].depth, *run[0].lines)
+                yield from legs(self._branch, start, run[-1].depth)
 
-    def _legs(self, run: list[Snapshot]) -> Iterator[Leg]:
-        """The legs from the first state of a run to the last."""
-        start = self._branch.contact(run[0].depth, *run[0].lines)
-        return legs(self._branch, start, run[-1].depth)
-
-    def _turns(self, run: list[Snapshot]) -> Iterator[Snapshot]:
-        """The states of a run at which P is least, between those recorded."""
-        for leg in self._legs(run):
+    def _turns(self) -> Iterator[Snapshot]:
+        """The states at which P is least between those recorded."""
+        for leg in self._legs():
             curve = Curve.of(leg, Control(0.0))
             least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
             if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
@@ -254,11 +245,6 @@ class History:
         return branch_of(self.scene, self.rtol, self.spacing, lambda: float(self.depth.max()))
 
 
-def _snapshot(parts: list[Any]) -> Snapshot:
-    depth, force, energy, left, right, inner, *turned = parts
-    return Snapshot(depth, force, energy, left, right, tuple(inner), *turned)
-
-
 def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapshot]:
     """The last run with a further state, or a new one where the path turns."""
     if (run[-1].depth - run[0].depth) * (there.depth - run[-1].depth) < 0:
@@ -266,6 +252,10 @@ def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapsh
         parts.append(run)
     run.append(there)
     return run
+
+
+def _read(state: list[Any]) -> Snapshot:
+    return Snapshot(*state)._replace(inner=tuple(state[5]))
 
 
 def branch_of(

@@ -13,7 +13,7 @@ from discretization.paths.branch import Branch, Event, Leg, Pinned, Point, Snaps
 from discretization.paths.control import Control, Curve
 
 Array = NDArray[np.float64]
-_LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
+_LONGER = 2.0  # legs than the one before
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
 _SHORTEST = 2.0**-39  # of a leg that is refused: beyond the known profile there is none
 _CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
@@ -35,7 +35,6 @@ class LoadPath:
     friction: float = 0.0
     pinned: Pinned = ("", "")
     reach: float = math.inf
-    rate: float = 0.0
     creeping: int = 0
     points: list[Point] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
@@ -45,9 +44,13 @@ class LoadPath:
         """Whether the indenter is held by a dead load."""
         return self.control.stiffness == 0
 
-    def go(self, values: Array) -> tuple[list[Point], list[Event], float]:
-        """To these values of the control (n,), one after the other: points, events, friction."""
-        self.points, self.events, self.friction = [], [], 0.0
+    @property
+    def imposed(self) -> bool:
+        """Whether its depth is imposed."""
+        return self.control.stiffness is None
+
+    def go(self, values: Array) -> None:
+        """To these values of the control (n,), one after the other."""
         if self.dead and self.step == 0 and values[0] < 0:  # a load that pulls needs a contact
             self._touch()
             self.value = 0.0
@@ -56,12 +59,11 @@ class LoadPath:
             steps = np.sign(np.diff(np.append(self.value, values)))
             way = -1 if next(iter(steps[steps != 0]), 1) < 0 else 1
             if way != side:
-                self.reach, self.rate, side = math.inf, 0.0, way
+                self.reach, side = math.inf, way
             part = values[: int(np.argmax(np.append(side * steps, -1) < 0))]
             done = (self._apart if self.point.lines is None else self._pushed)(part, side)
             self.value = float(values[done - 1]) if done else self.value
             values = values[done:]
-        return self.points, self.events, self.friction
 
     def resume(self, last: Snapshot, step: int, value: float) -> None:
         """Go on after so many steps, from this state at this value of the control."""
@@ -103,35 +105,27 @@ class LoadPath:
 
     def _pushed(self, values: Array, side: int) -> int:
         """Along one leg towards the last of the values: how many are reached on it."""
-        imposed = self.control.stiffness is None
-        least = abs(float(values[0]) - self.point.depth) if imposed else 0.0
-        if imposed and least == 0:
+        least = abs(float(values[0]) - self.point.depth) if self.imposed else 0.0
+        if self.imposed and least == 0:
             self._add([self.point])
             return 1
-        asked = self._distance(values)
-        leg = self._leg(self.point, side * asked, least)
-        done, turns = abs(leg.end.depth - leg.start.depth), False
-        if imposed:
-            depths = self._before_end(leg, values, side)
+        leg, turns = self._leg(self.point, side * self._distance(values), least), False
+        if self.imposed:
+            left, touch = side * (values - leg.end.depth), self.branch.touch
+            stays = leg.after is None or (leg.after.lines is None and leg.end.depth == touch)
+            depths = values[(left < 0) | ((left == 0) & stays)]
         else:
             curve = Curve.of(leg, self.control)
             top = curve.peak(side)
             turns, found = top < curve.t.size - 1, curve.reaches(values, side, 0, top)
             depths = leg.depths(found[np.isfinite(found)])
-            self.rate = abs(float(curve.value[-1] - curve.value[0])) / done if done else self.rate
+        self.reach = _LONGER * abs(leg.end.depth - leg.start.depth) or math.inf
         self._add(leg.points(depths))
-        self.reach = done * (_LONGEST if done >= asked else _LONGER)
         if depths.size < values.size and turns:
             self._turn(curve, top, side)
         elif depths.size < values.size:
             self._end(leg, side)
         return depths.size
-
-    def _before_end(self, leg: Leg, values: Array, side: int) -> Array:
-        """The imposed depths on a leg, its end among them if nothing happens there."""
-        ahead, after, touch = side * (values - leg.end.depth), leg.after, self.branch.touch
-        stays = after is None or (after.lines is None and leg.end.depth == touch)
-        return values[(ahead < 0) | ((ahead == 0) & stays)]
 
     def _leg(self, point: Point, way: float, least: float = 0.0) -> Leg:
         """A leg of that length, or shorter where the profile is not known so far.
@@ -161,13 +155,13 @@ class LoadPath:
         return leg
 
     def _distance(self, values: Array) -> float:
-        """How far to look ahead for the last of these values."""
-        if self.control.stiffness is None:
+        """How far to look ahead for the last of these values: not much further than before."""
+        if self.imposed:
             return min(abs(float(values[-1]) - self.point.depth), self.reach)
+        if math.isfinite(self.reach):
+            return self.reach
         off = abs(float(values[-1]) - self._value(self.point))
-        first = self._size(self.point) / 2 or off / self.branch.scene.layer.modulus
-        aim = _LONGER * off / self.rate if self.rate > 0 else math.inf
-        return min(aim, self.reach if math.isfinite(self.reach) else first)
+        return self._size(self.point) / 2 or off / self.branch.scene.layer.modulus
 
     def _size(self, point: Point) -> float:
         """A length by which depths change: how far below touching, and δ₀."""
@@ -206,17 +200,12 @@ class LoadPath:
             (after,) = leg.points(leg.depths(landed))
         else:
             after = self._landing(leg.end if leg.after is None else leg.after, value, side)
-        if self._alike(peak, after):
+        first, second = peak.lines or (), after.lines or ()
+        moved = np.subtract(first, second) if len(first) == len(second) else np.array([math.inf])
+        if np.abs(moved).max(initial=0.0) <= self.branch.resolution:  # as well as lines are known
             self._slide(after)
         else:
             self._jump("jump", peak, after, value)
-
-    def _alike(self, one: Point, other: Point) -> bool:
-        """Whether lines are the same as well as they are known."""
-        first, second = one.lines or (), other.lines or ()
-        if not first or len(first) != len(second):
-            return False
-        return bool(np.abs(np.subtract(first, second)).max() <= self.branch.resolution)
 
     def _end(self, leg: Leg, side: int) -> None:
         """What happens at the end of a leg."""
@@ -226,14 +215,14 @@ class LoadPath:
         if not leg.jumps and leg.after.lines is not None:
             self.point = leg.after
             return
-        if not leg.jumps and self.control.stiffness is None:
+        if not leg.jumps and self.imposed:
             self._hold(("", ""))
         kind, value = _kind_of_jump(leg.end, leg.after, side > 0), self._value(leg.end)
         self._jump(kind, leg.end, self._landing(leg.after, value, side), value)
 
     def _jump(self, kind: str, before: Point, after: Point, value: float) -> None:
         """A jump at a value of the control."""
-        if after.lines is None and self.control.stiffness is not None:
+        if after.lines is None and not self.imposed:
             kind = "pull-off"
         self._record(kind, value, before, after)
         self.point, self.pinned = after, self.branch.pinned(after)
