@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -159,6 +160,12 @@ def contacts(body: Body, a: Array, tolerance: float, first: float = 0.5) -> Cont
     amplitudes = _amplitudes(response, outwards * a[:, None], swept)
     reaction = (outwards[:, None] @ amplitudes)[:, 0].real
     return Contacts(body, response, own, a, f, slopes, u, swept, amplitudes, reaction)
+
+
+def each(body: Body, a: Array, tolerance: float) -> Iterator[Contacts]:
+    """The same in groups: one by one where breaks are inside, else all at once."""
+    alike = not any(x < a.max() for x in body.breaks)
+    return (contacts(body, part, tolerance) for part in ([a] if alike else np.split(a, a.size)))
 
 
 def _amplitudes(poles: Poles, out: Complex, found: Swept) -> Complex:

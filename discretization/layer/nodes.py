@@ -94,21 +94,25 @@ class Nodes:
             return int(back[-1]) + 1 if back.size else None
         return n
 
-    def found(self, depth: float, n: int) -> tuple[float, float, float]:
-        """a, P and U between the nodes, where node n is the outermost in contact."""
-        y, x = self.start + depth * self.rate, self.x
-        bound = self.body.scene.work_of_adhesion * self.body.area(x)
-        both = np.cumsum(y * self.rate), np.cumsum(y * y) / 2 - bound
-        a = float(x[n])
-        if n < x.size - 1:
-            links = self._through((x[1:] + x[:-1]) / 2, self.rest_depths - depth, n - 1)
+    def line(self, depth: float, n: int) -> float:
+        """a between the nodes, where node n is the outermost in contact."""
+        a = float(self.x[n])
+        if n < self.x.size - 1:
+            middle = (self.x[1:] + self.x[:-1]) / 2
+            links = self._through(middle, self.rest_depths - depth, n - 1)
             lo, hi = a - self.spacing / 2, a + self.spacing / 2
             if links(lo) <= 0 < links(hi):
-                a = bracketed(lambda at: float(links(at)), lo, hi)
-            n = int(np.searchsorted(x, a)) - 1
-            press, stored = (float(self._through(x, part, n)(a)) for part in both)
-            return a, press, stored
-        return a, float(both[0][n]), float(both[1][n])
+                return bracketed(lambda at: float(links(at)), lo, hi)
+        return a
+
+    def between(self, depth: float, a: float) -> tuple[float, float]:
+        """P and U of a contact that ends between the nodes."""
+        y = self.start + depth * self.rate
+        bound = self.body.scene.work_of_adhesion * self.body.area(self.x)
+        both = np.cumsum(y * self.rate), np.cumsum(y * y) / 2 - bound
+        n = int(np.searchsorted(self.x, a)) - 1
+        force, energy = (float(self._through(self.x, part, n)(a)) for part in both)
+        return force, energy
 
     def _through(self, x: Array, y: Array, i: int) -> Polynomial:
         """The polynomial through the four points around that one and the next."""
