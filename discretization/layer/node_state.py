@@ -110,7 +110,7 @@ class NodeState:
         def stored(part: float) -> float:
             tension = SurfaceEnergies.from_work(part * scene.gamma1, 0.0)
             body = Body(replace(scene, surfaces=tension))
-            other = Nodes.of(body, nodes.spacing, nodes.x.size)
+            other = Nodes.of(body, nodes.spacing, self.n + _SPARE)
             return other.between(self.depth, self.a)[1]
 
         return with_surface(state, (stored(1 + _STEP) - stored(1 - _STEP)) / (2 * _STEP))
