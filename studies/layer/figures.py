@@ -17,13 +17,12 @@ LEVELS = (
 
 
 def _draw(axes: Any, rows: Sequence[Any], x: str, y: str, label: str, **more: Any) -> None:
-    """y over x of each ν, with its error if there is any."""
+    """y over x of each ν."""
     for nu in sorted({row.nu for row in rows}):
         own, i = [row for row in rows if row.nu == nu], len(axes.containers)
-        error = [row.error for row in own] if hasattr(own[0], "error") else None
         values = ([getattr(row, name) for row in own] for name in (x, y))
-        look = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 5, "capsize": 3, **more}
-        axes.errorbar(*values, error, label=f"{label}ν = {nu:g}", **look)
+        look = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 5, **more}
+        axes.errorbar(*values, label=f"{label}ν = {nu:g}", **look)
     axes.legend(fontsize=9)
 
 

@@ -10,7 +10,7 @@ Springs are the limit q → 0 of the stiffness k(q) of a bonded elastic layer wi
   incompressible), 1 (tension rules)?
 - How far off are springs in force and radius at pull-off of a sphere, at the worst Λ = l/√(Rδ₀)?
   `energy/validity.py` has the numbers of layer_springs_worst.csv.
-- What does a state cost? layer_accuracy.csv: errors and times for three rtol, and over springs.
+- What does a state cost? layer_accuracy.csv: errors and times for three rtol.
 
 Output: four figures and tables. Exit status 1 if an angle is off by more than 1 %, or a length by
 more than 1e-4 h.
@@ -91,15 +91,7 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Re
         cases.springs: list(product(p.springs_nus, p.ratios, p.Lambdas)),
         cases.accuracy: list(product(("line", "axisymmetric"), p.rtols)),
     }
-    found = (each(*one, jobs, say=lambda row: show(line(row))) for one in asked.items())
-    return Record(*map(tuple, found))
-
-
-def line(row: Any) -> str:
-    """One line on the screen: what it is and its numbers."""
-    values = (f"{value}" if isinstance(value, str) else f"{value:.5g}" for value in row)
-    told = (f"{name} = {value}" for name, value in zip(row._fields, values, strict=True))
-    return f"{type(row).__name__.lower():8s} {', '.join(told)}"
+    return Record(*(tuple(each(*one, jobs, say=show)) for one in asked.items()))
 
 
 def plot(record: Record) -> dict[str, Figure]:
