@@ -1,7 +1,7 @@
 """Load paths of one contact of a layer with its exact response.
 
 The half-width a tells everything: D(a), where a line rests that advances or recedes, and at a depth
-the force and the energy, which is a parabola of the depth at fixed a (../layer/table.py). So a line
+the force and the energy, which is a parabola of the depth at fixed a (../layer/lines.py). So a line
 advances to the first a at which D is the depth, or recedes to it; between D of closing and D of
 opening it is held; and where D turns, it jumps to the next a with the same D.
 """
@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from discretization.certificate import TOLERANCE
 from discretization.layer.body import Body
 from discretization.layer.contact import contacts
-from discretization.layer.lines import Lines
+from discretization.layer.lines import Lines, Table
 from discretization.layer.state import Layer
-from discretization.layer.table import Table
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.roots import crossings
 from energy import Scene
@@ -75,10 +74,7 @@ class LayerBranch(Branch):
         """The length by which lines may be off."""
         return self.table.tolerance * self.first.memory
 
-    @property
-    def touch(self) -> float:
-        """Depth at which contact begins."""
-        return self.body.touch
+    touch = property(lambda self: self.body.touch)
 
     @functools.cached_property
     def holding_range(self) -> float:
@@ -89,12 +85,9 @@ class LayerBranch(Branch):
     @functools.cached_property
     def lines(self) -> dict[int, Lines]:
         """The line on its way out (1) and in (-1)."""
-        works = {1: self.scene.surfaces, -1: self.scene.opened.surfaces}
-        excess = {way: energies.small_slope_deficit for way, energies in works.items()}
-        return {
-            way: Lines(self.body, lambda a: self.table.at(a)[:2], excess, _STEP)
-            for way, excess in excess.items()
-        }
+        given, scene = (self.body, self.table.reaction), self.scene
+        works = ((1, scene.surfaces), (-1, scene.opened.surfaces))
+        return {way: Lines(*given, of.small_slope_deficit, _STEP) for way, of in works}
 
     @functools.cached_property
     def first(self) -> Point:
