@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from energy.scene import Scene
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(200)
-_AT_LINE = "the layer is strained beyond linearity where a line lifts it"
 MUCH_LESS = 0.1  # how "≪" is read
 # What springs miss at pull-off of a sphere, in %, over ν (rows) and l/h: layer_springs_worst.csv of
 # `python -m studies layer`
@@ -107,23 +106,20 @@ def assumptions(scene: Scene, deformed: Deformation | None) -> tuple[Assumption,
 def _of_layer(scene: Scene, deformed: Deformation) -> tuple[Assumption, ...]:
     """Strain of the layer, and its thickness against the narrowest contact."""
     h, strained = scene.layer.h, "the layer is strained beyond linearity"
-    thickness = h / deformed.half_width if deformed.half_width else math.inf
-    strained_little = (
+    little = (
         Assumption("d/h", abs(deformed.indentation) / h, MUCH_LESS, strained),
         Assumption("u/h", deformed.displacement / h, MUCH_LESS, strained),
     )
     if scene.layer.exact:
-        lifted = Assumption("δ₀/h", scene.opened.critical_separation / h, MUCH_LESS, _AT_LINE)
-        return (*strained_little, lifted)
+        lifted = scene.opened.critical_separation / h
+        return (*little, Assumption("δ₀/h", lifted, MUCH_LESS, strained + " where a line lifts it"))
+    thickness = h / deformed.half_width if deformed.half_width else math.inf
+    flows = "nearly incompressible: material flows sideways, springs are not independent"
+    sideways = thickness**2 / (1 - 2 * scene.layer.nu)
     return (
-        *strained_little,
+        *little,
         Assumption("h/a", thickness, MUCH_LESS, "the layer is not thin against a contact"),
-        Assumption(
-            "(h/a)²/(1-2ν)",
-            thickness**2 / (1 - 2 * scene.layer.nu),
-            MUCH_LESS,
-            "nearly incompressible: material flows sideways, springs are not independent",
-        ),
+        Assumption("(h/a)²/(1-2ν)", sideways, MUCH_LESS, flows),
     )
 
 
@@ -144,21 +140,15 @@ def _of_free_surface(scene: Scene) -> tuple[Assumption, ...]:
     """The thickness against the elastocapillary length; nothing without tension."""
     if scene.layer.exact or not scene.gamma1:
         return ()
-    ratio = scene.layer.h / scene.elastocapillary_length
-    off = abs(compliance_error(scene.layer.nu, ratio))
-    bends = f"its compliance under a line load is off by {100 * off:.2g} %"
-    bends += _pull_off(scene.layer.nu, 1 / ratio) + "; use response='layer'"
-    return (
-        Assumption(
-            "|c₂|(h/l)²",
-            abs(second_order(scene.layer.nu)) * ratio**2,
-            MUCH_LESS,
-            f"the free surface bends within l, where springs are not independent: {bends}",
-        ),
-        Assumption(
-            "h/l", ratio, 1.0, f"the free surface bends within less than the thickness: {bends}"
-        ),
+    nu, ratio = scene.layer.nu, scene.layer.h / scene.elastocapillary_length
+    bends = (
+        f"its compliance under a line load is off by {100 * abs(compliance_error(nu, ratio)):.2g} %"
     )
+    bends += _pull_off(nu, 1 / ratio) + "; use response='layer'"
+    near = f"the free surface bends within l, where springs are not independent: {bends}"
+    thick = f"the free surface bends within less than the thickness: {bends}"
+    second = abs(second_order(nu)) * ratio**2
+    return Assumption("|c₂|(h/l)²", second, MUCH_LESS, near), Assumption("h/l", ratio, 1.0, thick)
 
 
 def _pull_off(nu: float, ratio: float) -> str:
@@ -175,11 +165,10 @@ def springs_error(nu: float, ratio: float) -> tuple[float, float]:
     Interpolated in ν and the logarithm of ratio = l/h; beyond the table its nearest entry.
     """
 
-    def at(table: tuple[tuple[float, ...], ...]) -> float:
-        rows = [np.interp(math.log(ratio), np.log(_RATIOS), row) for row in table]
-        return float(np.interp(nu, _NU, rows))
-
-    return at(_FORCE), at(_RADIUS)
+    at = math.log(ratio), np.log(_RATIOS)
+    tables = ([np.interp(*at, row) for row in table] for table in (_FORCE, _RADIUS))
+    force, radius = (float(np.interp(nu, _NU, rows)) for rows in tables)
+    return force, radius
 
 
 def compliance_error(nu: float, thickness: float) -> float:

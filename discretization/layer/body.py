@@ -6,9 +6,7 @@ that, or turned about an axis.
 
 from __future__ import annotations
 
-import functools
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,30 +20,39 @@ _NEAR = 1e-6  # of h: places by which it is seen whether f' is a whole power bes
 _SMOOTH = 1e-9  # by how much of a power it may differ
 
 
-@dataclass(frozen=True, eq=False)
 class Body:
-    """Of a scene: its profile by distances from the lowest point, and where a line may be held."""
+    """The profile of a scene by distances from its lowest point, and where a line may be held.
 
-    scene: Scene
+    power: of x in the measure m of integrals over 0 <= x, which count `whole` times; apex: x of the
+    lowest point, touch: depth of first touch there, tip: half-width of a contact with it alone;
+    edge: where the profile ends, walled: whether the body does, too; kinks: where the slope jumps,
+    or is no whole power of the distance from the lowest point; breaks: where any derivative jumps;
+    corners: where a line may be held beside the lowest point, the edge of a body the last.
+    """
 
-    @property
-    def power(self) -> int:
-        """Of x in the measure of integrals over 0 <= x."""
-        return int(self.scene.axisymmetric)
+    def __init__(self, scene: Scene) -> None:
+        h, indenter = scene.layer.h, scene.indenter
+        self.scene, self.power, self.tip = scene, int(scene.axisymmetric), _TIP * h
+        self.whole = 2 * math.pi if self.power else 2.0
+        self.apex = 0.0 if self.power else scene.mirror or 0.0
+        self.touch = float(self.height(0.0))
+        self.edge = float(indenter.extent[1]) - self.apex
+        self.walled = indenter.extent[1] in indenter.walls
+        near = self.slope(min(_NEAR * h, self.edge / 4) * np.array([1.0, 2.0]))
+        power = math.log2(near[1] / near[0]) if near[0] > 0 else 0.0
+        rough = [0.0] if abs(power - round(power)) > _SMOOTH else []
+        self.kinks = sorted({*self._beyond(indenter.corners), *rough})
+        self.breaks = sorted({*self.kinks, *self._beyond(indenter.knots)} - {0.0})
+        self.corners = sorted({*self.kinks, *([self.edge] if self.walled else [])} - {0.0})
 
-    @property
-    def whole(self) -> float:
-        """What these count with."""
-        return 2 * math.pi if self.power else 2.0
+    def _beyond(self, places: Any) -> list[float]:
+        found = np.asarray(places, float) - self.apex
+        found[np.abs(found) <= self.tip] = 0.0
+        return list(found[found >= 0].tolist())
 
     def area(self, a: Any) -> Any:
         """In contact."""
         return math.pi * a * a if self.power else 2 * a
-
-    @functools.cached_property
-    def apex(self) -> float:
-        """x of the lowest point, about which the indenter is mirrored or turned."""
-        return 0.0 if self.power else self.scene.mirror or 0.0
 
     def height(self, x: Any) -> Any:
         """Of the profile, so far from its lowest point."""
@@ -55,49 +62,6 @@ class Body:
         """There, at a corner on this side of it."""
         place = self.apex + np.asarray(x)
         return np.asarray(self.scene.indenter.slope_beside(place, side), float)
-
-    @functools.cached_property
-    def tip(self) -> float:
-        """Half-width of a contact at the lowest point alone."""
-        return _TIP * self.scene.layer.h
-
-    @functools.cached_property
-    def touch(self) -> float:
-        """Depth of first touch."""
-        return float(self.height(0.0))
-
-    @functools.cached_property
-    def edge(self) -> float:
-        """Where the profile ends."""
-        return float(self.scene.indenter.extent[1]) - self.apex
-
-    @functools.cached_property
-    def kinks(self) -> list[float]:
-        """Where the slope jumps, or is no whole power of the distance from the lowest point."""
-        near = self.slope(min(_NEAR * self.scene.layer.h, self.edge / 4) * np.array([1.0, 2.0]))
-        power = math.log2(near[1] / near[0]) if near[0] > 0 else 0.0
-        rough = abs(power - round(power)) > _SMOOTH
-        return sorted({*self._beyond(self.scene.indenter.corners), *([0.0] if rough else [])})
-
-    @functools.cached_property
-    def breaks(self) -> list[float]:
-        """Where any derivative jumps."""
-        return sorted({*self.kinks, *self._beyond(self.scene.indenter.knots)} - {0.0})
-
-    def _beyond(self, places: Any) -> list[float]:
-        found = np.asarray(places, float) - self.apex
-        found[np.abs(found) <= self.tip] = 0.0
-        return list(found[found >= 0].tolist())
-
-    @property
-    def walled(self) -> bool:
-        """Whether the body ends there, and not only what is known of it."""
-        return self.scene.indenter.extent[1] in self.scene.indenter.walls
-
-    @functools.cached_property
-    def corners(self) -> list[float]:
-        """Where a line may be held beside the lowest point, the edge of the body the last."""
-        return sorted({*self.kinks, *([self.edge] if self.walled else [])} - {0.0})
 
     def ends(self, a: float) -> tuple[float, float]:
         """x of both ends of a contact; about an axis one of them is that."""

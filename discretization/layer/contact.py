@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,11 +85,6 @@ class Contacts:
     reaction: Array
 
     @property
-    def length(self) -> Array:
-        """m at the lines (m,)."""
-        return self.a**self.body.power
-
-    @property
     def weights(self) -> Array:
         """Of nodes, with the measure (m, e, 13), of both sides or all around."""
         wide = self.body.whole * self.a ** (self.body.power + 1)
@@ -112,8 +108,8 @@ class Contacts:
     @functools.cached_property
     def lines(self) -> Array:
         """What the lines pull in all, (m, 2)."""
-        whole = self.body.whole * self.body.scene.gamma1
-        return np.asarray(whole * self.length[:, None] * self.reaction)
+        length = self.body.whole * self.a[:, None] ** self.body.power
+        return np.asarray(self.body.scene.gamma1 * length * self.reaction)
 
     @functools.cached_property
     def form(self) -> Array:
@@ -140,25 +136,27 @@ def contacts(body: Body, a: Array, tolerance: float, first: float = 0.5) -> Cont
     scene, wide, power = body.scene, a[:, None, None], body.power
     response = poles(scene.layer, scene.gamma1, tolerance)
     shortest = 1 / float(np.abs(np.sqrt(response.tau)).max())
-    own = inside.elements(
-        power, inside.grid(float(a.max()), shortest, body.breaks, body.kinks, first)
-    )
+    ends = inside.grid(float(a.max()), shortest, body.breaks, body.kinks, first)
+    own = inside.elements(power, ends)
     x, f = wide * own.x, body.height(a)
     slopes, u = body.slope(x, _INTO), np.ones((a.size, 2, *own.x.shape))
     u[:, 1] = f[:, None, None] - body.height(x)
     bent = np.zeros_like(u)
     bent[:, 1] = wide * inside.risen(own, slopes)
-    load = (wide**2 * own.mass)[:, None] * u
-    whole = np.moveaxis(load.sum(axis=-1), 1, -1)[:, :, None]
-    wide_tau, real = np.outer(a * a, response.tau), response.tau.imag == 0  # real ones first
-    some = (wide_tau[:, real].real, wide_tau[:, ~real])
-    others = (inside.Load(tau, bent, 0.0) for tau in some)
-    flow = inside.Load(response.first * a[:, None] ** 2, load, whole)
-    swept = inside.sweep(own, flow, *others)
+    flow = (wide**2 * own.mass)[:, None] * u
+    tau, real = np.outer(a * a, response.tau), response.tau.imag == 0  # real ones first
+    loads = (tau[:, real].real, bent), (tau[:, ~real], bent)
+    swept = inside.sweep(own, (response.first * a[:, None] ** 2, flow), *loads)
     outwards = -decayed(power, response.decays, a, np.zeros(a.size), 1).T
     amplitudes = _amplitudes(response, outwards * a[:, None], swept)
     reaction = (outwards[:, None] @ amplitudes)[:, 0].real
     return Contacts(body, response, own, a, f, slopes, u, swept, amplitudes, reaction)
+
+
+def each(body: Body, a: Array, tolerance: float) -> Iterator[Contacts]:
+    """The same in groups: one by one where breaks are inside, else all at once."""
+    alike = not any(x < a.max() for x in body.breaks)
+    return (contacts(body, part, tolerance) for part in ([a] if alike else np.split(a, a.size)))
 
 
 def _amplitudes(poles: Poles, out: Complex, found: Swept) -> Complex:

@@ -45,14 +45,6 @@ class Elements(NamedTuple):
     bridge: Array
 
 
-class Load(NamedTuple):
-    """Poles τ (m, n) with two loads (m, 2, e, 13), `whole` over each element (m, e, 1, 2)."""
-
-    tau: Any
-    nodal: Array
-    whole: Any
-
-
 class Swept(NamedTuple):
     """What fields take: own v - given at the line (m, n), (m, n, 2), and what it is found with."""
 
@@ -111,11 +103,11 @@ def risen(own: Elements, slope: Array) -> Array:
     return np.asarray(-(slope * own.mass / half) @ rounded(DEGREE)[2])
 
 
-def sweep(own: Elements, *loads: Load) -> Swept:
-    """From 0 to the line, for the poles of all loads one after the other."""
+def sweep(own: Elements, *loads: tuple[Any, Array]) -> Swept:
+    """From 0 to the line, for poles τ (m, n) with two loads (m, 2, e, 13), one after the other."""
     inner, condensed = [], []
-    for load in loads:
-        share, forced, *ends = _condensed(own, load)
+    for tau, nodal in loads:
+        share, forced, *ends = _condensed(own, tau[:, None, :, None], np.moveaxis(nodal, 1, -1))
         inner.append((share, forced))
         condensed.append(ends)
     tie, first, second = (np.concatenate(part, axis=2) for part in zip(*condensed, strict=True))
@@ -128,13 +120,12 @@ def sweep(own: Elements, *loads: Load) -> Swept:
     return Swept(now[..., 0], now[..., 1:], inner, tie / size, held[..., 1:] / size)
 
 
-def _condensed(own: Elements, load: Load) -> tuple[Any, ...]:
+def _condensed(own: Elements, tau: Any, nodal: Array) -> tuple[Any, ...]:
     """1/(λ + τ), the load of the modes, and of the ends of elements the tie and what each takes.
 
     What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
     found without the large numbers that cancel where τ is small.
     """
-    nodal, tau = np.moveaxis(load.nodal, 1, -1), load.tau[:, None, :, None]  # (m, e, 13, 2)
     share = 1 / (own.values[:, None, :] + tau)  # (m, e, n, 11)
     forced = own.modes.transpose(0, 2, 1) @ nodal[:, :, 1:-1]  # (m, e, 11, 2)
     left, right, flat = own.ties[..., :1], own.ties[..., 1:], own.flat[..., None]
@@ -143,7 +134,8 @@ def _condensed(own: Elements, load: Load) -> tuple[Any, ...]:
     takes = (own.mass[:, None, [0, -1]] - tied[..., 1:]) * tau
     given = nodal[:, :, None, 0] - loaded[..., :2]
     first = np.concatenate([takes[..., :1], given], axis=-1)
-    second = np.concatenate([takes.sum(-1, keepdims=True), load.whole - tau * loaded[..., 2:]], -1)
+    whole = nodal.sum(axis=2)[:, :, None] - tau * loaded[..., 2:]
+    second = np.concatenate([takes.sum(-1, keepdims=True), whole], axis=-1)
     return share, forced, tied[..., :1] - own.bridge[:, None, None], first, second
 
 

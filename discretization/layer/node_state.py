@@ -42,24 +42,19 @@ class NodeState:
     depth: float
     n: int
 
-    @property
-    def body(self) -> Body:
-        """Of the scene."""
-        return self.nodes.body
+    body = property(lambda self: self.nodes.body)
+    a = property(lambda self: self.found[0])
+    force = property(lambda self: self.found[1])
+    energy = property(lambda self: self.found[2])
+    x = property(lambda self: self.nodes.x[: self.n + 1])
+    outermost = property(lambda self: float(self.x[-1]))
+    pinned = property(lambda self: self.n == self.nodes.x.size - 1)
 
     @functools.cached_property
     def found(self) -> tuple[float, float, float]:
         """a, P and U."""
-        return self.nodes.found(self.depth, self.n)
-
-    a = property(lambda self: self.found[0])
-    force = property(lambda self: self.found[1])
-    energy = property(lambda self: self.found[2])
-
-    @property
-    def x(self) -> Array:
-        """The nodes in contact (n + 1,)."""
-        return self.nodes.x[: self.n + 1]
+        a = self.nodes.line(self.depth, self.n)
+        return a, *self.nodes.between(self.depth, a)
 
     @functools.cached_property
     def forces(self) -> Array:
@@ -73,20 +68,15 @@ class NodeState:
         stored = float(self.forces @ (self.depth - self.body.height(self.x))) / 2
         return {"force": float(np.abs(self.forces).sum()), "energy": stored + bound}
 
-    @functools.cached_property
-    def _ends(self) -> list[tuple[int, float]]:
-        """The outermost nodes of both contacts, and their shares."""
-        x = self.nodes.x
-        i = min(max(int(np.searchsorted(x, self.a, side="right")) - 1, 0), x.size - 1)
-        part = (self.a - float(x[i])) / self.nodes.spacing if i < x.size - 1 else 0.0
-        return [(i, 1 - part), *([(i + 1, part)] if part > 0 else [])]
-
     def beside(self, distance: Array) -> Array:
         """u so far beside the line."""
         found, x = np.zeros(distance.size), self.nodes.x
-        for n, share in self._ends:
-            response = compliance(self.body.scene, x[n] + distance, x[: n + 1])
-            found += share * (response @ self.nodes.forces(self.depth, n))
+        i = max(int(np.searchsorted(x, self.a, side="right")) - 1, 0)
+        part = max((self.a - float(x[i])) / self.nodes.spacing, 0.0)
+        for n, share in ((i, 1 - part), (i + 1, part)):
+            if share:
+                response = compliance(self.body.scene, x[n] + distance, x[: n + 1])
+                found += share * (response @ self.nodes.forces(self.depth, n))
         return found
 
     def shape(
@@ -106,30 +96,26 @@ class NodeState:
         Not of the innermost ring, which stands for more, and of the outermost node, on which the
         line pulls, too.
         """
-        body, spacing = self.body, self.nodes.spacing
-        own = self.x[body.power : -1]
-        share = body.whole * own**body.power * np.where(own > 0, spacing, spacing / 2)
-        slopes = body.slope(own + spacing / 2 * np.array([[-1], [1]]))
-        bend = np.diff(slopes, axis=0)[0] / spacing
-        if body.power:
-            bend += slopes.mean(axis=0) / own
-        pressed = self.forces[body.power : -1] / share - body.scene.gamma1 * bend
+        body, step, own = self.body, self.nodes.spacing, self.x[self.body.power : -1]
+        share = body.whole * own**body.power * np.where(own > 0, step, step / 2)
+        middle = own + step / 2 * np.array([[-1], [1]])
+        bend = np.diff(middle**body.power * body.slope(middle), axis=0)[0] / step
+        pressed = self.forces[body.power : -1] / share - body.scene.gamma1 * bend / own**body.power
         return np.interp(np.abs(x - body.apex), own, pressed)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """Energy and force in parts.
+        """Energy and force in parts; the energy of the surface is γ₁ ∂U/∂γ₁, as U is the least."""
+        scene, nodes = self.body.scene, self.nodes
 
-        The energy of the surface is γ₁ ∂U/∂γ₁ = -γ₁/2 F (∂C/∂γ₁) F, as u is that of least energy.
-        """
-        scene, x, surface = self.body.scene, self.nodes.x[: self._ends[-1][0] + 1], 0.0
-        tensions = (part * scene.gamma1 for part in (1 - _STEP, 1 + _STEP))
-        scenes = (replace(scene, surfaces=SurfaceEnergies.from_work(t, 0.0)) for t in tensions)
-        less, more = (compliance(each, x, x) for each in scenes)
-        for n, share in self._ends:
-            force, own = self.nodes.forces(self.depth, n), slice(n + 1)
-            surface += share * float(force @ (less - more)[own, own] @ force) / (4 * _STEP)
-        return with_surface(state, surface)
+        def stored(part: float) -> float:
+            tension = SurfaceEnergies.from_work(part * scene.gamma1, 0.0)
+            body = Body(replace(scene, surfaces=tension))
+            other = Nodes.of(body, nodes.spacing, self.n + _SPARE)
+            return other.between(self.depth, self.a)[1]
 
+        return with_surface(state, (stored(1 + _STEP) - stored(1 - _STEP)) / (2 * _STEP))
+
+    @functools.cached_property
     def certificate(self) -> Certificate:
         """The conditions of ../certificate.py, judged by the displacements that the forces give.
 
@@ -160,7 +146,7 @@ class NodeState:
             abs(by_energy - float(self.forces.sum())) / self.scales["force"],
         )
 
-    def errors(self) -> dict[str, float]:
+    def errors(self, state: Any) -> dict[str, float]:
         """As the difference from nodes further apart says, of second order; not known of few."""
         unknown, nodes = dict.fromkeys(QUANTITIES, float("inf")), self.nodes
         if self.n < _LEAST:
@@ -171,7 +157,8 @@ class NodeState:
             other = coarse.last(self.depth)
             if other is None or other < 1:
                 return unknown
-            off = np.abs(np.subtract(coarse.found(self.depth, other), self.found))
+            found = NodeState(coarse, self.depth, other).found
+            off = np.abs(np.subtract(found, self.found))
             worst = np.maximum(worst, _SAFE * off / (times**2 - 1) / sizes)
         worst[1:] = worst.max()  # by what a line moves they change as well
         if self.n < nodes.x.size - 1:
@@ -201,7 +188,4 @@ def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -
                 f"{_MOST} nodes; give a wider profile, a larger spacing, or a smaller depth"
             )
         count *= 2
-    found = NodeState(nodes, depth, n)
-    ends = found.a, float(found.x[-1])
-    judged = found.certificate()
-    return certified(found, judged, ends, n == last, branch, lambda _: found.errors(), spacing)
+    return certified(NodeState(nodes, depth, n), branch, spacing)

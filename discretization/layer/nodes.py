@@ -40,6 +40,7 @@ _SAME = 1e-8  # waves over which two places are one
 _LEFT = 1e-7  # of the compliance: what is left beyond the largest q
 _RINGS = 20.0  # of that times the spacing, beyond which all rings are far from the axis
 _FLATTEST = 1e-3  # of the wave numbers that matter: the first panel
+_GROWN = 0.4  # of q: the next panels
 _MOST = 50_000  # panels of wave numbers
 KNOWN = 1e-6  # of results: what the compliance is good for
 _LEAST = 1e-9  # of the spacing: a ring that is none
@@ -50,8 +51,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
 class Nodes:
     """Contacts of 1, 2, ... nodes on each side of a scene's lowest point.
 
-    x (n,): their distances from there; lower: L; start, rate (n,): y at d = 0 and its change; edge:
-    whether the body ends at the last one.
+    x (n,): their distances from there; lower: L; start, rate (n,): y at d = 0 and its change.
     """
 
     body: Body
@@ -60,7 +60,6 @@ class Nodes:
     lower: Array
     start: Array
     rate: Array
-    edge: bool
 
     @classmethod
     def of(cls, body: Body, spacing: float, count: int) -> Nodes:
@@ -68,14 +67,16 @@ class Nodes:
         first = body.edge % spacing if body.walled else 0.0
         if body.power and first < _LEAST * spacing:
             first += spacing
-        known = count
-        if body.edge < math.inf:
-            known = math.floor((body.edge - first) / spacing + 1e-9) + 1
-        x = np.asarray(first + spacing * np.arange(min(count, known)), float)
+        known = min(count, (body.edge - first) / spacing + 1 + _LEAST)
+        x = np.asarray(first + spacing * np.arange(math.floor(known)), float)
         lower = cholesky(compliance(body.scene, x, x), lower=True)
         both = np.array([-body.height(x), np.ones(x.size)]).T
-        start, rate = solve_triangular(lower, both, lower=True).T
-        return cls(body, spacing, x, lower, start, rate, x.size == known and body.walled)
+        return cls(body, spacing, x, lower, *solve_triangular(lower, both, lower=True).T)
+
+    @property
+    def whole(self) -> bool:
+        """Whether the body ends at the last one."""
+        return self.body.walled and bool(self.x[-1] + self.spacing / 2 > self.body.edge)
 
     @functools.cached_property
     def rest_depths(self) -> Array:
@@ -87,28 +88,32 @@ class Nodes:
         """The outermost node in contact on the way from first touch; None: none, -1: beyond all."""
         ahead = np.flatnonzero(self.rest_depths >= max(depth, self.body.touch))
         if not ahead.size:
-            return self.x.size - 1 if self.edge else -1
+            return self.x.size - 1 if self.whole else -1
         n = int(ahead[0])
         if depth < self.body.touch:
             back = np.flatnonzero(self.rest_depths[:n] <= depth)
             return int(back[-1]) + 1 if back.size else None
         return n
 
-    def found(self, depth: float, n: int) -> tuple[float, float, float]:
-        """a, P and U between the nodes, where node n is the outermost in contact."""
-        y, x = self.start + depth * self.rate, self.x
-        bound = self.body.scene.work_of_adhesion * self.body.area(x)
-        both = np.cumsum(y * self.rate), np.cumsum(y * y) / 2 - bound
-        a = float(x[n])
-        if n < x.size - 1:
-            links = self._through((x[1:] + x[:-1]) / 2, self.rest_depths - depth, n - 1)
+    def line(self, depth: float, n: int) -> float:
+        """a between the nodes, where node n is the outermost in contact."""
+        a = float(self.x[n])
+        if n < self.x.size - 1:
+            middle = (self.x[1:] + self.x[:-1]) / 2
+            links = self._through(middle, self.rest_depths - depth, n - 1)
             lo, hi = a - self.spacing / 2, a + self.spacing / 2
             if links(lo) <= 0 < links(hi):
-                a = bracketed(lambda at: float(links(at)), lo, hi)
-            n = int(np.searchsorted(x, a)) - 1
-            press, stored = (float(self._through(x, part, n)(a)) for part in both)
-            return a, press, stored
-        return a, float(both[0][n]), float(both[1][n])
+                return bracketed(lambda at: float(links(at)), lo, hi)
+        return a
+
+    def between(self, depth: float, a: float) -> tuple[float, float]:
+        """P and U of a contact that ends between the nodes."""
+        y = self.start + depth * self.rate
+        bound = self.body.scene.work_of_adhesion * self.body.area(self.x)
+        both = np.cumsum(y * self.rate), np.cumsum(y * y) / 2 - bound
+        n = int(np.searchsorted(self.x, a)) - 1
+        force, energy = (float(self._through(self.x, part, n)(a)) for part in both)
+        return force, energy
 
     def _through(self, x: Array, y: Array, i: int) -> Polynomial:
         """The polynomial through the four points around that one and the next."""
@@ -157,21 +162,18 @@ def _beyond(last: float, apart: Array) -> Array:
 
 def _wave_numbers(last: float, far: float, near: float) -> tuple[Array, Array]:
     """q and weights up to the last: panels that grow until waves turn within a length `far`."""
-    wide = _TURN / far
-    turn = min(last, 2 * wide)
-    steps = max(1, math.ceil(math.log2(turn / (_FLATTEST * near)) * 2))
-    grown = turn * 2.0 ** (-0.5 * np.arange(steps, -1, -1))
-    panels = math.ceil((last - turn) / wide)
-    if panels > _MOST:
+    wide, ends = _TURN / far, [0.0, _FLATTEST * near]
+    if last > _MOST * wide:
         raise ValueError(
-            f"the surface {far!r} from the middle of the contact is {panels} times as wide as what "
-            "nodes have to resolve beside its line: use method='fitted', or a smaller depth"
+            f"the surface {far!r} from the middle of the contact is {last / wide:.0f} times as "
+            "wide as what nodes have to resolve beside its line: use method='fitted', or a "
+            "smaller depth"
         )
-    even = np.linspace(turn, last, max(1, panels) + 1)[1:]
-    ends = np.concatenate([[0.0], grown, even if last > turn else []])
-    middle, width = (ends[1:] + ends[:-1]) / 2, (ends[1:] - ends[:-1]) / 2
-    q = (middle[:, None] + width[:, None] * _POINTS).ravel()
-    return q, (width[:, None] * _WEIGHTS).ravel()
+    while ends[-1] < last:
+        ends.append(min(ends[-1] + min(_GROWN * ends[-1], wide), last))
+    middle, half = np.add(ends[1:], ends[:-1]) / 2, np.diff(ends) / 2
+    q, weights = middle[:, None] + half[:, None] * _POINTS, half[:, None] * _WEIGHTS
+    return q.ravel(), weights.ravel()
 
 
 def _springs(scene: Scene, z: Array, x: Array, m: float) -> Array:

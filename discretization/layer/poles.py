@@ -38,8 +38,7 @@ _LEAST = 0.3  # of k: an error that may be, where tension rules
 _SAMPLES = 1401  # of q; fitted to every second one, the error looked at on all
 _FLATTEST, _FURTHEST = 5e-4, 1e3  # qh of the first; of the last, times where tension rules
 _NEWTON, _ABERTH = 20, 100
-# of a decay squared: a step of Aberth's method that is rounding if it shrinks no more
-_STILL = 1e-9
+_STILL = 1e-9  # of a decay squared: a step of Aberth's method after which rounding is left
 _REAL = 1e-13  # of a decay: an imaginary part that is rounding
 
 
@@ -91,11 +90,8 @@ def _relative(nu: float, gamma: float, tolerance: float) -> Poles:
     scale = np.sqrt((matrix * matrix).sum(axis=0))
     wanted = ((exact - whole / (q * q + first)) / size)[::2]
     still, *c = np.linalg.lstsq(matrix / scale, wanted, rcond=None)[0] / scale
-    above = np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
-    tau, c = (
-        np.concatenate([one, two, two.conj()])
-        for one, two in ((real, pairs), (c[: real.size], above))
-    )
+    real_c, above = c[: real.size], np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
+    tau, c = np.hstack([real, pairs, pairs.conj()]), np.hstack([real_c, above, above.conj()])
     found = Poles(float(still), whole - first * float(still), first, tau, c, tau, math.inf)
     error = float((np.abs(found.stiffness(q * q) - exact) / size).max())
     return found._replace(decays=_decays(found, gamma), error=error)
@@ -135,7 +131,6 @@ def _decays(found: Poles, gamma: float) -> Complex:
     side = np.where(tau.imag == 0, 0.5, np.sign(tau.imag))
     alone = [gamma, -gamma * first - found.still, found.still * first + found.flow]
     mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), np.roots(alone) * np.exp(0.05j)])
-    last = math.inf
     for _ in range(_ABERTH):
         apart, flow = 1 / (mu[:, None] - tau), 1 / (first - mu)
         value = gamma * mu - found.still - found.flow * flow - mu * (apart @ found.c)
@@ -144,12 +139,9 @@ def _decays(found: Poles, gamma: float) -> Complex:
         np.fill_diagonal(others, math.inf)
         step = value / (rate + value * (apart.sum(axis=1) - flow - (1 / others).sum(axis=1)))
         mu = mu - step
-        now, before = float(np.abs(step / mu).max()), last
-        last = now
-        if before / 2 <= now <= _STILL:
-            root = np.sqrt(mu)
-            root = np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
-            return np.where(root.real < 0, -root, root)
+        if (np.abs(step) <= _STILL * np.abs(mu)).all():
+            root = np.sqrt(mu)  # with a positive real part
+            return np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
     raise NotCertifiedError(
         "the free surface of the layer is not resolved; use another rtol, or response='springs'"
     )

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,49 +17,48 @@ from numpy.typing import NDArray
 from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
-from discretization.layer.contact import Contacts, contacts, decayed
-from discretization.layer.elements import DEGREE
-from discretization.layer.lines import Lines, Single
-from discretization.quadrature import summed
+from discretization.layer.contact import Contacts, contacts, decayed, each
+from discretization.layer.lines import Lines
 from discretization.readings import with_surface
-from discretization.surfaces.network import polynomial
+from discretization.surfaces.network import on_elements
 from discretization.surfaces.protocol import At, alone
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 
 Array = NDArray[np.float64]
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
+_STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
+_BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
-_BESIDE = 1e-7  # of the half-width: over which D changes by more than roundings
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
 _OTHER = 0.7  # of the way to the line, where elements of another set begin
-_OUTSIDE = 200  # places at which the free surface is compared with the indenter
-_NEAREST = 1e-9  # of its reach: the first of them
-_FAR = 40.0  # decay lengths
-_EXACT = 1e-11  # of the energy of the free surface
+_FAR = 40.0  # decay lengths: how far the free surface is felt
+_APART = 0.1  # of ln x: places on it
+_AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A contact at a depth, the only one of `contact`, with poles to a tolerance."""
+    """A contact at a depth, the only one of `contact`, with poles to a tolerance.
+
+    rate: dD/da of its line, infinite where that is pinned.
+    """
 
     contact: Contacts
     depth: float
     tolerance: float
+    rate: float = math.inf
 
-    @property
-    def body(self) -> Body:
-        """Of the scene."""
-        return self.contact.body
+    body = property(lambda self: self.contact.body)
+    a = property(lambda self: float(self.contact.a[0]))
+    outermost = a
+    pinned = property(lambda self: self.rate == math.inf)
+    force = property(lambda self: float(self.taken[1]))
+    energy = property(lambda self: float(self.taken[2]) - self.bound)
 
-    @property
-    def a(self) -> float:
-        """Half-width."""
-        return float(self.contact.a[0])
-
-    def again(self, tolerance: float, **given: float) -> Layer:
+    def again(self, tolerance: float, first: float = 0.5) -> Layer:
         """The same contact, found otherwise."""
-        found = contacts(self.body, self.contact.a, tolerance, **given)
+        found = contacts(self.body, self.contact.a, tolerance, first)
         return Layer(found, self.depth, tolerance)
 
     @functools.cached_property
@@ -68,52 +66,36 @@ class Layer:
         """u(a) and 1."""
         return np.array([self.depth - float(self.contact.f[0]), 1.0])
 
-    @property
-    def touches(self) -> bool:
-        """Whether it is one with the lowest point alone, and nothing is pressed."""
-        return self.a <= self.body.tip and self.depth == self.body.touch
-
     def rest_depth(self, excess: float, side: int) -> float:
         """D of its line."""
         reaction = self.contact.reaction.T
         return float(self.body.rest_depth(self.contact.a, reaction, excess, side)[0])
 
-    @property
-    def lines(self) -> float:
-        """What its lines pull."""
-        return float(self.contact.lines[0] @ self.both)
-
-    @property
-    def force(self) -> float:
-        """P."""
-        return float(self.both @ self.contact.form[0, :, 0])
-
     @functools.cached_property
-    def stored(self) -> float:
-        """Energy of the layer and its surface."""
-        form = self.both @ self.contact.form[0] @ self.both
-        return float(form / 2 + self.contact.stretched[0])
+    def taken(self) -> Array:
+        """What its lines pull, the force, and the energy of the layer and its surface (3,)."""
+        form, stretched = self.contact.form[0] @ self.both, self.contact.stretched[0]
+        lines = self.contact.lines[0] @ self.both
+        return np.array(
+            [lines, self.both @ self.contact.form[0, :, 0], self.both @ form / 2 + stretched]
+        )
 
     @property
     def bound(self) -> float:
         """What adheres."""
         return self.body.scene.work_of_adhesion * float(self.body.area(self.a))
 
-    @property
-    def energy(self) -> float:
-        """U."""
-        return self.stored - self.bound
+    @functools.cached_property
+    def pressed(self) -> Array:
+        """Pressure at nodes (e, 13)."""
+        return np.tensordot(self.both, self.contact.pressure[0], 1)
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """∫|p| and what the free surface pulls; the sizes of the terms of the energy."""
         pressed = float((self.contact.weights[0] * np.abs(self.pressed)).sum())
-        return {"force": pressed + abs(self.lines), "energy": self.stored + self.bound}
-
-    @functools.cached_property
-    def pressed(self) -> Array:
-        """Pressure at nodes (e, 13)."""
-        return np.tensordot(self.both, self.contact.pressure[0], 1)
+        lines, _, stored = np.abs(self.taken).tolist()
+        return {"force": pressed + lines, "energy": stored + self.bound}
 
     @property
     def rounding(self) -> float:
@@ -123,17 +105,17 @@ class Layer:
 
     @property
     def unbalanced(self) -> float:
-        """By how much what the fields press, pull and store is different on other elements."""
-        other = self.again(self.tolerance, first=_OTHER)
-        off = abs(other.force - self.force) + abs(other.lines - self.lines)
-        stored = abs(other.stored - self.stored) / (self.stored or 1.0)
-        return max(off / (self.scales["force"] or 1.0), stored)
+        """By how much what the fields pull, press and store is different on other elements."""
+        force, stored = self.scales["force"] or 1.0, float(self.taken[2]) or 1.0
+        off = self.again(self.tolerance, _OTHER).taken - self.taken
+        return float((np.abs(off) / (force, force, stored)).sum())
 
     def displacement(self, excess: float = 0.0) -> float:
         """|u| at the line, and by how much its slope and adhesion lift it."""
         lifted = abs(float(self.contact.slopes[0, -1, -1])) + excess
         return abs(float(self.both[0])) + lifted / float(self.contact.reaction[0, 0])
 
+    @functools.cached_property
     def certificate(self) -> Certificate:
         """The conditions of ../certificate.py, depths over |d|, u and what lifts a line.
 
@@ -148,18 +130,24 @@ class Layer:
         size = abs(self.depth - body.touch) + self.displacement(opening) or 1.0
         beyond = self.depth - self.rest_depth(scene.surfaces.small_slope_deficit, 1)
         within = self.rest_depth(opening, -1) - self.depth
+        away = 1.0 if self.rate < 0 else 0.0  # D falls outwards: the line would run away
         if not opening and self.a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
         return Certificate(
             max(0.0, self.through) / size,
             self.unbalanced,
             max(0.0, pulled),
-            max(0.0, beyond, within) / size,
+            max(away, beyond / size, within / size),
             self.rounding,
         )
 
-    def errors(self, rate: float) -> dict[str, float]:
-        """Of half-width, force and energy; rate: dD/da, infinite of a line that is pinned.
+    @property
+    def touches(self) -> bool:
+        """Whether it is one with the lowest point alone, and nothing is pressed."""
+        return bool(self.a <= self.body.tip and self.depth == self.body.touch)
+
+    def errors(self, state: Any) -> dict[str, float]:
+        """Of half-width, force and energy.
 
         What coarser poles change, by their tolerance, and rounding. The energy at a fixed contact
         is the least of a quadratic form, and as wrong as its stiffness. At rest dP/da = -m γ₁σ
@@ -169,15 +157,15 @@ class Layer:
             return dict.fromkeys(QUANTITIES, 0.0)
         excess, fit = self.body.scene.surfaces.small_slope_deficit, self.contact.poles.error
         coarse, move = self.again(_COARSER * self.tolerance), 0.0
-        force = abs(coarse.force - self.force)
-        if math.isfinite(rate):
-            move = abs(coarse.rest_depth(excess, 1) - self.rest_depth(excess, 1)) / abs(rate)
+        force, least = abs(coarse.force - self.force), self.rounding + _LUCKY * fit
+        if not self.pinned:
+            move = abs(coarse.rest_depth(excess, 1) - self.rest_depth(excess, 1)) / abs(self.rate)
             force += move * excess * float(self.contact.lines[0, 0])
-            move += _COARSER * (self.rounding + _LUCKY * fit) * self.displacement() / abs(rate)
-        least = self.rounding + ROUNDING + _LUCKY * fit
+            move += _COARSER * least * self.displacement() / abs(self.rate)
         parts = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
         return {
-            q: float(part / _COARSER + least) for q, part in zip(QUANTITIES, parts, strict=True)
+            q: float(part / _COARSER + least + ROUNDING)
+            for q, part in zip(QUANTITIES, parts, strict=True)
         }
 
     def free(self, beside: Array, order: int = 0) -> Array:
@@ -187,19 +175,19 @@ class Layer:
         return np.asarray((contact.amplitudes[0] @ self.both @ found).real)
 
     @property
-    def reach(self) -> float:
-        """How far the free surface is felt."""
-        return _FAR / float(self.contact.poles.decays.real.min())
+    def ahead(self) -> Array:
+        """Places on the free surface, by their distances from the line.
+
+        It varies the more slowly the farther from the line it is, and so do they.
+        """
+        return _FAR / float(self.contact.poles.decays.real.min()) * _AHEAD
 
     @functools.cached_property
     def through(self) -> float:
-        """How far the free surface is inside the indenter at most.
-
-        It varies the more slowly the farther from the line it is, and so do the places.
-        """
-        reach = min(self.reach, self.body.edge - self.a)
-        beside = reach * np.geomspace(_NEAREST, 1.0, _OUTSIDE)
-        return float((self.depth - self.body.height(self.a + beside) - self.free(beside)).max())
+        """How far the free surface is inside the indenter at most."""
+        beside = self.ahead[self.ahead <= self.body.edge - self.a]
+        inside = self.depth - self.body.height(self.a + beside) - self.free(beside)
+        return float(inside.max(initial=0.0))
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
@@ -211,82 +199,59 @@ class Layer:
 
     def pressure(self, state: Any, x: Array) -> Array:
         """p in contact at positions, sums of the fields of the poles."""
-        nodes, x = self.a * self.contact.elements.x, np.abs(x - self.body.apex)
-        own = np.clip(np.searchsorted(nodes[:, 0], x, side="right") - 1, 0, len(nodes) - 1)
-        found = np.empty(x.shape)
-        for i in np.unique(own).tolist():
-            here, (lo, hi) = own == i, nodes[i, [0, -1]]
-            found[here] = polynomial(DEGREE, (2 * x[here] - lo - hi) / (hi - lo), self.pressed[i])
-        return found
+        ends = self.a * np.append(self.contact.elements.x[:, 0], 1.0)
+        nodal = np.append(self.pressed[:, :-1], self.pressed[-1, -1])
+        return on_elements(ends, nodal, np.abs(x - self.body.apex))[0]
 
     def parts(self, state: Any) -> dict[str, float]:
-        """Energy and force in parts."""
-
-        def density(x: Array) -> Array:
-            """γ₁/2 u'² of the free surface."""
-            slope = self.free(x.ravel(), 1).reshape(x.shape)
-            whole = self.body.whole * (self.a + x) ** self.body.power
-            return np.array([self.body.scene.gamma1 / 2 * slope**2 * whole])
-
-        ends = np.array([[0.0], [self.reach]])
-        outside = summed(density, ends, _EXACT, np.zeros((1, 1)), smooth=True)
-        return with_surface(state, float(self.contact.stretched[0] + outside.sums.sum()))
+        """Energy and force in parts; γ₁/2 ∫u'² outside by the trapezoidal rule in ln x."""
+        x, body = self.ahead, self.body
+        beside = (
+            body.scene.gamma1 / 2 * self.free(x, 1) ** 2 * body.whole * (self.a + x) ** body.power
+        )
+        return with_surface(state, float(self.contact.stretched[0] + _APART * (x @ beside)))
 
 
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
-    single = Single(Body(scene), _SAFE * rtol)
-    lines = Lines(single, scene.surfaces.small_slope_deficit)
+    body, tolerance = Body(scene), _SAFE * rtol
+
+    def reaction(a: Array) -> Array:
+        return np.concatenate([own.reaction for own in each(body, a, tolerance)]).T
+
+    lines = Lines(body, reaction, scene.surfaces.small_slope_deficit, _STEP)
     a, _, how = lines.settled(depth)
     if how == "lost":
         return detached(scene, depth, branch, SmallSurfaces(scene), Certificate.undeformed())
-    found, rate = Layer(single.contact(a), depth, single.tolerance), math.inf
-    certificate, pinned = found.certificate(), how == "corner"
-    if not pinned:
-        beside = min(
-            (x for x in single.known if abs(x - a) > _BESIDE * a), key=lambda x: abs(x - a)
-        )
-        rate = (lines.rest_depth(beside, 1) - depth) / (beside - a)
-        if rate < 0:  # D falls outwards: the line would run away
-            certificate = certificate._replace(neighbours=1.0)
-    ends = found.a, found.a
-    return certified(found, certificate, ends, pinned, branch, lambda _: found.errors(rate))
+    rate = math.inf
+    if how == "rests":
+        rate = (lines.rest_depth(a * (1 + _BESIDE), 1) - depth) / (a * _BESIDE)
+    found = Layer(contacts(body, np.array([a]), tolerance), depth, tolerance, rate)
+    return certified(found, branch)
 
 
-def certified(
-    found: Any,
-    certificate: Certificate,
-    ends: tuple[float, float],
-    pinned: bool,
-    branch: str,
-    errors: Callable[[Equilibrium], dict[str, float]],
-    spacing: float = math.nan,
-) -> Equilibrium:
-    """The state of a contact, a `Layer` or a `NodeState`, whose line and outermost node are here.
-
-    NotCertifiedError where it is no equilibrium.
-    """
+def certified(found: Any, branch: str, spacing: float = math.nan) -> Equilibrium:
+    """The state of a contact, a `Layer` or a `NodeState`. NotCertifiedError if no equilibrium."""
     body, named = found.body, f"the state at depth = {found.depth!r}"
-    if not certificate.penetration <= certificate.tolerance:
+    if not found.certificate.penetration <= found.certificate.tolerance:
         raise NotCertifiedError(
             f"{named} touches the indenter again beside its contact: a layer that is nearly "
             "incompressible rises there; use another depth, or response='springs'"
         )
-    certificate.demand(named, "try another depth or spacing")
-    line, node = (np.array([body.ends(x)]) for x in ends)
+    found.certificate.demand(named, "try another depth or spacing")
     return Equilibrium(
         body.scene,
         found.depth,
         branch,
         "fitted" if math.isnan(spacing) else "lattice",
-        certificate,
+        found.certificate,
         found,
         spacing,
-        contacts=line,
-        nodes=node,
-        pinned=np.array([[pinned or bool(body.power), pinned]]),
+        contacts=np.array([body.ends(found.a)]),
+        nodes=np.array([body.ends(found.outermost)]),
+        pinned=np.array([[found.pinned or bool(body.power), found.pinned]]),
         force=found.force,
         energy=found.energy,
         scales=found.scales,
-        errors=errors,
+        errors=found.errors,
     )

@@ -27,18 +27,26 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the same
+_STEP = 1 / 12  # of log₂ a
 
 
 @dataclass(eq=False)
 class Slide(Leg):
-    """A leg on which the line is held, or slides where D is the depth."""
+    """A leg on which the line is held, or slides where D is the depth, which does not turn."""
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        branch, one, other = self.branch, self.start.memory, self.end.memory
+        branch, ((d, _, one), (e, _, other)) = self.branch, (self.start, self.end)
         a = np.full(depths.size, one)
         if one != other:
-            a = branch.rests(depths, one, other)
+            way, rise = 1 if other > one else -1, (e - d) / (other - one)
+
+            def short(x: Array, own: NDArray[np.int64]) -> Array:
+                side = np.where(x == other, -way, way)  # of a corner at which the line ends
+                return np.asarray(branch.lines[way].rest_depth(x, side) - depths[own])
+
+            lo, hi = (np.full(depths.size, x) for x in sorted((one, other)))
+            a = crossings(short, lo, hi, one + (depths - d) / rise, np.full(depths.size, rise), 0.0)
         return [branch.point(d, x) for d, x in zip(depths.tolist(), a.tolist(), strict=True)]
 
     @property
@@ -66,10 +74,7 @@ class LayerBranch(Branch):
         """The length by which lines may be off."""
         return self.table.tolerance * self.first.memory
 
-    @property
-    def touch(self) -> float:
-        """Depth at which contact begins."""
-        return self.body.touch
+    touch = property(lambda self: self.body.touch)
 
     @functools.cached_property
     def holding_range(self) -> float:
@@ -80,8 +85,9 @@ class LayerBranch(Branch):
     @functools.cached_property
     def lines(self) -> dict[int, Lines]:
         """The line on its way out (1) and in (-1)."""
-        works = {1: self.scene.surfaces, -1: self.scene.opened.surfaces}
-        return {way: Lines(self.table, of.small_slope_deficit) for way, of in works.items()}
+        given, scene = (self.body, self.table.reaction), self.scene
+        works = ((1, scene.surfaces), (-1, scene.opened.surfaces))
+        return {way: Lines(*given, of.small_slope_deficit, _STEP) for way, of in works}
 
     @functools.cached_property
     def first(self) -> Point:
@@ -105,21 +111,6 @@ class LayerBranch(Branch):
             return "tip", "tip"
         return super().pinned(point)
 
-    def rests(self, depths: Array, one: float, other: float) -> Array:
-        """Where D is each of these depths between two half-widths, as it does not turn there."""
-        way = 1 if other > one else -1
-        lo, hi = np.full(depths.size, min(one, other)), np.full(depths.size, max(one, other))
-
-        def rest_depth(a: Array) -> Array:
-            side = np.where(a == other, -way, way)  # of a corner at which the line ends
-            return np.asarray(self.lines[way].rest_depth(a, side))
-
-        span = rest_depth(np.array([one, other]))
-        rise = np.full(depths.size, float(np.diff(span)[0]) / (other - one))
-        share = np.clip((depths - span[0]) / (span[1] - span[0]), 0, 1)
-        guess = one + share * (other - one)
-        return crossings(lambda a, own: rest_depth(a) - depths[own], lo, hi, guess, rise, 0.0)
-
     def leg(self, point: Point, goal: float) -> Slide:
         """The way from a point towards another depth, up to where the line comes free or jumps."""
         a, here, way = point.memory, point.depth, 1 if goal >= point.depth else -1
@@ -128,21 +119,22 @@ class LayerBranch(Branch):
         if way * (rest - here) > tie:  # held so far
             held = goal if way * (goal - rest) <= 0 else rest
             return Slide(self, point, self.point(held, a), None, False)
-        far, depth, how = lines.walk(a, here, goal, way, past=False, tie=tie)
-        end = self.point(depth, far)
-        after, jumps = None, how == "turns"
-        if jumps:
-            landed = lines.walk(far, depth, depth, way, past=True)
-            after = Point(depth, None) if landed.how == "lost" else self.point(depth, landed.a)
-        elif how == "lost":
-            after = Point(depth, None)
-        return Slide(self, point, end, after, jumps)
+        end = landed = lines.walk(a, here, goal, way, past=False)
+        if end.how == "turns":
+            landed = lines.walk(end.a, end.depth, end.depth, way)
+        after = None
+        if landed.how == "lost":
+            after = Point(end.depth, None)
+        elif landed is not end:
+            after = self.point(end.depth, landed.a)
+        return Slide(self, point, self.point(end.depth, end.a), after, landed is not end)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""
-        a = np.array([point.memory for point in points])
-        force, stored = self.table.taken(a, np.array([point.depth for point in points]))
-        return np.array([stored - self.scene.work_of_adhesion * self.body.area(a), force])
+        a, depth = np.array([(point.memory, point.depth) for point in points]).T
+        u, (_, _, rate, force, stored) = depth - self.body.height(a), self.table.at(a)
+        bound = self.scene.work_of_adhesion * self.body.area(a)
+        return np.array([stored + force * u + rate * u * u / 2 - bound, rate * u + force])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length or area that opens between two points."""
@@ -155,6 +147,6 @@ class LayerBranch(Branch):
         if point.lines:
             tolerance = self.table.tolerance
             contact = contacts(self.body, np.array([point.memory]), tolerance)
-            found = Layer(contact, point.depth, tolerance).certificate()
+            found = Layer(contact, point.depth, tolerance).certificate
             found = found._replace(tolerance=max(TOLERANCE, tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")

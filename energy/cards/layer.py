@@ -21,6 +21,7 @@ from energy.cards._types import PullOff, Values
 from energy.cards.contact_line import depth as _depth
 from energy.cards.foundation import stiffness
 from energy.cards.tail import elastocapillary_length
+from energy.layer import second_order
 
 
 def half_space_modulus(E: ArrayLike, nu: ArrayLike) -> Values:
@@ -141,9 +142,8 @@ def depth(
     By the method of Wiener and Hopf; for profiles whose f'' is constant, else with f''' and so on.
     ell: ℓ of `Scene.effective_length`, an integral; l and c₂ as for the springs, on which ℓ = l.
     """
-    k = stiffness(E, nu, h)
-    nu, h, ell = np.asarray(nu), np.asarray(h), finite("ell", ell)
-    second = nu * (4 * nu - 1) / (3 * (1 - nu) * (1 - 2 * nu)) * h**2
+    k, ell = stiffness(E, nu, h), finite("ell", ell)
+    second = second_order(finite("nu", nu)) * np.square(h)
     bent = (ell**2 + second - np.square(elastocapillary_length(k, gamma1))) / 2
     still = _depth(f_a, 0.0, k=k, gamma1=gamma1, w=w)
     return still + ell * finite("slope_a", slope_a) + bent * finite("bend_a", bend_a)
