@@ -25,7 +25,6 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,17 +36,6 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
 _TIE = 64 * EPSILON  # of depths at which something happens
-
-
-def rest_depth(
-    lattice: Lattice, nodes: Any, side: int, f: Array, after: Array, work: Array
-) -> Array:
-    """Depths at which outermost lines at these nodes pass their next links, of this adhesion.
-
-    f, after: heights of these nodes, and of the ones they come to.
-    """
-    _, rest, stiffness = lattice.beside(nodes, side)
-    return np.asarray(f + (after - f - np.sqrt(2 * work / stiffness)) / rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +62,8 @@ class Rules:
         found = {}
         for side in (1, -1):
             nodes, f, work = self.nodes[::side], self.f[::side], self.work[::side]
-            depths = rest_depth(self.lattice, nodes[:-1], side, f[:-1], f[1:], work)
+            _, rest, stiffness = self.lattice.beside(nodes[:-1], side)
+            depths = f[:-1] + (np.diff(f) - np.sqrt(2 * work / stiffness)) / rest
             found[side] = np.append(depths, math.inf)
         if self.lattice.axis == 0:
             found[-1][:-1] = -math.inf  # a contact around the axis is never opened there
