@@ -77,13 +77,12 @@ def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
     """Forces p_i that hold these nodes at u; most are neighbours."""
     flow, force = lattice.link * (u[:-1] - u[1:]), lattice.spring * u
     wide = np.flatnonzero(np.diff(nodes) > 1)
-    a, b = u[wide], u[wide + 1]
-    tie, one, other = lattice.pair(nodes[wide], nodes[wide + 1])
-    flow[wide] = tie * (a - b)
+    tie, ground = lattice.pair(nodes[wide + 1] - nodes[wide])
+    flow[wide] = tie * (u[wide] - u[wide + 1])
     force[:-1] += flow
     force[1:] -= flow
-    force[wide] += one * a
-    force[wide + 1] += other * b
+    force[wide] += ground * u[wide]
+    force[wide + 1] += ground * u[wide + 1]
     force[0] += lattice.end_stiffness * u[0]
     force[-1] += lattice.end_stiffness * u[-1]
     return force

@@ -228,9 +228,16 @@ class Row:
 
         With the digits of the running sums.
         """
-        gaps = self.gap(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]).sum(axis=2)
-        tails = self.tail(nodes[:, 0], -1, depth) + self.tail(nodes[:, -1], 1, depth)
-        return np.asarray(tails + gaps)
+        at, d, u = self.first + nodes, depth[:, None], depth[:, None] - self.f[nodes]
+        left, right = nodes[:, ::2], nodes[:, 1::2]
+        found = (self._held(right + 1, right, d) - self._held(left, left, d)).sum(axis=2)
+        for end, side in ((0, -1), (-1, 1)):
+            pull = self.lattice.pull(at[:, end], side) * u[:, end]
+            found += np.array([pull * u[:, end] / 2, pull])
+        tie, ground = self.lattice.pair(at[:, 2::2] - at[:, 1:-1:2])
+        one, other = u[:, 1:-1:2], u[:, 2::2]
+        stored = (ground * (one**2 + other**2) + tie * (one - other) ** 2) / 2
+        return np.asarray(found + np.sum([stored, ground * (one + other)], axis=2))
 
     def bonded(self, nodes: Contacts) -> float:
         """Length or area of contacts, weighted with the pattern's factor."""
@@ -242,18 +249,6 @@ class Row:
         d, spring = depth - self.lowest, self.lattice.spring
         energy = spring / 2 * ((count * d - 2 * h) * d + squares)
         return np.array([energy + links, spring * (count * d - h)])
-
-    def tail(self, node: Nodes, side: int, depth: Array) -> Array:
-        """What outermost lines at these nodes add to U and P, with the surface beyond them."""
-        held, u = self._held(node + (side > 0), node, depth), depth - self.f[node]
-        pull = self.lattice.pull(self.first + node, side) * u
-        return side * held + np.array([pull * u / 2, pull])
-
-    def gap(self, left: Nodes, right: Nodes, depth: Array) -> Array:
-        """What both lines of free surfaces between contacts add, with these surfaces."""
-        held = self._held(left + 1, left, depth) - self._held(right, right, depth)
-        ends = self.first + left, self.first + right
-        return held + self.lattice.gap(*ends, depth - self.f[left], depth - self.f[right])
 
 
 def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: float) -> int:

@@ -3,7 +3,7 @@
 Between two contacts lies a free surface of T links, whose first free node is displaced by
 A g_i + B g_j, its other nodes by a g_i + b g_j; outside are two tails, A = λ, B = 0. With c and t
 the stiffness of a spring and of a link at the place, and C, G what the rest of the surface does to
-the node beside a line (`Pair`), S = c + t + C + G that of this node, by the heights f,
+the node beside a line (`Lattice.pair`), S = c + t + C + G that of this node, by the heights f,
 
     a line passes the next link, or closes the last two, or opens one, of adhesion W together, at
         d = f_i + (f_1 - f_i + B (f_i - f_j) - √(2W/S))/(1 - A - B);
@@ -98,7 +98,7 @@ class Rules:
         if right - left < 3:
             return math.inf
         f, link, one, two = self.f, self.lattice.link, left + 1, right - 1
-        tie, ground, _ = self.lattice.pair(one, two)
+        tie, ground = self.lattice.pair(two - one)
         p, level = self.lattice.spring + ground, (f[left] + f[right]) / 2
         apart = tie * (f[one] - f[two])
         q = (
