@@ -45,7 +45,7 @@ from numpy.typing import ArrayLike, NDArray
 from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
 from discretization.lattice.assembly import Question, of_contacts
-from discretization.lattice.oracle import Oracle
+from discretization.lattice.oracle import oracle
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import pressed, surface
@@ -190,7 +190,7 @@ def on_lowest(asked: Question, row: Row) -> Equilibrium:
         near = np.append(np.flatnonzero(g >= -lattice.deepest_contact), row.touch)
         start = int(near.min())
         g = np.append(g[start : near.max() + 1], -math.inf)  # it needs two nodes
-        contacts = runs(Oracle(lattice, g.size).solve(g).contact) + start
+        contacts = runs(oracle(lattice, g).contact) + start
     else:
         contacts, proof = global_minimum(lattice, g)
     nodes = tuple((first, last) for first, last in contacts.tolist())
