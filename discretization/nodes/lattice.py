@@ -167,13 +167,6 @@ class Lattice:
         whole = spring + link + tie + ground
         return tie / whole, (spring + ground) / whole, whole
 
-    def shape(self, left: Any, right: Any, nodes: Any) -> tuple[Array, Array, Array]:
-        """a, b, 1 - a - b of free nodes between two contacts (None: none there)."""
-        nowhere = np.full(np.shape(nodes), math.inf)
-        p = nowhere if left is None else nodes - left
-        q = nowhere if right is None else right - nodes
-        return shares(self.log_decay, p, q)
-
     @property
     def deepest_contact(self) -> float:
         """D [length]: contact deeper below the surface without adhesion never pays.

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON
-from discretization.nodes.lattice import Lattice
+from discretization.nodes.lattice import Lattice, shares
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
@@ -128,10 +128,10 @@ class Rules:
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[Array, Array]:
         """1 - a - b and a f_i + b f_j at free nodes start..stop-1 between two contacts."""
-        first, f = self.first, self.f
-        lo, f_left = (None, 0.0) if left is None else (first + left, f[left])
-        hi, f_right = (None, 0.0) if right is None else (first + right, f[right])
-        near, far, rest = self.lattice.shape(lo, hi, first + np.arange(start, stop))
+        lo, f_left = (-math.inf, 0.0) if left is None else (left, self.f[left])
+        hi, f_right = (math.inf, 0.0) if right is None else (right, self.f[right])
+        nodes = np.arange(start, stop)
+        near, far, rest = shares(self.lattice.log_decay, nodes - lo, hi - nodes)
         return rest, near * f_left + far * f_right
 
     def tears(self, first: int, last: int) -> tuple[float, int]:
@@ -152,7 +152,7 @@ class Rules:
         """
         touch, steep = self.touches(left, right)[0], 1 + 2 * self.lattice.link / self.lattice.spring
         tie = _TIE * (abs(touch) + abs(depth) + self.delta0) * steep
-        return touch == math.inf or touch >= depth - tie
+        return touch >= depth - tie
 
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
         """Depth below which a lone node between two contacts (None: none there) is pulled.
