@@ -88,21 +88,16 @@ def lowest_rings(lattice: Lattice, g: Array) -> Mask:
 
 
 class Chain(NamedTuple):
-    """The nodes where contact may pay, then one far beyond all, and one far before them.
-
-    growth, decay: ln P and -ln Q; stiffness: c; height: h; bonds: what adheres in a contact from
-    the node before to this one, 0 if there is something else between.
-    """
+    """All nodes, then a place far beyond them, and one far before them: ln P, -ln Q, c and h."""
 
     growth: Array
     decay: Array
     stiffness: Array
     height: Array
-    bonds: Array
 
 
-def _chain(lattice: Lattice, h: Array, nodes: Nodes) -> Chain:
-    """Of some of all nodes; P and Q by what the free surface on each side of a node pulls with."""
+def _chain(lattice: Lattice, h: Array) -> Chain:
+    """P and Q follow from what the free surface on each side of a node pulls with."""
     every, last = np.arange(h.size), h.size - 1
     spring = lattice.spring * lattice.weight(every) * np.ones(h.size)
     link = lattice.link * lattice.weight(every[:last] + 0.5) * np.ones(last)
@@ -114,13 +109,9 @@ def _chain(lattice: Lattice, h: Array, nodes: Nodes) -> Chain:
         np.cumsum(np.log1p(np.append(0.0, each / link)), dtype=np.longdouble)
         for each in (within[:last], outside[1:])
     )
-    before = np.append(nodes[:1], nodes[:-1])
-    linked = (nodes - before == 1) | (np.diff(np.cumsum(h > 0)[nodes], prepend=-1) == 0)
-    bonds = lattice.w * lattice.cell * (nodes - before) * lattice.weight((nodes + before) / 2)
-    parts = (within + outside - spring)[nodes] / 2, h[nodes], np.where(linked, bonds, 0.0)
     return Chain(
-        *(np.append(place[nodes], (place[-1] + _FAR, -math.inf)) for place in places),
-        *(np.append(part, (0.0, 0.0)) for part in parts),
+        *(np.append(place, (place[-1] + _FAR, -math.inf)) for place in places),
+        *(np.append(part, (0.0, 0.0)) for part in ((within + outside - spring) / 2, h)),
     )
 
 
@@ -147,27 +138,34 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
 
     may: nodes that may be in contact; of a contact that is certain, h = 0, its ends are enough.
     """
-    nodes, floor = np.flatnonzero(may), min(0.0, float(h.min()))
-    chain, tie = _chain(lattice, h, nodes), _TIE * lattice.w * lattice.cell
-    n, starts = nodes.size, np.array([-1])
-    value, before = np.full(n + 2, math.inf), np.empty(n + 1, np.int64)
-    value[-1] = 0.0
-    for k in range(n + 1):
-        if k % _FEW == 0:
+    n, nodes, floor, chain = (
+        h.size,
+        np.flatnonzero(may),
+        min(0.0, float(h.min())),
+        _chain(lattice, h),
+    )
+    last = np.append(nodes[:1], nodes[:-1])
+    linked = (nodes - last == 1) | (np.diff(np.cumsum(h > 0)[nodes], prepend=-1) == 0)
+    bond = lattice.w * lattice.cell
+    bonds = np.where(linked, bond * (nodes - last) * lattice.weight((nodes + last) / 2), 0.0)
+    value, before, starts = np.full(n + 2, math.inf), np.full(n + 1, n), np.array([n + 1])
+    value[n + 1] = 0.0
+    for i, (k, gained) in enumerate([*zip(nodes.tolist(), bonds.tolist(), strict=True), (n, 0.0)]):
+        if i % _FEW == 0:
             cost = _costs(chain, value, starts, k, floor)
             needed = np.isfinite(cost)
             needed[: cost.argmin()] = False  # statement 2
             starts = starts[needed]
         height = float(chain.height[k])
         cost = _costs(chain, value, starts, k, height)
-        cost[-1] -= chain.bonds[k]
-        best = int(np.flatnonzero(cost <= cost.min() + tie)[-1])
+        cost[-1] -= gained
+        best = int(np.flatnonzero(cost <= cost.min() + _TIE * bond)[-1])
         value[k], before[k] = cost[best], starts[best]
         kept = best + 1 if height > floor else 0  # statement 1; none passes a certain contact
         starts = np.append(starts[:kept], k)
     contact, k = h == floor, int(before[n])
-    while k >= 0:
-        contact[nodes[k]] = True
+    while k < n:
+        contact[k] = True
         k = int(before[k])
     return float(value[n]), contact
 
