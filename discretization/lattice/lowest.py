@@ -6,10 +6,11 @@ Certain contact. Without adhesion the minimum is the surface ū of obstacle.py. 
 u <= ū: else min(u, ū) had less energy and no less contact, as the energy is submodular. So nodes in
 contact in ū are in contact, and it is searched for the drop v = ū - u, 0 <= v <= h = ū - g.
 
-The recursion. Along free nodes P_m = λ⁻ᵐ grows and Q_m = λᵐ decays. With z = P/Q and y = v/Q a free
-surface between two contact nodes is a straight line below the nodes between, and costs
+The recursion. Along free nodes P grows and Q decays; λ⁻ᵐ and λᵐ for a line contact. With z = P/Q
+and y = v/Q a free surface between two contact nodes is a straight line below the nodes between. To
+reach contact node j from node i costs, more than the free surface beyond node i does,
 
-    C (y_j - y_i)²/(z_j - z_i) = c_j (h_j - h_i Q_j/Q_i)²/(1 - z_i/z_j).
+    c_j (h_j - h_i Q_j/Q_i)²/(1 - z_i/z_j),     2 c_j the stiffness of the surface at node j.
 
 A surface begins at z = y = 0 ("nothing precedes") and ends far out at v = 0 ("a tail follows"). The
 least energy V_j that ends in contact node j is the least of V_i and that cost over all starts i,
@@ -27,6 +28,9 @@ one is beaten by it at all lower y, and by a newer one at all higher y. As surfa
    a newer one beats. (Nor do these block any: lines above such a one fall below y = 0.)
 
 So nothing is left out: V is the minimum but for rounding, and proves the state that attains it.
+
+Rings around an axis. There ū is not known: v = -u is the drop below the flat surface and h = -g, so
+that v is at least -max(g, 0) instead of 0. Nodes of that height are certain.
 """
 
 from __future__ import annotations
@@ -41,7 +45,7 @@ from numpy.typing import ArrayLike, NDArray
 from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
 from discretization.lattice.assembly import Question, of_contacts
-from discretization.lattice.oracle import Oracle
+from discretization.lattice.oracle import oracle
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import pressed, surface
@@ -50,18 +54,18 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 _TIE = 1e-12  # of wΔx: what more contact may cost
 _FEW = 32  # nodes after which it is looked again which starts are needed
-_TINY = 1e-300  # what a node far away pulls with: only the sign of a slope is left
-_FAR = 300.0  # decay lengths: exp(-2·300) is a number
+_FAR = 600.0  # decay lengths
 
 
 def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     """First and last node of each contact (m, 2) of lowest energy of all sets, and its proof.
 
-    g: (n,) heights d - f of nodes in a row. Beyond both ends are free tails; contact must be
-    impossible there (see `window`). Of states whose energies agree within 1e-12 wΔx per contact the
-    one with more contact. ValueError if g is empty or not finite.
+    g: (n,) heights d - f of nodes in a row. Beyond both ends are free tails, where contact must be
+    impossible. Of states whose energies agree within 1e-12 wΔx per contact the one with more
+    contact. ValueError if g is empty or not finite.
     """
     g = np.asarray(g, float)
     if g.ndim != 1 or not g.size or not np.isfinite(g).all():
@@ -69,43 +73,45 @@ def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     every, (held, force) = np.arange(g.size), pressed(lattice, g)
     h = np.maximum(surface(lattice, held, g[held], every) - g, 0.0)
     h[held] = 0.0
-    chain = _chain(lattice, h)
-    least, before = _cheapest(chain, _TIE * lattice.w * lattice.cell)
-    contact = h == 0
-    contact[chain.node[_path(before)]] = True
+    zero = np.pad(h == 0, 1)
+    within = zero[:-2] & zero[1:-1] & zero[2:]  # contacts that are certain
+    least, contact = _cheapest(lattice, h, (h <= lattice.deepest_contact) & ~within)
     u = np.where(contact, g, surface(lattice, np.flatnonzero(contact), g[contact], every))
     terms = np.array([*NodalEnergy(lattice, contact).terms(u).values()])
     proof = Proof(float(force @ g[held]) / 2 + least, float(terms.sum()), float(abs(terms).sum()))
     return runs(contact), proof
 
 
+def lowest_rings(lattice: Lattice, g: Array) -> Mask:
+    """The nodes in contact (n,) of lowest energy around an axis, of heights g = d - f."""
+    return _cheapest(lattice, -g, np.ones(g.size, bool))[1]
+
+
 class Chain(NamedTuple):
-    """The nodes where contact may pay, then one far beyond all, and one far before them.
+    """All nodes, then a place far beyond them, and one far before them: ln P, -ln Q, c and h."""
 
-    place: in decay lengths; stiffness: c; height: h; bonds: what adheres in a contact from the
-    node before to this one, 0 if there is something else between.
-    """
-
-    node: Nodes
-    place: Array
-    stiffness: float
+    growth: Array
+    decay: Array
+    stiffness: Array
     height: Array
-    bonds: Array
 
 
 def _chain(lattice: Lattice, h: Array) -> Chain:
-    """Of a row of nodes with h = 0 only the first and the last."""
-    zero = np.concatenate([[False], h == 0, [False]])
-    inner = zero[:-2] & zero[1:-1] & zero[2:]
-    node = np.flatnonzero((h <= lattice.deepest_contact) & ~inner)
-    before = np.append(node[:1], node[:-1])
-    linked = (node - before == 1) | (np.diff(np.cumsum(h > 0)[node], prepend=-1) == 0)
-    bonds = np.where(linked, lattice.w * lattice.cell * (node - before), 0.0)
-    place = np.append(lattice.log_decay * node, (0.0, -math.inf))
-    place[-2] = place.max() + 2 * _FAR
-    stiffness = lattice.spring / 2 + lattice.end_stiffness
+    """P and Q follow from what the free surface on each side of a node pulls with."""
+    every, last = np.arange(h.size), h.size - 1
+    spring = lattice.spring * lattice.weight(every) * np.ones(h.size)
+    link = lattice.link * lattice.weight(every[:last] + 0.5) * np.ones(last)
+    outside, inside = spring + lattice.pull(every, 1), [float(spring[0] + lattice.pull(0, -1))]
+    for own, one in zip(spring[1:].tolist(), link.tolist(), strict=True):
+        inside.append(own + one * inside[-1] / (one + inside[-1]))
+    within = np.array(inside)
+    places = (
+        np.cumsum(np.log1p(np.append(0.0, each / link)), dtype=np.longdouble)
+        for each in (within[:last], outside[1:])
+    )
     return Chain(
-        node, place, stiffness, *(np.append(part, (0.0, 0.0)) for part in (h[node], bonds))
+        *(np.append(place, (place[-1] + _FAR, -math.inf)) for place in places),
+        *(np.append(part, (0.0, 0.0)) for part in ((within + outside - spring) / 2, h)),
     )
 
 
@@ -114,84 +120,80 @@ def _costs(chain: Chain, value: Array, starts: Nodes, k: int, height: float) -> 
 
     Slopes are compared less that of a line from z = 0, so that nothing is lost in rounding.
     """
-    own, reach = chain.height[starts], chain.place[starts] - chain.place[k]
-    falls = np.expm1(reach)
-    whole = -falls * (2 + falls)
-    cost = value[starts] + chain.stiffness * (height - own - falls * own) ** 2 / whole
+    own = chain.height[starts]
+    grown, decayed = (
+        (place[starts] - place[k]).astype(float) for place in (chain.growth, chain.decay)
+    )
+    whole = -np.expm1(grown + decayed)
+    rise = height - own - np.expm1(decayed) * own
+    cost = value[starts] + chain.stiffness[k] * rise**2 / whole
     if starts.size > 1:
-        slope = np.exp(reach - reach[-1]) * (height - own + falls * height) / whole
+        slope = np.exp(decayed - decayed[-1]) * (height - own + np.expm1(grown) * height) / whole
         cost[slope < np.maximum.accumulate(slope[::-1])[::-1]] = math.inf
     return cost
 
 
-def _cheapest(chain: Chain, tie: float) -> tuple[float, Nodes]:
-    """V of the tail that follows, and from where each node is reached (-1: nothing precedes)."""
-    n, starts = chain.node.size, np.array([-1])
-    value, before = np.full(n + 2, math.inf), np.empty(n + 1, np.int64)
-    value[-1] = 0.0
-    for k in range(n + 1):
-        if k % _FEW == 0:
-            starts = _needed(chain, value, starts, k)
+def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
+    """V of the tail that follows, and the nodes in contact, of drops of at most h.
+
+    may: nodes that may be in contact; of a contact that is certain, h = 0, its ends are enough.
+    """
+    n, nodes, floor, chain = (
+        h.size,
+        np.flatnonzero(may),
+        min(0.0, float(h.min())),
+        _chain(lattice, h),
+    )
+    last = np.append(nodes[:1], nodes[:-1])
+    linked = (nodes - last == 1) | (np.diff(np.cumsum(h > 0)[nodes], prepend=-1) == 0)
+    bond = lattice.w * lattice.cell
+    bonds = np.where(linked, bond * (nodes - last) * lattice.weight((nodes + last) / 2), 0.0)
+    value, before, starts = np.full(n + 2, math.inf), np.full(n + 1, n), np.array([n + 1])
+    value[n + 1] = 0.0
+    for i, (k, gained) in enumerate([*zip(nodes.tolist(), bonds.tolist(), strict=True), (n, 0.0)]):
+        if i % _FEW == 0:
+            cost = _costs(chain, value, starts, k, floor)
+            needed = np.isfinite(cost)
+            needed[: cost.argmin()] = False  # statement 2
+            starts = starts[needed]
         height = float(chain.height[k])
         cost = _costs(chain, value, starts, k, height)
-        cost[-1] -= chain.bonds[k]
-        best = _newest(cost, tie)
+        cost[-1] -= gained
+        best = int(np.flatnonzero(cost <= cost.min() + _TIE * bond)[-1])
         value[k], before[k] = cost[best], starts[best]
-        kept = best + 1 if height else 0  # no span passes a node certainly in contact
+        kept = best + 1 if height > floor else 0  # statement 1; none passes a certain contact
         starts = np.append(starts[:kept], k)
-    return float(value[n]), before
-
-
-def _newest(cost: Array, tie: float) -> int:
-    """Place of the least cost; the last, that of most contact, if it costs no more but a tie."""
-    last = cost.size - 1
-    best = last - int(cost[::-1].argmin())
-    return last if cost[last] <= cost[best] + tie else best
-
-
-def _needed(chain: Chain, value: Array, starts: Nodes, k: int) -> Nodes:
-    """Those that may be best at node k or beyond (statement 2)."""
-    cost = _costs(chain, value, starts, k, 0.0)
-    best = _newest(cost, 0.0)
-    return starts[best:][np.isfinite(cost[best:])]
-
-
-def _path(before: Nodes) -> list[int]:
-    """Nodes of the chain from the last contact back to the first."""
-    path, k = [], int(before[-1])
-    while k >= 0:
-        path.append(k)
+    contact, k = h == floor, int(before[n])
+    while k < n:
+        contact[k] = True
         k = int(before[k])
-    return path
+    return float(value[n]), contact
 
 
-def runs(contact: NDArray[np.bool_]) -> Nodes:
+def runs(contact: Mask) -> Nodes:
     """First and last node of each contact (m, 2), of a mask of all nodes."""
     edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
     return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
 
 
-def window(row: Row, depth: float) -> tuple[int, Array]:
-    """First node, and g = d - f from there on: outside these nodes no minimiser is in contact.
-
-    The nodes with f <= d + D (`Lattice.deepest_contact`; h >= f - d), and all between; at least the
-    lowest.
-    """
-    near = np.append(np.flatnonzero(row.f <= depth + row.lattice.deepest_contact), row.touch)
-    start, stop = int(near.min()), int(near.max()) + 1
-    return start, depth - row.f[start:stop]
-
-
 def on_lowest(asked: Question, row: Row) -> Equilibrium:
     """Certified state of lowest energy of all contact sets on these nodes, with its proof.
 
-    Method "shortest_path", "oracle", which needs cvxpy and has no proof, or "lattice": without
-    adhesion obstacle.py, else as "shortest_path". ValueError for what the method cannot express,
-    and a contact that reaches the end of the known profile.
+    Method "shortest_path", "oracle", which needs cvxpy and has no proof, or "lattice", which is as
+    "shortest_path". ValueError for what the method cannot express, and a contact that reaches the
+    end of the known profile.
     """
-    nodes, proof = _lowest(row, asked.depth, asked.method)
-    state = of_contacts(asked, row, tuple((first, last) for first, last in nodes.tolist()))
-    return replace(state, proof=proof, method="shortest_path" if proof else asked.method)
+    lattice, g, proof = row.lattice, asked.depth - row.f, None
+    if asked.method == "oracle":
+        near = np.append(np.flatnonzero(g >= -lattice.deepest_contact), row.touch)
+        start = int(near.min())
+        g = np.append(g[start : near.max() + 1], -math.inf)  # it needs two nodes
+        contacts = runs(oracle(lattice, g).contact) + start
+    else:
+        contacts, proof = global_minimum(lattice, g)
+    nodes = tuple((first, last) for first, last in contacts.tolist())
+    method = "shortest_path" if lattice.w and proof else asked.method
+    return replace(of_contacts(asked, row, nodes), proof=proof, method=method)
 
 
 def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:
@@ -200,66 +202,7 @@ def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:
     scene: as far as it has nodes (`Lattice.seen`). ValueError as `on_lowest`.
     """
     row = Row.of(scene, lattice, depth)
+    g = depth - row.f
     if lattice.axis == 0:
-        return runs(lowest_rings(lattice, depth - row.f))
-    return _lowest(row, depth, "lattice")[0] + row.first
-
-
-def _lowest(row: Row, depth: float, method: str) -> tuple[Nodes, Proof | None]:
-    """First and last nodes of the row, and the proof if there is one."""
-    lattice, (start, g) = row.lattice, window(row, depth)
-    if method == "oracle":
-        g = np.append(g, -math.inf)  # it needs two nodes
-        return runs(Oracle(lattice, g.size).solve(g).contact) + start, None
-    if method == "lattice" and not lattice.w:
-        contact = np.zeros(g.size, bool)
-        contact[pressed(lattice, g)[0]] = True
-        return runs(contact) + start, None
-    contacts, proof = global_minimum(lattice, g)
-    return contacts + start, proof
-
-
-def lowest_rings(lattice: Lattice, g: Array) -> NDArray[np.bool_]:
-    """The nodes in contact (n,) of lowest energy around an axis, of heights g = d - f.
-
-    Let T_j be the least energy of a surface whose outermost contact node is j, with the free
-    surface outside. From a contact node i to the next one, j, the surface that is held at i and
-    free outside is lifted by g_j - τ_ij g_i there, τ_ij what is left of u_i at j, which costs a
-    square:
-
-        T_j = min over i of  T_i + (E_ij + κ_j + σ_j)/2 (g_j - τ_ij g_i)² - adhesion, if i = j - 1,
-
-    κ_j + σ_j the stiffness of the spring at j and of the surface outside, E_ij that of the surface
-    between with node i at rest. No node between is penetrated if g_m - τ_im g_i, times what a
-    displacement of m pulls with at i, is nowhere larger before j: surfaces that leave i are ordered
-    by their slopes. Where nothing is in contact before j, E is that of the disc inside, and
-    u_i = 0. All of these follow node by node, for all i at once: n² numbers for n nodes.
-    """
-    n = g.size
-    links = np.arange(n - 1) + 0.5
-    spring, link = lattice.spring * lattice.weight(np.arange(n)), lattice.link * links
-    outside = spring + lattice.pull(np.arange(n), 1)
-    decay, bonds = link / (link + outside[1:]), lattice.w * lattice.cell * links
-    least, before = np.zeros(n + 1), np.zeros(n + 1, np.int64)  # 0: nothing; i + 1: node i
-    felt, reaching, free = np.zeros(n + 1), np.ones(n + 1), np.zeros(n + 1)
-    steepest = np.full(n + 1, -math.inf)
-    for j in range(n):
-        starts = slice(0, j + 1)
-        lift = g[j] - free[starts]
-        slope = reaching[starts] * lift
-        cost = least[starts] + (felt[starts] + outside[j]) / 2 * lift**2
-        cost[slope < steepest[starts]] = math.inf
-        cost[j] -= bonds[j - 1] if j else 0.0
-        before[j + 1] = best = j - int(cost[::-1].argmin())
-        least[j + 1] = cost[best]
-        steepest[starts] = np.maximum(steepest[starts], slope)
-        if j < n - 1:
-            share = link[j] / (link[j] + spring[j] + felt[starts])
-            felt[starts] = share * (spring[j] + felt[starts])
-            reaching[starts] = np.maximum(share * reaching[starts], _TINY)
-            felt[j + 1] = reaching[j + 1] = link[j]
-            free[: j + 2] = decay[j] * np.append(free[starts], g[j])
-    contact, k = np.zeros(n, bool), int(np.where(steepest <= 0, least, math.inf).argmin())
-    while k:
-        contact[k - 1], k = True, int(before[k])
-    return contact
+        return runs(lowest_rings(lattice, g)) + row.first
+    return global_minimum(lattice, g)[0] + row.first

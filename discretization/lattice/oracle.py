@@ -50,73 +50,52 @@ class OracleSolution:
     energy: float
 
 
-@dataclass(frozen=True)
-class Oracle:
-    """The programme on n nodes of a lattice: convex if w = 0, else with integers.
+def oracle(lattice: Lattice, g: ArrayLike) -> OracleSolution:
+    """Minimum for heights g (n,), -inf where there is no obstacle.
 
-    ValueError for springs without tension (γ₁ = 0), too many nodes for integers or no solver for
-    them.
+    ValueError if g does not fit, for springs without tension (γ₁ = 0), and for too many nodes for
+    integers or no solver for them; RuntimeError if the solver did not reach its tolerance.
     """
-
-    lattice: Lattice
-    nodes: int
-
-    def __post_init__(self) -> None:
-        _check(self.lattice, self.nodes)
-
-    def solve(self, g: ArrayLike) -> OracleSolution:
-        """Minimum for heights g (n,), -inf where there is no obstacle.
-
-        ValueError if g does not fit, RuntimeError if the solver did not reach its tolerance.
-        """
-        heights, shape = np.asarray(g, float), (self.nodes,)
-        if heights.shape != shape or not heights.max() < math.inf:
-            raise ValueError(f"g must be {shape} numbers, -inf for no obstacle; has {np.shape(g)}")
-        lat = self.lattice
-        floor = np.maximum(heights, -_deepest(lat, heights))
-        scale = float(np.abs(floor).max()) or lat.spacing
-        held = _integers(lat, floor / scale, scale) if lat.w else np.zeros(shape, bool)
-        v, pull = _pressed(lat, held, floor / scale)
-        u, force = v * scale, pull * math.sqrt(lat.k * lat.gamma1) * scale
-        held = held | (force > PRESSES * max(force.max(), lat.spring * scale))
-        return OracleSolution(u, held, force, NodalEnergy(lat, held).value(u))
+    g = np.asarray(g, float)
+    _refuse(lattice, g)
+    free = NodalEnergy(lattice, np.zeros(g.size, bool)).value(np.maximum(g, 0.0))
+    gain = free + lattice.w * lattice.spacing * (g.size - 1)
+    deepest = 1.01 * math.sqrt(2 * gain / (lattice.spring + 2 * lattice.end_stiffness))
+    floor = np.maximum(g, -deepest)
+    scale = float(np.abs(floor).max()) or lattice.spacing
+    held = _integers(lattice, floor / scale, scale) if lattice.w else np.zeros(g.size, bool)
+    v, pull = _pressed(lattice, held, floor / scale)
+    u, force = v * scale, pull * math.sqrt(lattice.k * lattice.gamma1) * scale
+    held = held | (force > PRESSES * max(force.max(), lattice.spring * scale))
+    return OracleSolution(u, held, force, NodalEnergy(lattice, held).value(u))
 
 
-def _check(lattice: Lattice, n: int) -> None:
-    if n < 2:
-        raise ValueError(f"nodes = {n!r} must be at least 2")
+def _refuse(lattice: Lattice, g: Array) -> None:
+    if g.ndim != 1 or g.size < 2 or not g.max() < math.inf:
+        raise ValueError(f"g of shape {g.shape} must be two numbers or more, -inf for no obstacle")
     if not lattice.gamma1:
         raise ValueError("gamma1 = 0 leaves independent springs, no programme: use u = max(g, 0)")
     if not lattice.w:
         return
+    if g.size > MOST_INTEGERS:
+        most = f"use at most {MOST_INTEGERS}"
+        raise ValueError(f"nodes = {g.size!r} is too many for integers: {most}")
     import cvxpy
 
-    if n > MOST_INTEGERS:
-        raise ValueError(f"nodes = {n!r} is too many for integers: use at most {MOST_INTEGERS}")
     if "SCIP" not in cvxpy.installed_solvers():
         raise ValueError("w > 0 needs the solver SCIP: pip install elastocap[test]")
 
 
-def _deepest(lattice: Lattice, g: Array) -> float:
-    """Depth below the surface beyond which no node can be in contact at the minimum."""
-    free = NodalEnergy(lattice, np.zeros(g.size, bool)).value(np.maximum(g, 0.0))
-    gain = free + lattice.w * lattice.spacing * (g.size - 1)
-    return 1.01 * math.sqrt(2 * gain / (lattice.spring + 2 * lattice.end_stiffness))
-
-
-def _elastic(lattice: Lattice, v: Any) -> Any:
-    """The elastic energy in units of klG²."""
+def _solved(lattice: Lattice, v: Any, gain: Any, where: list[Any], solver: str, **how: Any) -> None:
+    """min elastic energy - gain, in units of klG². RuntimeError if it is not solved."""
     import cvxpy as cp
 
     s = math.sqrt(lattice.spring / lattice.link)
     ends = cp.square(v[0]) + cp.square(v[-1])
     links = cp.sum_squares(cp.diff(v)) + lattice.end_stiffness / lattice.link * ends
-    return s / 2 * cp.sum_squares(v) + links / (2 * s)
-
-
-def _solved(problem: Any, solver: str, **options: Any) -> None:
-    """RuntimeError if it is not solved."""
-    problem.solve(solver=solver, **options)
+    elastic = s / 2 * cp.sum_squares(v) + links / (2 * s)
+    problem = cp.Problem(cp.Minimize(elastic - gain), where)
+    problem.solve(solver=solver, **how)
     if problem.status != "optimal":
         raise RuntimeError(f"{solver} ended with status {problem.status!r}, not 'optimal'")
 
@@ -127,8 +106,7 @@ def _pressed(lattice: Lattice, held: Mask, floor: Array) -> tuple[Array, Array]:
 
     v, least = cp.Variable(floor.size), np.maximum(floor, -10.0)
     above, equal = v >= least, cp.multiply(held.astype(float), v) == np.where(held, floor, 0.0)
-    problem = cp.Problem(cp.Minimize(_elastic(lattice, v)), [above, equal])
-    _solved(problem, "CLARABEL", **CLARABEL)
+    _solved(lattice, v, 0.0, [above, equal], "CLARABEL", **CLARABEL)
     return np.asarray(v.value), above.dual_value - held * equal.dual_value
 
 
@@ -139,9 +117,6 @@ def _integers(lattice: Lattice, floor: Array, scale: float) -> Mask:
     n, room = floor.size, max(0.0, floor.max()) - floor
     gain = lattice.w * lattice.spacing / (math.sqrt(lattice.k * lattice.gamma1) * scale**2)
     v, z, y = cp.Variable(n), cp.Variable(n, boolean=True), cp.Variable(n - 1)
-    problem = cp.Problem(
-        cp.Minimize(_elastic(lattice, v) - gain * cp.sum(y)),
-        [v >= floor, v <= floor + cp.multiply(room, 1 - z), y <= z[1:], y <= z[:-1]],
-    )
-    _solved(problem, "SCIP", scip_params=SCIP)
+    where = [v >= floor, v <= floor + cp.multiply(room, 1 - z), y <= z[1:], y <= z[:-1]]
+    _solved(lattice, v, gain * cp.sum(y), where, "SCIP", scip_params=SCIP)
     return np.asarray(z.value) > 0.5

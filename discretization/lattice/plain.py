@@ -31,13 +31,17 @@ from discretization.lattice.assembly import Question, certified, without_contact
 from discretization.lattice.judge import Moves, State, totals
 from discretization.lattice.line import LINKS, Advances
 from discretization.nodes.lattice import Lattice, LatticeTail
-from discretization.nodes.nodal_energy import Balance, NodalEnergy
+from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
+from energy import terms
 
 Array = NDArray[np.float64]
 FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
 MOST = 400_000  # nodes of a free surface
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
+_UPRIGHT = math.sqrt(2) + 1e-6  # least 2l/u
+_HALVINGS = 30  # steps of Newton's method, which halve the error beside a line that is upright
+_TINY = 1e-300  # of a displacement
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
 
 
@@ -66,48 +70,47 @@ class Plain:
     depth: float
     work: float
 
-    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
-    def link(self, node: int, side: int) -> tuple[float, ...]:
-        """What the link outwards from a line at this node takes: one of each of `Advances`.
-
-        What is stored is half the product of the distance moved and the force that takes, or with
-        finite slopes and adhesion the difference of energies.
-        """
-        lattice, after = self.row.lattice, node + side
-        (one, u), (other, _) = (self.beyond(node, side, held) for held in (1, 2))
-        gap = float(u[1] - self.g(after))
-        energy, gained = other.energy - one.energy, one.terms["adhesion"] - other.terms["adhesion"]
-        pressed, before = other.force[::side][:2], one.force[::side][0]
-        stored = abs(gap * float(pressed[1])) / 2
-        if gained > 0 and lattice.slopes == "finite":
-            stored = max(energy + gained, 0.0)
-        size = gained / lattice.w if gained > 0 else lattice.cell * lattice.weight(node + side / 2)
-        return gap, stored, float(pressed.sum() - before), size, size
-
-    def beyond(self, node: int, side: int, held: int) -> tuple[Balance, Array]:
-        """What the surface takes from a line's node on, one or two nodes in contact; u outwards."""
-        lattice, count = self.row.lattice, 3 + far(self.row.lattice)
-        if side < 0 and lattice.axis == 0:
-            count = min(count, node + 1)
-        contact = (np.arange(count) < held)[::side]
-        first, g = node if side > 0 else node - count + 1, np.zeros(count)
-        g[::side][:held] = [self.g(node + side * i) for i in range(held)]
-        model = NodalEnergy(lattice, contact, first, tails=(side < 0, side > 0))
-        u = model.relaxed(g)
-        return model.balance(u), u[::side]
-
     def g(self, node: int) -> float:
         """d - f at one of the lattice's nodes."""
         return self.depth - float(self.row.f[node - self.row.first])
 
+    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
+    def outside(self, node: int, side: int) -> tuple[float, float, float]:
+        """A surface held at this node and free beyond: its energy, the force there, the next u."""
+        count = far(self.row.lattice) + 2
+        first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
+        model = NodalEnergy(self.row.lattice, held, first, tails=(side < 0, side > 0))
+        u = model.relaxed(np.full(count, self.g(node)))
+        found = model.balance(u)
+        energy = found.energy - found.terms["adhesion"]
+        return energy, float(found.force[::side][0]), float(u[::side][1])
+
+    def link(self, node: int, side: int) -> tuple[float, ...]:
+        """What the link outwards from a line at this node takes: one of each of `Advances`.
+
+        What is stored is the difference of energies; without adhesion half the product of the
+        distance moved and the force that takes.
+        """
+        lattice, after = self.row.lattice, node + side
+        (energy, force, u), (other, pressed, _) = (self.outside(at, side) for at in (node, after))
+        own, slope = self.g(node), (self.g(after) - self.g(node)) / lattice.spacing
+        spring = lattice.spring * lattice.weight(node) * own
+        size = lattice.cell * lattice.weight(node + side * (0.5 + lattice.edge))
+        stretch = terms.surface(slope, gamma1=lattice.gamma1 * size, slopes=lattice.slopes)
+        gap = u - self.g(after)
+        stored = max(other + spring * own / 2 + float(stretch.value) - energy, 0.0)
+        if not lattice.w:
+            stored = abs(gap * (pressed + float(stretch.first) / lattice.spacing)) / 2
+        elif lattice.slopes == "finite":
+            size *= math.hypot(1.0, slope)
+        return gap, stored, pressed + spring - force, size, size
+
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""
-        lattice, u = self.row.lattice, self.g(node)
+        lattice, scene, u = self.row.lattice, self.row.scene, self.g(node)
         if u > turning(lattice):
             return False  # it would turn over, into the indenter
-        if self.row.scene.indenter.convex and u < -(1 + _TIE) * math.sqrt(
-            2 * lattice.w / lattice.k
-        ):
+        if scene.indenter.convex and -u > (1 + _TIE) * scene.critical_separation:
             return True  # no flat face would hold, and no link beyond this one
         gap, stored, _, bonds, _ = self.link(node, side)
         return gap > 0 and stored > self.work * bonds * (1 + _TIE)
@@ -119,7 +122,7 @@ class Plain:
         Else the line is pressed first, and comes back as the indenter is withdrawn.
         """
         row, start = self.row, self.row.where.lowest
-        most = abs((row.where.last if side > 0 else row.where.first) - start)
+        most = abs(row.where[side > 0] - start)
 
         def resists(links: int) -> bool:
             return self.resists(start + side * links, side)
@@ -135,12 +138,10 @@ class Plain:
 
     def contact(self) -> tuple[int, int] | None:
         """First and last node in contact on the path from first touch on; None: detached."""
-        row = self.row
-        pulled = row.lowest - self.depth
-        if pulled > (1 + _TIE) * math.sqrt(2 * row.lattice.w / row.lattice.k):
+        row, pulled = self.row, self.row.lowest - self.depth
+        if pulled > (1 + _TIE) * row.scene.critical_separation:
             return None
-        right = self.outermost(1)
-        left = self.outermost(-1)
+        left, right = self.outermost(-1), self.outermost(1)
         return None if left == right and pulled > 0 and row.lattice.gamma1 else (left, right)
 
     def advances(self, nodes: tuple[int, int]) -> Advances:
@@ -148,13 +149,13 @@ class Plain:
         first, last, _ = self.row.where
         found = np.full((5, 1, 2, LINKS.size), math.nan)
         found[3:] = 1.0
-        for i, (node, side) in enumerate(zip(nodes, (-1, 1), strict=True)):
-            for j, link in enumerate(LINKS.tolist()):
-                start = node + side * link
-                room = link >= nodes[0] - nodes[1] and first <= start <= last
-                room = room and (side > 0 or node != self.row.lattice.axis)
-                if room and first <= start + side <= last:
-                    found[:, 0, i, j] = self.link(start, side)
+        for i, j in np.ndindex(2, LINKS.size):
+            side, link = 2 * i - 1, int(LINKS[j])
+            start = nodes[i] + side * link
+            inside = first <= min(start, start + side) and max(start, start + side) <= last
+            on_axis = side < 0 and nodes[0] == self.row.lattice.axis
+            if inside and link >= nodes[0] - nodes[1] and not on_axis:
+                found[:, 0, i, j] = self.link(start, side)
         return Advances(*found)
 
 
@@ -187,7 +188,8 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
             f"depth = {depth!r}: beyond the contact the surface is in the indenter; with slopes = "
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
-    tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
+    steep = SteepTail(lattice.tail.rate, row.scene.elastocapillary_length)
+    tail = steep if lattice.slopes == "finite" else lattice.tail
     return certified(asked, state, nodes, passed, zeta, lines, tail)
 
 
@@ -203,18 +205,14 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 def relaxed(plain: Plain, passed: Advances, first: int, last: int) -> State:
     """The relaxed surface of one contact between these nodes of the lattice.
 
-    passed: what its lines' moves change. The nodes are those up to where the free surfaces are
-    linear; all, of a profile that is not convex.
+    passed: what its lines' moves change. The nodes are those of the row, and those up to where the
+    free surfaces are linear.
     """
     row, lattice, (lo, hi, _) = plain.row, plain.row.lattice, plain.row.where
-    start, stop = first - far(lattice), last + far(lattice)
-    if not row.scene.indenter.convex:
-        start, stop = min(start, lo), max(stop, hi)
-    if lattice.axis == 0:
-        start = max(0, start)
-    nodes = np.arange(start, stop + 1)
-    g, known = np.full(nodes.size, -math.inf), np.arange(max(lo, start), min(hi, stop) + 1)
-    g[known - start] = plain.depth - row.f[known - lo]
+    start, stop = min(lo, first - far(lattice)), max(hi, last + far(lattice))
+    nodes = np.arange(0 if lattice.axis == 0 else start, stop + 1)
+    start, g = nodes[0], np.full(nodes.size, -math.inf)
+    g[lo - start : hi + 1 - start] = plain.depth - row.f
     model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
     closes = np.full(2, plain.work == lattice.w)  # else springs attach where they touch
     moves = Moves.of(passed, row.works, closes)
@@ -223,35 +221,23 @@ def relaxed(plain: Plain, passed: Advances, first: int, last: int) -> State:
 
 @dataclass(frozen=True)
 class SteepTail(LatticeTail):
-    """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line.
+    """The free surface beyond a contact line with finite slopes, in closed form (energy.cards).
 
-    Between the nodes u is a cubic, with u'' = k u (1 + u'²)^{3/2}/γ₁ linear from node to node.
+    With its inclination φ, sin(φ/2) = 1/cosh y and y = ln tan(φ/4) < 0,
+
+        u = 2l/cosh y,     u' = -tan φ,     y - 2 tanh y + x/l is the same everywhere.
     """
 
-    lattice: Lattice
-
-    @functools.lru_cache(maxsize=64)  # noqa: B019
-    def _nodes(self, u_line: float) -> tuple[Array, Array]:
-        """u and u' outwards."""
-        lat = self.lattice
-        model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
-        u = model.relaxed(np.full(model.contact.size, u_line))
-        u = np.append(u, math.exp(-lat.log_decay) * u[-1])
-        bend = lat.k / lat.gamma1 * u * (1 + np.gradient(u, lat.spacing, edge_order=2) ** 2) ** 1.5
-        chord = np.diff(u) / lat.spacing
-        return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
+    length: float
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
-        """u and u' beside one contact line."""
-        line, side = (left, 1) if right is None else (right, -1)
-        (u, slope), dx = self._nodes(float(depth - line.f)), self.lattice.spacing
-        distance, last = side * (z - line.x), dx * (u.size - 1)
-        i = np.minimum((distance / dx).astype(int), u.size - 2)
-        t, chord = distance / dx - i, u[i + 1] - u[i]
-        one, other = dx * slope[i] - chord, dx * slope[i + 1] - chord
-        bent = u[i] + t * chord + t * (1 - t) * ((1 - t) * one - t * other)
-        steep = chord + (1 - t) * (1 - 3 * t) * one + t * (3 * t - 2) * other
-        beyond = u[-1] * np.exp(-self.rate * np.maximum(distance - last, 0.0))
-        near = distance <= last
-        slope = side * np.where(near, steep / dx, -self.rate * beyond)
-        return np.where(near, bent, beyond), slope
+        """u and u' beside one contact line; Newton's method, which approaches y from below."""
+        contact, side = (left, 1) if right is None else (right, -1)
+        u = float(depth - contact.f)
+        start = -math.acosh(max(2 * self.length / max(abs(u), _TINY), _UPRIGHT))
+        level = start - 2 * math.tanh(start) - side * (z - contact.x) / self.length
+        y = level - 2
+        for _ in range(_HALVINGS):
+            y -= (y - 2 * np.tanh(y) - level) / (2 * np.tanh(y) ** 2 - 1)
+        half = math.copysign(2.0, u) * np.exp(y) / (1 + np.exp(2 * y))
+        return 2 * self.length * half, side * 2 * half * np.tanh(y) / (1 - 2 * half**2)

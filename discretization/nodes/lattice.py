@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,17 +29,6 @@ from energy import Indenter, Scene
 from energy.checks import positive
 
 Array = NDArray[Any]
-
-
-class Pair(NamedTuple):
-    """Stiffness by which a free surface ties its two ends to each other, and to the ground.
-
-    It pulls at an end displaced by u, the other one by u', with tie·(u - u') + left·u (or right).
-    """
-
-    tie: Any
-    left: Any
-    right: Any
 
 
 def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
@@ -73,18 +62,6 @@ class LatticeTail:
         once, other = np.exp(-self.rate * p), np.exp(-self.rate * q)
         steep = once * (1 + other * other) * u - other * (1 + once * once) * v
         return near * u + far * v, self.rate * steep / np.expm1(-2 * self.rate * (p + q))
-
-
-class Beside(NamedTuple):
-    """The first free node beside a contact line: A u + B u' displaces it.
-
-    u: at the line, u' at the one it faces, if any; far: B; rest: 1 - A - B; stiffness: S, that of
-    the node with both lines at rest.
-    """
-
-    far: Any
-    rest: Any
-    stiffness: Any
 
 
 @dataclass(frozen=True)
@@ -169,29 +146,26 @@ class Lattice:
         """Force of tails beyond these nodes on them over u, their springs' own being the same."""
         return self.end_stiffness
 
-    def pair(self, left: Any, right: Any) -> Pair:
-        """What a free surface between two contact nodes does to them; t(1 - A - B) and tB here."""
-        _, far, rest = shares(self.log_decay, 1.0, right - left - 1.0)
-        return Pair(self.link * far, self.link * rest, self.link * rest)
+    def pair(self, links: Any) -> tuple[Any, Any]:
+        """tB and t(1 - A - B) of a free surface of so many links between two contact nodes.
 
-    def beside(self, node: Any, side: int, other: Any = None) -> Beside:
-        """The free node next to lines at these nodes, which face others, or a tail (None)."""
+        It pulls at an end displaced by u, the other one by u', with tB (u - u') + t(1 - A - B) u.
+        """
+        _, far, rest = shares(self.log_decay, 1.0, links - 1.0)
+        return self.link * far, self.link * rest
+
+    def beside(self, node: Any, side: int, other: Any = None) -> tuple[Any, Any, Any]:
+        """B, 1 - A - B and S of the free node next to lines at these nodes.
+
+        They face others, or nothing (None).
+        """
         after = node + side
-        if other is None:
-            tie, ground = 0.0, self.pull(after, side)
-        else:
-            tie, *grounds = self.pair(*(after, other)[::side])
-            ground = grounds[side < 0]
+        tie, ground = (
+            (0.0, self.pull(after, side)) if other is None else self.pair(abs(other - after))
+        )
         spring, link = self.spring * self.weight(after), self.link * self.weight(node + side / 2)
         whole = spring + link + tie + ground
-        return Beside(tie / whole, (spring + ground) / whole, whole)
-
-    def shape(self, left: Any, right: Any, nodes: Any) -> tuple[Array, Array, Array]:
-        """a, b, 1 - a - b of free nodes between two contacts (None: none there)."""
-        nowhere = np.full(np.shape(nodes), math.inf)
-        p = nowhere if left is None else nodes - left
-        q = nowhere if right is None else right - nodes
-        return shares(self.log_decay, p, q)
+        return tie / whole, (spring + ground) / whole, whole
 
     @property
     def deepest_contact(self) -> float:
@@ -213,12 +187,6 @@ class Lattice:
     def tail(self) -> LatticeTail:
         """The free surface beyond a contact line."""
         return LatticeTail(self.log_decay / self.spacing)
-
-    def gap(self, left: Any, right: Any, u: Any, v: Any) -> Array:
-        """Energy, and pull together, of surfaces between contact nodes displaced by u and v."""
-        tie, one, other = self.pair(left, right)
-        energy = (one * u**2 + other * v**2 + tie * (u - v) ** 2) / 2
-        return np.array([energy, one * u + other * v])
 
     def x(self, node: Any) -> Any:
         """Position of a node (or an array of nodes)."""

@@ -20,10 +20,12 @@ free (ties are decided by rounding). The cost is some passes over the nodes, wha
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.nodes.lattice import Lattice
+from discretization.nodes.lattice import Lattice, shares
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
@@ -59,31 +61,24 @@ def _pyramid(g: Array) -> list[Nodes]:
 
 
 def surface(lattice: Lattice, held: Nodes, g: Array, at: Nodes) -> Array:
-    """Displacements at some nodes, increasing, of the surface held at g on others, or at 0."""
-    u = np.zeros(at.size)
-    if not held.size:
-        return u
-    ends = np.searchsorted(at, held)
-    gap, between = np.repeat(np.arange(held.size - 1), np.diff(ends)), slice(ends[0], ends[-1])
-    near, far, _ = lattice.shape(held[gap], held[gap + 1], at[between])
-    u[between] = near * g[gap] + far * g[gap + 1]
-    before, after = slice(None, ends[0]), slice(ends[-1], None)
-    u[before] = g[0] * np.exp(lattice.log_decay * (at[before] - held[0]))
-    u[after] = g[-1] * np.exp(lattice.log_decay * (held[-1] - at[after]))
-    return u
+    """Displacements at some nodes of the surface held at g on others; far out it is flat."""
+    nodes, u = np.pad(held.astype(float), 1), np.pad(g, 1)
+    nodes[[0, -1]] = -math.inf, math.inf
+    after = np.searchsorted(held, at) + 1
+    near, far, _ = shares(lattice.log_decay, at - nodes[after - 1], nodes[after] - at)
+    return near * u[after - 1] + far * u[after]
 
 
 def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
     """Forces p_i that hold these nodes at u; most are neighbours."""
     flow, force = lattice.link * (u[:-1] - u[1:]), lattice.spring * u
     wide = np.flatnonzero(np.diff(nodes) > 1)
-    a, b = u[wide], u[wide + 1]
-    tie, one, other = lattice.pair(nodes[wide], nodes[wide + 1])
-    flow[wide] = tie * (a - b)
+    tie, ground = lattice.pair(nodes[wide + 1] - nodes[wide])
+    flow[wide] = tie * (u[wide] - u[wide + 1])
     force[:-1] += flow
     force[1:] -= flow
-    force[wide] += one * a
-    force[wide + 1] += other * b
+    force[wide] += ground * u[wide]
+    force[wide + 1] += ground * u[wide + 1]
     force[0] += lattice.end_stiffness * u[0]
     force[-1] += lattice.end_stiffness * u[-1]
     return force

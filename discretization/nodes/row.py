@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.rules import Rules, rest_depth
+from discretization.nodes.rules import Rules
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 MOST = 10**7  # nodes that are looked through, or kept
 _ENDLESS = 1 << 31  # nodes of a profile without ends
 _SPARE = 8  # links beyond the last that may hold, for interpolation
-_AHEAD = np.unique((1.2 ** np.arange(118)).astype(np.int64))  # links further and further apart
+_AHEAD = np.unique((1.1 ** np.arange(226)).astype(np.int64))  # links further and further apart
 
 
 class Region(NamedTuple):
@@ -63,43 +63,45 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
     if first > last or (first == last and lattice.gamma1):
         few = "no" if first > last else "one"
         raise ValueError(f"spacing = {dx!r} leaves {few} node on the indenter; give a smaller one")
-    apex, whole = indenter.apex, Region(first, last, first)
-    if not (indenter.convex and apex is not None):
-        whole = _searched(lattice, indenter, depth, first, last)
-    if apex is None:
-        return whole
-    beside = min(max(math.floor((apex - lattice.origin) / dx + 1e-9), first), last)
-    pair = beside, min(beside + 1, last)
-    return whole._replace(lowest=pair[int(np.argmin(heights(lattice, indenter, np.array(pair))))])
+    convex, apex = indenter.convex, indenter.apex
+    whole = window = first, last
+    if not (convex and apex is not None):
+        window = _searched(lattice, indenter, depth, *whole)
+    near = window
+    if apex is not None:
+        beside = min(max(math.floor((apex - lattice.origin) / dx + 1e-9), first), last)
+        near = beside, min(beside + 1, last)
+    lowest = near[0] + int(np.argmin(heights(lattice, indenter, np.arange(near[0], near[1] + 1.0))))
+    return Region(*(whole if convex else window), lowest)
 
 
-def _searched(lattice: Lattice, indenter: Indenter, depth: float, first: int, last: int) -> Region:
+def _searched(
+    lattice: Lattice, indenter: Indenter, depth: float, first: int, last: int
+) -> tuple[int, int]:
     """All nodes, or a window about the origin that is doubled until its ends stand clear.
 
     Those of a profile that is not convex stand clear of the surface.
     """
     convex, half = indenter.convex, 1 << 10
-    if not convex and last - first <= MOST:
-        half = _ENDLESS
-    elif not convex and math.isfinite(np.ptp(indenter.extent)):
-        raise ValueError(
-            f"spacing = {lattice.spacing!r} puts {last - first} nodes on the indenter: at most "
-            f"{MOST} are looked through; give it a smaller extent, or a larger spacing"
-        )
-    while True:
+    if not convex and math.isfinite(np.ptp(indenter.extent)):
+        if last - first > MOST:
+            raise ValueError(
+                f"spacing = {lattice.spacing!r} puts {last - first} nodes on the indenter: at most "
+                f"{MOST} are looked through; give it a smaller extent, or a larger spacing"
+            )
+        return first, last
+    while 2 * half <= MOST:
         lo, hi = min(max(first, -half), last), max(min(last, half), first)
         f = heights(lattice, indenter, np.arange(lo, hi + 1.0))
         low, clear = lo + int(np.argmin(f)), float(f.min())
         if not convex:
             clear = max(depth, clear) + lattice.deepest_contact
-        ends = lo == first or f[0] > clear, hi == last or f[-1] > clear
-        if (lo, hi) == (first, last) or (all(ends) and abs(low) <= half // 2):
-            return Region(first, last, low) if convex else Region(lo, hi, low)
-        if 4 * half > MOST:
-            break
+        ends = (lo == first or f[0] > clear) and (hi == last or f[-1] > clear)
+        if (lo, hi) == (first, last) or (ends and abs(low) <= half // 2):
+            return lo, hi
         half *= 2
     raise ValueError(
-        f"indenter = {indenter!r} has no lowest point within {half} nodes of x = "
+        f"indenter = {indenter!r} has no lowest point within {half // 2} nodes of x = "
         f"{lattice.origin!r}; give Profile(..., extent=(lo, hi)) or a larger spacing"
     )
 
@@ -226,9 +228,16 @@ class Row:
 
         With the digits of the running sums.
         """
-        gaps = self.gap(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]).sum(axis=2)
-        tails = self.tail(nodes[:, 0], -1, depth) + self.tail(nodes[:, -1], 1, depth)
-        return np.asarray(tails + gaps)
+        at, d, u = self.first + nodes, depth[:, None], depth[:, None] - self.f[nodes]
+        left, right = nodes[:, ::2], nodes[:, 1::2]
+        found = (self._held(right + 1, right, d) - self._held(left, left, d)).sum(axis=2)
+        for end, side in ((0, -1), (-1, 1)):
+            pull = self.lattice.pull(at[:, end], side) * u[:, end]
+            found += np.array([pull * u[:, end] / 2, pull])
+        tie, ground = self.lattice.pair(at[:, 2::2] - at[:, 1:-1:2])
+        one, other = u[:, 1:-1:2], u[:, 2::2]
+        stored = (ground * (one**2 + other**2) + tie * (one - other) ** 2) / 2
+        return np.asarray(found + np.sum([stored, ground * (one + other)], axis=2))
 
     def bonded(self, nodes: Contacts) -> float:
         """Length or area of contacts, weighted with the pattern's factor."""
@@ -241,41 +250,23 @@ class Row:
         energy = spring / 2 * ((count * d - 2 * h) * d + squares)
         return np.array([energy + links, spring * (count * d - h)])
 
-    def tail(self, node: Nodes, side: int, depth: Array) -> Array:
-        """What outermost lines at these nodes add to U and P, with the surface beyond them."""
-        held, u = self._held(node + (side > 0), node, depth), depth - self.f[node]
-        pull = self.lattice.pull(self.first + node, side) * u
-        return side * held + np.array([pull * u / 2, pull])
-
-    def gap(self, left: Nodes, right: Nodes, depth: Array) -> Array:
-        """What both lines of free surfaces between contacts add, with these surfaces."""
-        held = self._held(left + 1, left, depth) - self._held(right, right, depth)
-        ends = self.first + left, self.first + right
-        return held + self.lattice.gap(*ends, depth - self.f[left], depth - self.f[right])
-
 
 def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: float) -> int:
     """The last node on one side of a convex profile: some beyond a link that does not hold."""
     body, most = scene.indenter, abs(where[side > 0] - where.lowest)
     strongest = lattice.w * (max(scene.pattern.factors) if scene.pattern else 1.0)
     top = max(depth, float(heights(lattice, body, np.array([where.lowest]))[0]))
-
-    def resists(links: Nodes) -> NDArray[np.bool_]:
-        nodes = where.lowest + side * links
-        own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + side))
-        if lattice.slopes == "finite":  # links may hold while u > -δ₀ beyond them
-            return np.asarray(after > top + scene.critical_separation * (1 + 1e-9))
-        bonds = strongest * lattice.cell * lattice.weight(nodes + side / 2)
-        rests = rest_depth(lattice, nodes, side, own, after, bonds)
-        return np.asarray(~(rests <= top))
-
+    ahead = np.append(0, _AHEAD[most > _AHEAD])
+    nodes = where.lowest + side * ahead
     with np.errstate(over="ignore", invalid="ignore"):
-        ahead = np.append(_AHEAD[most > _AHEAD], most)
-        for _ in range(2):  # roughly, and between two of these
-            i = int(np.append(resists(ahead[:-1]), True).argmax())
-            before = ahead[i - 1] if i else 0
-            last, ahead = ahead[i], np.unique(np.linspace(before, ahead[i], 17).astype(int))
-    return int(where.lowest + side * min(most, last + _SPARE))
+        own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + side))
+        holds = after <= top + scene.critical_separation * (1 + 1e-9)
+        if lattice.slopes == "small":
+            _, rest, stiffness = lattice.beside(nodes, side)
+            bonds = strongest * lattice.cell * lattice.weight(nodes + side / 2)
+            holds = own + (after - own - np.sqrt(2 * bonds / stiffness)) / rest <= top
+    i = int(np.append(holds, False).argmin())
+    return where.lowest + side * min(most, int(np.append(ahead, most)[i]) + _SPARE)
 
 
 def _running(parts: Array, start: int) -> Array:

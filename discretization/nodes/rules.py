@@ -3,7 +3,7 @@
 Between two contacts lies a free surface of T links, whose first free node is displaced by
 A g_i + B g_j, its other nodes by a g_i + b g_j; outside are two tails, A = λ, B = 0. With c and t
 the stiffness of a spring and of a link at the place, and C, G what the rest of the surface does to
-the node beside a line (`Pair`), S = c + t + C + G that of this node, by the heights f,
+the node beside a line (`Lattice.pair`), S = c + t + C + G that of this node, by the heights f,
 
     a line passes the next link, or closes the last two, or opens one, of adhesion W together, at
         d = f_i + (f_1 - f_i + B (f_i - f_j) - √(2W/S))/(1 - A - B);
@@ -25,29 +25,17 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON
-from discretization.nodes.lattice import Lattice
+from discretization.nodes.lattice import Lattice, shares
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
 _TIE = 64 * EPSILON  # of depths at which something happens
-
-
-def rest_depth(
-    lattice: Lattice, nodes: Any, side: int, f: Array, after: Array, work: Array
-) -> Array:
-    """Depths at which outermost lines at these nodes pass their next links, of this adhesion.
-
-    f, after: heights of these nodes, and of the ones they come to.
-    """
-    _, rest, stiffness = lattice.beside(nodes, side)
-    return np.asarray(f + (after - f - np.sqrt(2 * work / stiffness)) / rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +62,8 @@ class Rules:
         found = {}
         for side in (1, -1):
             nodes, f, work = self.nodes[::side], self.f[::side], self.work[::side]
-            depths = rest_depth(self.lattice, nodes[:-1], side, f[:-1], f[1:], work)
+            _, rest, stiffness = self.lattice.beside(nodes[:-1], side)
+            depths = f[:-1] + (np.diff(f) - np.sqrt(2 * work / stiffness)) / rest
             found[side] = np.append(depths, math.inf)
         if self.lattice.axis == 0:
             found[-1][:-1] = -math.inf  # a contact around the axis is never opened there
@@ -109,7 +98,7 @@ class Rules:
         if right - left < 3:
             return math.inf
         f, link, one, two = self.f, self.lattice.link, left + 1, right - 1
-        tie, ground, _ = self.lattice.pair(one, two)
+        tie, ground = self.lattice.pair(two - one)
         p, level = self.lattice.spring + ground, (f[left] + f[right]) / 2
         apart = tie * (f[one] - f[two])
         q = (
@@ -139,10 +128,10 @@ class Rules:
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[Array, Array]:
         """1 - a - b and a f_i + b f_j at free nodes start..stop-1 between two contacts."""
-        first, f = self.first, self.f
-        lo, f_left = (None, 0.0) if left is None else (first + left, f[left])
-        hi, f_right = (None, 0.0) if right is None else (first + right, f[right])
-        near, far, rest = self.lattice.shape(lo, hi, first + np.arange(start, stop))
+        lo, f_left = (-math.inf, 0.0) if left is None else (left, self.f[left])
+        hi, f_right = (math.inf, 0.0) if right is None else (right, self.f[right])
+        nodes = np.arange(start, stop)
+        near, far, rest = shares(self.lattice.log_decay, nodes - lo, hi - nodes)
         return rest, near * f_left + far * f_right
 
     def tears(self, first: int, last: int) -> tuple[float, int]:
@@ -163,7 +152,7 @@ class Rules:
         """
         touch, steep = self.touches(left, right)[0], 1 + 2 * self.lattice.link / self.lattice.spring
         tie = _TIE * (abs(touch) + abs(depth) + self.delta0) * steep
-        return touch == math.inf or touch >= depth - tie
+        return touch >= depth - tie
 
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
         """Depth below which a lone node between two contacts (None: none there) is pulled.
