@@ -32,16 +32,19 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.nodes.row import Row
+from discretization.certificate import EPSILON
+from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+Lines = tuple[float, ...]  # x of all lines
 LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
 _HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
 _NEARLY, _SHORT = 0.4999, 1e-4  # links: what is beyond is told that much shorter
 _TURNS = 20  # in which lines that face each other are found; each is a contraction
 _SETTLED = 1e-9  # links
 _CLOSEST = 1.5  # links between two lines that are moved
+_ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 _APART = 4  # links between two lines that are not left on their nodes
 # sides of a node, and which corners count that are there
 _NEAR: tuple[tuple[int, Literal["left", "right"]], ...] = ((-1, "right"), (1, "left"))
@@ -274,3 +277,23 @@ def gained(row: Row, nodes: Nodes, found: Advances, zeta: Array) -> Array:
     """U and P (2, s) that states have more with lines ζ further; found: with faced ones at ζ/2."""
     corner, energy = corners(row, nodes), found.stored - row.works[0] * found.bonds
     return np.array([_added(part, zeta, corner).sum(axis=1) for part in (energy, found.force)])
+
+
+def moved(
+    row: Row, nodes: Nodes, depth: Array, before: tuple[Contacts, Lines] | None
+) -> list[Lines]:
+    """Where lines of contacts (s, 2m) are at depths (s,) that came from these; None: from none.
+
+    A line that is less than a link from where one was comes from there, and keeps its x to the last
+    bit if it has not moved; others come from the side on which their contacts were.
+    """
+    sides, (was, lines) = outwards(nodes.shape[1]), map(np.array, before or ((), ()))
+    was = was.astype(int).reshape(1, -1)
+    at = was + outwards(was.size) * offsets_of(row, was, lines)
+    at, known = (np.pad(x.ravel(), 1, constant_values=(-math.inf, math.inf)) for x in (at, lines))
+    facing = np.searchsorted(at, nodes)  # the next line, or that before, which faces the same way
+    facing -= facing % 2 == (sides > 0)
+    came = np.clip(sides * (at[facing] - nodes), -1.0, 1.0)
+    found = positions(row, nodes, offsets(row, nodes, depth, came))
+    near = np.abs(known[facing] - found) <= _ROUNDING * float(np.abs(found).max())
+    return [*map(tuple, np.where(near, known[facing], found).tolist())]

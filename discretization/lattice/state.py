@@ -13,6 +13,7 @@ import numpy as np
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
+from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
 from discretization.lattice.assembly import (
     Question,
@@ -23,7 +24,7 @@ from discretization.lattice.assembly import (
 from discretization.lattice.judge import totals
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import on_plain, overhang, turning
-from discretization.lattice.walk import Walk, moved_lines
+from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Row
 from discretization.routes import question_of, route
@@ -109,13 +110,13 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
     way = [(deepest, nodes)]
     if asked.depth < deepest:
         tie = _TIE * asked.scene.opened.critical_separation
-        nodes = walk.moved(nodes, asked.depth + tie)
+        nodes = walk.withdrawn(nodes, asked.depth + tie)
         way.append((asked.depth, nodes))
     if asked.scene.hysteretic:  # where lines are depends on the way
         before = None
         for depth, there in way[: 1 + bool(nodes)]:
             at = np.reshape(there, (1, -1))
-            (lines,) = moved_lines(row, at, np.array([depth]), before)
+            (lines,) = line.moved(row, at, np.array([depth]), before)
             before = there, lines
     raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
     if raised and totals(on_row(row, nodes, asked.depth)).energy > 0:

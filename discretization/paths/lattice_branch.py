@@ -23,7 +23,7 @@ from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import on_row
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.walk import Walk, moved_lines
+from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
@@ -115,7 +115,7 @@ class LatticeBranch(Branch):
         if self.scene.hysteretic:
             came = None if before is None else (before.memory or (), before.lines or ())
             at = np.array(nodes).reshape(len(nodes), -1)
-            lines = moved_lines(self.row, at, depths, came)
+            lines = line.moved(self.row, at, depths, came)
         else:
             lines = [self._on_nodes(each) for each in nodes]
         return list(map(Point, depths.tolist(), lines, nodes))

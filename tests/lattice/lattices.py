@@ -75,7 +75,7 @@ def pressed(lattice, scene, depth):
     """First and last contact node on the path that touches first, and then moves to this depth."""
     row = Row.of(scene, lattice, depth)
     walk = Walk(row)
-    ((first, last),) = walk.moved(walk.touched(max(depth, row.lowest)), depth)
+    ((first, last),) = walk.withdrawn(walk.touched(max(depth, row.lowest)), depth)
     return first + row.first, last + row.first
 
 
