@@ -86,14 +86,8 @@ def of_contacts(
         return without_contact(asked, row)
     row.refuse_unknown(asked.depth, nodes)
     at, depth = np.reshape(nodes, (1, -1)), np.array([asked.depth])
-    if known is None:
-        zeta = line.offsets(row, at, depth)
-        lines = line.positions(row, at, zeta)
-    else:
-        lines = np.array([known])
-        zeta = line.offsets_of(row, at, lines)
-    state, passed = on_row(row, nodes, asked.depth), line.advances(row, at, depth, zeta / 2)
-    return certified(asked, state, nodes, passed, zeta, lines, row.lattice.tail)
+    found = line.between(row, at, depth, None if known is None else np.array([known]))
+    return certified(asked, on_row(row, nodes, asked.depth), nodes, *found, row.lattice.tail)
 
 
 def certified(

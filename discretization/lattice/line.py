@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +46,6 @@ _SETTLED = 1e-9  # links
 _CLOSEST = 1.5  # links between two lines that are moved
 _ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 _APART = 4  # links between two lines that are not left on their nodes
-# sides of a node, and which corners count that are there
-_NEAR: tuple[tuple[int, Literal["left", "right"]], ...] = ((-1, "right"), (1, "left"))
 
 
 class Advances(NamedTuple):
@@ -95,13 +93,12 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     """
     lattice, sides = row.lattice, outwards(nodes.shape[1])
     start = nodes[..., None] + sides[:, None] * LINKS
-    room, end = _room(row, nodes), row.size - 1
-    there = (-room[0][..., None] <= LINKS) & (room[1][..., None] > LINKS)
-    after = np.minimum(np.maximum(start + sides[:, None], 0), end)
-    start = np.minimum(np.maximum(start, 0), end)
+    spans, end = np.diff(nodes, prepend=-1, append=row.size), row.size - 1
+    inside, outside = (np.repeat(spans[:, i::2], 2, axis=1)[..., None] for i in (1, 0))
+    there = (-inside <= LINKS) & (outside[:, 1:-1] > LINKS + 1)
+    start, after = (np.clip(at, 0, end) for at in (start, start + sides[:, None]))
     own, beyond = (depth[:, None, None] - row.f[at] for at in (start, after))
-    rest, stiffness, felt = np.empty((3, *start.shape))
-    felt[...] = 0.0
+    rest, stiffness, felt = np.zeros((3, *start.shape))
     for column, side in ((0, -1), (-1, 1)):
         _, rest[:, column], stiffness[:, column] = lattice.beside(
             row.first + start[:, column], side
@@ -119,34 +116,20 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     gap = np.where(there, own - beyond - rest * own + felt, math.nan)
     links = np.minimum(np.minimum(start, after), end - 1)
     size = lattice.cell * lattice.weight(row.first + links + 0.5) * np.ones(links.shape)
-    bonds = size if row.scene.pattern is None else row.bonds[links]
-    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds, size)
-
-
-def _room(row: Row, nodes: Nodes) -> tuple[Nodes, Nodes]:
-    """Links inwards, and outwards, that each line may pass."""
-    before = np.repeat(nodes[:, 1::2] - nodes[:, ::2], 2, axis=1)
-    beyond = np.empty_like(nodes)
-    beyond[:, 0], beyond[:, -1] = nodes[:, 0], row.size - 1 - nodes[:, -1]
-    apart = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2], 2, axis=1)
-    beyond[:, 1:-1] = apart - 1
-    return before, beyond
+    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, row.bonds[links], size)
 
 
 def corners(row: Row, nodes: Nodes) -> Corner:
     """The corners beside lines at these nodes (s, 2m)."""
-    sides, breaks = outwards(nodes.shape[1]), row.breaks
-    if not breaks.size:
-        no = np.ones(nodes.shape, bool)
-        return Corner(np.full(nodes.shape, math.nan), no, no, no)
-    low, high = (np.searchsorted(breaks, nodes + off, way) for off, way in _NEAR)
-    lowest, highest = (np.searchsorted(breaks, nodes + 2 * off, way) for off, way in _NEAR)
-    known = np.pad(breaks, 1, constant_values=(-math.inf, math.inf))
-    at = known[np.minimum(low + 1, breaks.size)]
-    clear = at - known[low] >= 2, known[np.minimum(low + 2, breaks.size + 1)] - at >= 2
-    zeta = np.where(high - low == 1, sides * (at - nodes) - row.lattice.edge, math.nan)
+    sides, known = outwards(nodes.shape[1]), np.pad(row.breaks, 1, constant_values=math.inf)
+    known[0] = -math.inf
+    i = np.searchsorted(known, nodes - 1, "right")
+    last, at, following = (known[np.minimum(i + n, known.size - 1)] for n in (-1, 0, 1))
+    only = (at < nodes + 1) & (following >= nodes + 1)
+    zeta = np.where(only, sides * (at - nodes) - row.lattice.edge, math.nan)
+    clear = at >= last + 2, following >= at + 2
     before, beyond = (np.where(sides > 0, *pair) for pair in (clear, clear[::-1]))
-    return Corner(zeta, before, beyond, lowest == highest)
+    return Corner(zeta, before, beyond, (last <= nodes - 2) & (at >= nodes + 2))
 
 
 def _beside(parts: Array) -> tuple[Array, Array, Array, Array]:
@@ -243,6 +226,18 @@ def resting(
     return np.where(np.isnan(zeta), 0.0, zeta)
 
 
+def between(
+    row: Row, nodes: Nodes, depth: Array, known: Array | None = None
+) -> tuple[Advances, Array, Array]:
+    """ζ of lines, their x (s, 2m), and what passing links changes, with faced lines at ζ/2.
+
+    known: x of lines that resist both ways, where it has to be known.
+    """
+    zeta = offsets(row, nodes, depth) if known is None else offsets_of(row, nodes, known)
+    lines = positions(row, nodes, zeta) if known is None else known
+    return advances(row, nodes, depth, zeta / 2), zeta, lines
+
+
 def positions(row: Row, nodes: Nodes, zeta: Array) -> Array:
     """x of lines that far from their nodes; of those at a corner that of the corner.
 
@@ -291,8 +286,8 @@ def moved(
     was = was.astype(int).reshape(1, -1)
     at = was + outwards(was.size) * offsets_of(row, was, lines)
     at, known = (np.pad(x.ravel(), 1, constant_values=(-math.inf, math.inf)) for x in (at, lines))
-    facing = np.searchsorted(at, nodes)  # the next line, or that before, which faces the same way
-    facing -= facing % 2 == (sides > 0)
+    facing = np.where(sides > 0, np.searchsorted(at, nodes, "right"), np.searchsorted(at, nodes))
+    facing -= facing % 2 == (sides > 0)  # the next line, or that before: which faces the same way
     came = np.clip(sides * (at[facing] - nodes), -1.0, 1.0)
     found = positions(row, nodes, offsets(row, nodes, depth, came))
     near = np.abs(known[facing] - found) <= _ROUNDING * float(np.abs(found).max())

@@ -197,13 +197,8 @@ class LatticeBranch(Branch):
         for own in alike(points):
             some = [points[i] for i in own]
             nodes, depths = _arrays(some)
-            if self.scene.hysteretic:
-                lines = np.array([p.lines for p in some])
-                zeta = line.offsets_of(self.row, nodes, lines)
-            else:
-                zeta = line.offsets(self.row, nodes, depths)
-                lines = line.positions(self.row, nodes, zeta)
-            passed = line.advances(self.row, nodes, depths, zeta / 2)
+            known = np.array([p.lines for p in some]) if self.scene.hysteretic else None
+            passed, zeta, lines = line.between(self.row, nodes, depths, known)
             more = line.gained(self.row, nodes, passed, zeta)
             found[:2, own] = self.row.totals(nodes, depths) + more
             found[2:, own] = lines[:, 0], lines[:, -1]
