@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
-from discretization.lattice.judge import Moves, State, judge, judge_apart, totals
+from discretization.lattice.judge import State, judge, totals
 from discretization.nodes.lattice import LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import surface
@@ -52,25 +53,24 @@ def on_row(row: Row, nodes: Contacts, depth: float) -> State:
         u = g.copy()
         lines = np.unique(nodes)
         u[free] = surface(row.lattice, row.first + lines, depth - row.f[lines], row.first + free)
-    passed = line.advances(row, at, np.array([depth]))
-    bonds, link = passed.bonds.copy(), -line.LINKS[0]
+    passed, link = line.advances(row, at, np.array([depth])), -line.LINKS[0]
     both = np.repeat(at[0, 2::2] - at[0, 1:-1:2] == 2, 2)  # the last two links of a gap
-    bonds[0, 1:-1, link] += np.where(both, bonds[0, 1:-1, link + 1], 0.0)
-    ends = [None, *at[0].tolist(), None]
+    passed.bonds[0, 1:-1, link] += np.where(both, passed.bonds[0, 1:-1, link + 1], 0.0)
+    ends: list[Any] = [None, *at[0].tolist(), None]
     closes = np.full(at.size, True)
-    for i, side in enumerate([] if row.clear else line.outwards(at.size).tolist()):
+    for i, side in enumerate(line.outwards(at.size).tolist()):
         left, right = (ends[i + 1] + side, ends[i + 1 + side])[::side]  # after the next link
         closes[i] = row.rules[0].clears(left, right, depth)
-    return State(row, depth, model, u, g, Moves.of(passed._replace(bonds=bonds), row.works, closes))
+    return State(row, depth, model, u, g, passed, closes)
 
 
 def without_contact(asked: Question, row: Row) -> Equilibrium:
     """The certified flat surface. NotCertifiedError if the indenter would be in it."""
-    certificate, lattice = judge_apart(row, asked.depth), row.lattice
+    scene, depth, lattice = asked.scene, asked.depth, row.lattice
+    scale = max(abs(depth), scene.critical_separation) or 1.0
+    certificate = Certificate.undeformed(max(0.0, (depth - row.lowest) / scale))
     _demand(asked, certificate)
-    return detached(
-        asked.scene, asked.depth, asked.branch, lattice.tail, certificate, lattice.spacing
-    )
+    return detached(scene, depth, asked.branch, lattice.tail, certificate, lattice.spacing)
 
 
 def of_contacts(
