@@ -40,7 +40,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -112,10 +112,11 @@ def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
 
 
 def looked_at(
-    states: Sequence[Equilibrium], hidden: Unseen, lattice: Lattice, stacklevel: int
+    states: Iterable[Equilibrium], hidden: Unseen, lattice: Lattice, stacklevel: int
 ) -> None:
     """AccuracyWarning where the surfaces of a scene's states miss what the nodes do not see."""
-    if not (hidden.x.size and states):
+    states = [*states] if hidden.x.size else []
+    if not states:
         return
     missed = np.max([_missed(state, hidden) for state in states], axis=0)
     worst, scene = int(np.argmax(missed)), states[0].scene

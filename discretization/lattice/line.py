@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -275,20 +276,20 @@ def gained(row: Row, nodes: Nodes, found: Advances, zeta: Array) -> Array:
 
 
 def moved(
-    row: Row, nodes: Nodes, depth: Array, before: tuple[Contacts, Lines] | None
+    row: Row, contacts: Sequence[Contacts], depths: Array, before: Contacts, lines: Lines
 ) -> list[Lines]:
-    """Where lines of contacts (s, 2m) are at depths (s,) that came from these; None: from none.
+    """Where lines of contacts, equally many, are at depths (s,), when they were here `before`.
 
     A line that is less than a link from where one was comes from there, and keeps its x to the last
     bit if it has not moved; others come from the side on which their contacts were.
     """
-    sides, (was, lines) = outwards(nodes.shape[1]), map(np.array, before or ((), ()))
-    was = was.astype(int).reshape(1, -1)
-    at = was + outwards(was.size) * offsets_of(row, was, lines)
-    at, known = (np.pad(x.ravel(), 1, constant_values=(-math.inf, math.inf)) for x in (at, lines))
+    nodes, was = np.reshape(contacts, (len(contacts), -1)), np.array(before, int).reshape(1, -1)
+    sides, x = outwards(nodes.shape[1]), np.array(lines)
+    at = was + outwards(was.size) * offsets_of(row, was, x)
+    at, x = (np.pad(part.ravel(), 1, constant_values=(-math.inf, math.inf)) for part in (at, x))
     facing = np.where(sides > 0, np.searchsorted(at, nodes, "right"), np.searchsorted(at, nodes))
     facing -= facing % 2 == (sides > 0)  # the next line, or that before: which faces the same way
     came = np.clip(sides * (at[facing] - nodes), -1.0, 1.0)
-    found = positions(row, nodes, offsets(row, nodes, depth, came))
-    near = np.abs(known[facing] - found) <= _ROUNDING * float(np.abs(found).max())
-    return [*map(tuple, np.where(near, known[facing], found).tolist())]
+    found = positions(row, nodes, offsets(row, nodes, depths, came))
+    near = np.abs(x[facing] - found) <= _ROUNDING * float(np.abs(found).max())
+    return [*map(tuple, np.where(near, x[facing], found).tolist())]

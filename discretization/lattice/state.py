@@ -15,18 +15,13 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
-from discretization.lattice.assembly import (
-    Question,
-    of_contacts,
-    on_row,
-    without_contact,
-)
+from discretization.lattice.assembly import Question, of_contacts, on_row
 from discretization.lattice.judge import totals
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import on_plain, overhang, turning
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Row
+from discretization.nodes.row import Contacts, Row
 from discretization.routes import question_of, route
 from energy import Plane, Scene
 
@@ -105,23 +100,23 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
     NotCertifiedError and ValueError as `of_contacts`.
     """
     deepest, walk = max(asked.depth, row.lowest), Walk(row)
-    nodes, lines = walk.touched(deepest), None
+    nodes = walk.touched(deepest)
     row.refuse_unknown(deepest, nodes)
     way = [(deepest, nodes)]
     if asked.depth < deepest:
         tie = _TIE * asked.scene.opened.critical_separation
         nodes = walk.withdrawn(nodes, asked.depth + tie)
         way.append((asked.depth, nodes))
-    if asked.scene.hysteretic:  # where lines are depends on the way
-        before = None
-        for depth, there in way[: 1 + bool(nodes)]:
-            at = np.reshape(there, (1, -1))
-            (lines,) = line.moved(row, at, np.array([depth]), before)
-            before = there, lines
+    before: Contacts = ()
+    known: line.Lines | None = None
+    if nodes and asked.scene.hysteretic:  # where lines are depends on the way
+        for depth, there in way:
+            (known,) = line.moved(row, [there], np.array([depth]), before, known or ())
+            before = there
     raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
     if raised and totals(on_row(row, nodes, asked.depth)).energy > 0:
-        return without_contact(asked, row)
-    return of_contacts(asked, row, nodes, lines)
+        nodes = ()
+    return of_contacts(asked, row, nodes, known)
 
 
 _ON_NODES = {
