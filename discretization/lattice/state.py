@@ -22,6 +22,7 @@ from discretization.lattice.plain import on_plain, overhang, turning
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row
+from discretization.profile import resolve
 from discretization.routes import question_of, route
 from energy import Plane, Scene
 
@@ -63,9 +64,12 @@ def looked_at_on_lattice(
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
     state = on_lattice(scene, depth, spacing, branch=branch, method=method)
     lattice = Lattice.of(scene, spacing)
-    hidden = unseen(lattice.seen(scene), depth, lattice)
-    if not state.contacts.size and depth > hidden.touch:
-        hidden = Unseen(np.array([hidden.lowest]), np.array([hidden.touch]), np.zeros(1))
+    seen = lattice.seen(scene)
+    if state.contacts.size or scene.indenter.convex:
+        hidden = unseen(seen, depth, lattice)
+    else:  # anywhere
+        profile = resolve(seen, depth)
+        hidden = Unseen(*np.array([[profile.lowest], [profile.touch], [0.0]]))
     looked_at([state], hidden, lattice, stacklevel=3)
     return state
 
