@@ -55,7 +55,7 @@ class State:
     @property
     def size(self) -> float:
         """δ: the largest of |d|, |u| at the lines and δ₀."""
-        lines = np.abs(self.u[self.model.contact][[0, -1]])
+        lines = np.abs(self.u[np.flatnonzero(self.model.contact)[[0, -1]]])
         delta0 = math.sqrt(2 * max(self.row.works) / self.row.lattice.k)
         return max(abs(self.depth), float(lines.max()), delta0)
 
@@ -78,9 +78,9 @@ class State:
         moves of a line; a lone node has no adhesion, unless it is a spring without tension.
         """
         model, held = self.model, np.pad(self.model.contact, 1)
-        pulled, beside = model.contact & (force < 0), held[:-2].astype(int) + held[2:]
-        opens, inside = pulled & (beside == 0), np.flatnonzero(pulled & (beside == 2))
-        opens &= model.lattice.gamma1 > 0
+        pulled = model.contact & (force < 0)
+        opens = pulled & ~(held[:-2] | held[2:]) & (model.lattice.gamma1 > 0)
+        inside = np.flatnonzero(pulled & held[:-2] & held[2:])
         closing, opening = self.row.works
         opens[inside] = model.released(self.u, inside, opening / closing if closing else 1.0) > 0
         i = np.flatnonzero(opens)

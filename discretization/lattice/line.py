@@ -152,42 +152,39 @@ def placed(excess: Array, corner: Corner) -> Array:
         smooth = corner.smooth & (np.abs(bend) <= 1) & (np.abs(turn) <= 1)
         bend, turn = np.where(smooth, bend, 0.0), np.where(smooth, turn, 0.0)
         t = 2 * t / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * t))
-        zeta = t - 0.5 + turn * t * (1 - t) * (t - 0.5)
-        if np.isfinite(corner.zeta).any():
-            zeta = _beside_corner(excess, corner, zeta)
-    return zeta
+        zeta, at, zeros = t - 0.5 + turn * t * (1 - t) * (t - 0.5), corner.zeta, []
+        if np.isnan(at).all():
+            return np.asarray(zeta)
+        for side, clear in enumerate((corner.before, corner.beyond)):
+            middle = _middle(at, np.full(at.shape, side > 0))
+            pair = _pair(excess, middle)
+            rise = np.where(clear & (pair[1] > pair[0]), pair[1] - pair[0], 0.0)
+            zeros.append(middle - np.where(rise, sum(pair) / 2, pair[1 - side]) / rise)
+        held = np.where(zeros[0] < at, zeros[0], np.fmax(zeros[1], at))
+    return np.where(np.isnan(at), zeta, np.maximum(held, -0.5))
 
 
-def _beside_corner(excess: Array, corner: Corner, otherwise: Array) -> Array:
-    """ζ where there is a corner: inside it, outside, or there."""
-    at = np.nan_to_num(corner.zeta)
-    low, high = np.floor(at).astype(int), np.ceil(at).astype(int)
-    near, next_in = _at(excess, low - 1), _at(excess, low - 2)
-    far, next_out = _at(excess, high), _at(excess, high + 1)
-    falls = np.where(corner.before & (next_in < near), near - next_in, 0.0)
-    rises = np.where(corner.beyond & (next_out > far), next_out - far, 0.0)
-    inside, outside = near + (at - low + 0.5) * falls, far + (at - high - 0.5) * rises
-    zeta = np.where(outside < 0, at - outside / rises, at)
-    zeta = np.where(inside > 0, at - inside / falls, zeta)
-    return np.where(np.isnan(corner.zeta), otherwise, np.maximum(zeta, -0.5))
+def _middle(at: Array, outside: NDArray[np.bool_]) -> Nodes:
+    """The node between the two nearest links on one side of corners at ζ; 0 where there is none."""
+    middle = np.where(outside, np.ceil(at) + 1, np.floor(at) - 1)
+    return np.nan_to_num(middle).astype(int)
 
 
-def _at(parts: Array, link: Nodes) -> Array:
-    """Of each line that of one link."""
-    found = np.take_along_axis(parts, np.clip(link - LINKS[0], 0, LINKS.size - 1)[..., None], -1)
-    return np.asarray(found[..., 0])
+def _pair(parts: Array, middle: Nodes) -> tuple[Array, Array]:
+    """Those of the links before and beyond a node."""
+    links = np.stack([middle - 1, middle], axis=-1) - LINKS[0]
+    before, beyond = np.moveaxis(np.take_along_axis(parts, links, -1), -1, 0)
+    return before, beyond
 
 
 def _added(steps: Array, zeta: Array, corner: Corner) -> Array:
     """What contacts that end at ζ have more than those at their nodes; steps: over links."""
-    at = np.nan_to_num(corner.zeta)
-    middle = np.where(zeta > at, np.ceil(at) + 1, np.floor(at) - 1).astype(int)
-    middle = np.where(np.isnan(corner.zeta), 0, middle)
-    before, beyond = _at(steps, middle - 1), _at(steps, middle)
+    middle = _middle(corner.zeta, zeta > corner.zeta)
+    before, beyond = _pair(steps, middle)
     before = np.where(np.isnan(before), beyond, before)
     beyond = np.where(np.isnan(beyond), before, beyond)
     whole = np.nan_to_num(steps).cumsum(axis=-1)
-    start, t = _at(whole, middle - 1) - whole[..., -LINKS[0] - 1], zeta - middle
+    start, t = _pair(whole, middle)[0] - whole[..., -LINKS[0] - 1], zeta - middle
     found = start + t * (before + beyond) / 2 + t * t * (beyond - before) / 2
     first, before, beyond, last = _beside(steps)
     odd = (first - before - beyond + last) / 12
