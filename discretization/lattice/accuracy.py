@@ -165,29 +165,26 @@ def _tied(state: Equilibrium) -> bool:
 
 
 def _too_coarse(state: Equilibrium) -> bool:
-    """Whether a contact has too few links, or the profile too few nodes, for errors to be known."""
-    links, convex = np.diff(state.nodes)[:, 0] / state.spacing, state.scene.indenter.convex
-    if ((links < LEAST - 0.5) & ~(convex & state.pinned.all(axis=1))).any():
-        return True
-    return not convex and _uneven(state)
+    """Whether a contact has too few links, or the profile too few nodes, for errors to be known.
 
-
-def _uneven(state: Equilibrium) -> bool:
-    """Whether the profile departs from what its nodes know by more than UNEVEN of a displacement.
-
-    From straight lines between them; and away from corners from the cubic through four of them, by
-    e: its slope by 4e/Δx, and the depth at which a line rests by l times that.
+    The profile departs by more than UNEVEN of a displacement from straight lines between nodes; or
+    away from corners by e from the cubic through four of them: its slope by 4e/Δx, and the depth
+    at which a line rests by l times that.
     """
-    scene, dx, delta0 = state.scene, state.spacing, state.scene.critical_separation
-    corners = np.asarray(scene.indenter.corners, float)
-    for first, last in state.nodes.tolist():
-        count = round((last - first) / dx) + 1
-        x = first + dx * np.arange(-_BESIDE, count + _BESIDE)
-        f, middle = scene.indenter.height(x), x[1:-2] + dx / 2
+    scene, dx, body = state.scene, state.spacing, state.scene.indenter
+    corners, delta0 = np.asarray(body.corners, float), scene.critical_separation
+    for (first, last), held in zip(state.nodes.tolist(), state.pinned.tolist(), strict=True):
+        links = round((last - first) / dx)
+        if links < LEAST and not (body.convex and all(held)):
+            return True
+        if body.convex:
+            continue
+        x = first + dx * np.arange(-_BESIDE, links + 1 + _BESIDE)
+        f, middle = body.height(x), x[1:-2] + dx / 2
         smooth = np.abs(middle[:, None] - corners).min(axis=1, initial=math.inf) > 2 * dx
         lift = max(delta0, float(np.abs(state.depth - f[_BESIDE:-_BESIDE]).max()))
         with np.errstate(invalid="ignore"):  # beyond the indenter
-            off = scene.indenter.height(middle) - (f[1:-2] + f[2:-1]) / 2
+            off = body.height(middle) - (f[1:-2] + f[2:-1]) / 2
             rest = off - (f[1:-2] + f[2:-1] - f[:-3] - f[3:]) / 16
         moved = 4 * scene.elastocapillary_length / dx * np.abs(rest[smooth]) / (delta0 or lift)
         if (np.abs(off) > UNEVEN * lift).any() or (moved > UNEVEN).any():

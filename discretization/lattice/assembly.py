@@ -21,7 +21,6 @@ from discretization.nodes.row import Contacts, Row
 from energy import Scene
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
 _UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 

@@ -32,7 +32,6 @@ from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 _TINY = float(np.finfo(float).tiny)
 
 

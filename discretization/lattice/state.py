@@ -77,8 +77,7 @@ def looked_at_on_lattice(
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
     work, cost = lattice.w, lattice.k / 2 * depth**2 - lattice.w  # per area
-    lift = max(abs(depth), scene.critical_separation) or 1.0
-    apart = Certificate.undeformed(max(0.0, depth / lift))
+    apart = Certificate.undeformed()
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
     if depth < 0 and cost > 2e-12 * work:
         return state
@@ -94,7 +93,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         force=math.copysign(math.inf, depth) if depth else 0.0,
         energy=0.0 if balanced else math.copysign(math.inf, cost),
         neutral=depth < 0 and balanced,
-        certificate=Certificate(0.0, 0.0, 0.0, gain, 0.0),
+        certificate=apart._replace(neighbours=gain),
     )
 
 
@@ -123,8 +122,4 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
     return of_contacts(asked, row, nodes, known)
 
 
-_ON_NODES = {
-    "path": on_path,
-    "plain": on_plain,
-    "lowest": on_lowest,
-}
+_ON_NODES = {"path": on_path, "plain": on_plain, "lowest": on_lowest}

@@ -160,22 +160,24 @@ class Walk:
 
     def first(self, ends: Sequence[End], sign: int) -> tuple[Change, int]:
         """What happens first as the depth changes this way, and to which two of the ends."""
-        found = self.changes(ends, sign) if len(ends) > 2 else {0: Change(sign * math.inf, ())}
-        i = min(found, key=lambda i: sign * found[i].depth)
-        return found[i], i
+        if len(ends) == 2:
+            return Change(sign * math.inf, ()), 0
+        found = self.changes(ends, sign)
+        depths = [sign * change.depth for change in found]
+        i = depths.index(min(depths))
+        return found[i], 2 * i if sign > 0 else i
 
-    def changes(self, ends: Sequence[End], sign: int) -> dict[int, Change]:
-        """The first change of each free part, and, as the depth falls, of each contact.
-
-        By the place of the first of its two ends.
-        """
-        parts = range(0, len(ends), 2)
+    def changes(self, ends: Sequence[End], sign: int) -> list[Change]:
+        """The first change of each free part, and, as the depth falls, of each contact, in turn."""
         if sign > 0:
-            return {i: self.rise(ends[i], ends[i + 1]) for i in parts}
-        lone = [True, *(ends[i] == ends[i - 1] for i in parts[1:]), True]
-        keys = zip(parts, ends[::2], ends[1::2], lone, lone[1:], strict=False)
-        found = {i: self._fall(*key) for i, *key in keys}
-        return found | {i - 1: self._split(*ends[i - 2 : i + 2]) for i in parts[1:]}
+            return [*map(self.rise, ends[::2], ends[1::2])]
+        lone = [one == other for one, other in itertools.pairwise([None, *ends, None])]
+        return [
+            self._split(*ends[i - 1 : i + 3])
+            if i % 2
+            else self._fall(ends[i], ends[i + 1], lone[i], lone[i + 2])
+            for i in range(len(ends) - 1)
+        ]
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
