@@ -108,7 +108,7 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
     way = [(deepest, nodes)]
     if asked.depth < deepest:
         tie = _TIE * asked.scene.opened.critical_separation
-        nodes = walk.withdrawn(nodes, asked.depth + tie)
+        nodes = walk.moved(nodes, deepest, asked.depth + tie)
         way.append((asked.depth, nodes))
     before: Contacts = ()
     known: line.Lines | None = None

@@ -81,17 +81,14 @@ class Walk:
 
     def touched(self, depth: float) -> Contacts:
         """The contacts at a depth to which the indenter has been pressed from first touch on."""
-        touch = self.row.touch
-        return () if self.row.lowest > depth else self._moved(((touch, touch),), 1, depth)
+        touch, lowest = self.row.touch, self.row.lowest
+        return () if lowest > depth else self.moved(((touch, touch),), lowest, depth)
 
-    def withdrawn(self, nodes: Contacts, depth: float) -> Contacts:
-        """What has become of contacts at rest, once the indenter has come up to this depth."""
-        return self._moved(nodes, -1, depth)
-
-    def _moved(self, nodes: Contacts, sign: int, depth: float) -> Contacts:
-        """Contacts at rest, once they have come to this depth, whatever happens on the way."""
+    def moved(self, nodes: Contacts, start: float, depth: float) -> Contacts:
+        """What has become of contacts at rest once they have come from one depth to another."""
+        sign = 1 if depth >= start else -1
         if not self.row.clear:
-            way = self.way(nodes, -sign * math.inf, depth)
+            way = self.way(nodes, start, depth)
             while way.at is not None:
                 way = self.way(way.after, way.at, depth)
             return way.after
