@@ -47,18 +47,17 @@ def on_row(row: Row, nodes: Contacts, depth: float) -> State:
         held[first - own.start : last - own.start + 1] = True
     work = row.works[0] * row.bonds[own.start : own.stop - 1] if row.scene.pattern else None
     model, g = NodalEnergy(row.lattice, held, row.first + own.start, work), depth - row.f[own]
-    u, free, at = g, np.flatnonzero(~held), np.reshape(nodes, (1, -1))
-    if free.size:
-        u = g.copy()
-        lines = np.unique(nodes)
-        u[free] = surface(row.lattice, row.first + lines, depth - row.f[lines], row.first + free)
+    u, at, lines = g, np.reshape(nodes, (1, -1)), np.unique(nodes)
+    if not row.clear:
+        every, ends = row.first + np.arange(row.size), depth - row.f[lines]
+        u = np.where(held, g, surface(row.lattice, row.first + lines, ends, every))
     passed, link = line.advances(row, at, np.array([depth])), -line.LINKS[0]
     both = np.repeat(at[0, 2::2] - at[0, 1:-1:2] == 2, 2)  # the last two links of a gap
     passed.bonds[0, 1:-1, link] += np.where(both, passed.bonds[0, 1:-1, link + 1], 0.0)
-    ends: list[Any] = [None, *at[0].tolist(), None]
+    faced: list[Any] = [None, *at[0].tolist(), None]
     closes = np.full(at.size, True)
     for i, side in enumerate(line.outwards(at.size).tolist()):
-        left, right = (ends[i + 1] + side, ends[i + 1 + side])[::side]  # after the next link
+        left, right = (faced[i + 1] + side, faced[i + 1 + side])[::side]  # after the next link
         closes[i] = row.rules[0].clears(left, right, depth)
     return State(row, depth, model, u, g, passed, closes)
 
@@ -128,11 +127,10 @@ def certified(
 
 def _neutral(row: Row, passed: line.Advances) -> bool:
     """Whether moving a line of a single contact inwards by several links costs nothing."""
-    inside = slice(0, -line.LINKS[0])
-    gap, energy = passed.gap[0, -1], (passed.stored - row.works[0] * passed.bonds)[0, -1]
+    inside = np.s_[0, -1, : -line.LINKS[0]]
+    gap, energy = passed.gap[inside], (passed.stored - row.works[0] * passed.bonds)[inside]
     least = _INDIFFERENT * row.lattice.w * row.lattice.cell
-    free = (gap[inside] > 0) & (np.abs(energy[inside]) <= least)
-    return bool(row.lattice.w) and bool(free.all())
+    return least > 0 and bool(((gap > 0) & (np.abs(energy) <= least)).all())
 
 
 def _demand(asked: Question, certificate: Certificate) -> None:
