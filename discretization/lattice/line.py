@@ -122,8 +122,8 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
 
 def corners(row: Row, nodes: Nodes) -> Corner:
     """The corners beside lines at these nodes (s, 2m)."""
-    sides, known = outwards(nodes.shape[1]), np.pad(row.breaks, 1, constant_values=math.inf)
-    known[0] = -math.inf
+    sides = outwards(nodes.shape[1])
+    known = np.concatenate([[-math.inf], row.breaks, [math.inf]])
     i = np.searchsorted(known, nodes - 1, "right")
     last, at, following = (known[np.minimum(i + n, known.size - 1)] for n in (-1, 0, 1))
     only = (at < nodes + 1) & (following >= nodes + 1)
