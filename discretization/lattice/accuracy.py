@@ -40,7 +40,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +49,7 @@ from numpy.typing import NDArray
 from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import heights, region
+from discretization.nodes.row import Row, heights
 from discretization.profile import resolve
 from energy import Scene
 
@@ -71,16 +71,11 @@ _MISSED = 1e-9  # of the depth and δ₀: a penetration that counts, as in the c
 
 
 class Unseen(NamedTuple):
-    """Places between the nodes (n,), f there, and how far that is from what the nodes see of it.
-
-    lowest: x where the profile is lowest, at the height `touch`.
-    """
+    """Places between the nodes (n,), f there, and how far that is from what the nodes see of it."""
 
     x: Array
     f: Array
     off: Array
-    lowest: float = math.nan
-    touch: float = math.inf
 
 
 def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
@@ -92,49 +87,45 @@ def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
         return Unseen(*np.empty((3, 0)))
     profile = resolve(scene, depth)
     lo, hi = scene.indenter.extent
-    x, f = profile.x, profile.f
-    place = (x - lattice.origin) / lattice.spacing
-    link = np.floor(place).astype(int)
+    place = (profile.x - lattice.origin) / lattice.spacing
+    link = np.floor(place)
     inside = (lattice.x(link - 1) >= lo) & (lattice.x(link + 2) <= hi)
-    x, f, place, link = x[inside], f[inside], place[inside], link[inside]
-    if not x.size:
-        return Unseen(x, f, f, profile.lowest, profile.touch)
-    nodes = heights(lattice, scene.indenter, np.arange(link.min() - 1, link.max() + 3, dtype=float))
-    at = link - link.min() + 1
-    bend = np.abs(np.diff(nodes, 2))
-    chord = nodes[at] + (place - link) * (nodes[at + 1] - nodes[at])
+    x, f, place, link = (part[inside] for part in (profile.x, profile.f, place, link))
+    nodes = heights(lattice, scene.indenter, link + np.arange(-1.0, 3.0)[:, None])
+    bend = np.abs(np.diff(nodes, 2, axis=0)).max(axis=0)
+    chord = nodes[1] + (place - link) * (nodes[2] - nodes[1])
     cornered = np.isin(link, np.floor((profile.corners - lattice.origin) / lattice.spacing))
-    share = np.where(cornered, _CORNERED, _SMOOTH)
-    known = share * np.maximum(bend[at - 1], bend[at]) + _OF_HEIGHTS * np.abs(nodes).max()
+    known = np.where(cornered, _CORNERED, _SMOOTH) * bend
     off = np.abs(chord - f)
-    hidden = off > known
-    return Unseen(x[hidden], f[hidden], off[hidden], profile.lowest, profile.touch)
+    hidden = off > known + _OF_HEIGHTS * np.abs(nodes).max(initial=0.0)
+    return Unseen(x[hidden], f[hidden], off[hidden])
 
 
 def looked_at(
-    states: Sequence[Equilibrium], hidden: Unseen, lattice: Lattice, stacklevel: int
+    states: Iterable[Equilibrium], hidden: Unseen, lattice: Lattice, stacklevel: int
 ) -> None:
-    """AccuracyWarning where the surfaces of a scene's states miss what the nodes do not see."""
-    if not (hidden.x.size and states):
+    """AccuracyWarning where the surfaces of a scene's states miss what the nodes do not see.
+
+    The indenter is in the surface there, or in contact off it.
+    """
+    x, f, off = hidden
+    states = [*states] if x.size else []
+    if not states:
         return
-    missed = np.max([_missed(state, hidden) for state in states], axis=0)
-    worst, scene = int(np.argmax(missed)), states[0].scene
-    size = max(scene.critical_separation, *(abs(state.depth) for state in states))
+    missed = np.max(
+        [np.where(one.inside(x), off, one.depth - f - one.displacement(x)) for one in states],
+        axis=0,
+    )
+    worst = int(np.argmax(missed))
+    size = max(states[0].scene.critical_separation, *(abs(state.depth) for state in states))
     if missed[worst] > _MISSED * size:
         warnings.warn(
-            f"at x = {float(hidden.x[worst])!r} the surface between nodes {lattice.spacing!r} "
+            f"at x = {float(x[worst])!r} the surface between nodes {lattice.spacing!r} "
             f"apart misses the indenter by {float(missed[worst])!r}: a feature or contact "
             "narrower than the spacing may be missed; give a smaller spacing, or method='fitted'",
             AccuracyWarning,
             stacklevel=stacklevel + 1,
         )
-
-
-def _missed(state: Equilibrium, hidden: Unseen) -> Array:
-    """How far the surface of a state is from the indenter: through it, or in contact off it."""
-    through = state.depth - hidden.f - state.displacement(hidden.x)
-    inside = np.searchsorted(state.contacts.ravel(), hidden.x) % 2 == 1
-    return np.where(inside, hidden.off, through)
 
 
 def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
@@ -145,18 +136,15 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return EXACT
     if _too_coarse(fine) or _tied(fine):
         return UNRESOLVED
-    bounds = []
-    sparse = fine.scene.elastocapillary_length < SPARSE * fine.spacing
-    if sparse and not fine.scene.indenter.convex:
-        finer = _asked(solve, fine, fine.spacing / 4)
-        if finer is None or len(finer.contacts) != len(fine.contacts):
-            return UNRESOLVED
-        bounds.append(_next_to(fine, finer, 1 / 4))
-    for coarser in _FACTORS:
-        state = _asked(solve, fine, coarser * fine.spacing)
+    convex, bounds = fine.scene.indenter.convex, []
+    sparse = not convex and fine.scene.elastocapillary_length < SPARSE * fine.spacing
+    for factor in (*_FACTORS, 1 / 4) if sparse else _FACTORS:
+        state = _asked(solve, fine, factor * fine.spacing)
         if state is None or not state.contacts.size:
             return UNRESOLVED
-        bounds.append(_next_to(fine, state, coarser))
+        if factor < 1 and len(state.contacts) != len(fine.contacts):
+            return UNRESOLVED
+        bounds.append(_next_to(fine, state, factor))
     return {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
 
 
@@ -165,44 +153,38 @@ def _tied(state: Equilibrium) -> bool:
 
     A summit that is no higher than the lowest node, but not in contact.
     """
-    scene = state.scene
+    scene, reach = state.scene, 2 * state.spacing
     if scene.indenter.convex or state.branch != "adhered" or not scene.work_of_adhesion:
         return False
     lattice = Lattice.of(scene, state.spacing)
-    body = lattice.seen(scene).indenter
-    node = region(lattice, body, state.depth).lowest
-    touch = float(heights(lattice, body, np.array([node], float))[0])
+    touch = Row.of(lattice.seen(scene), lattice, state.depth).lowest
     profile = resolve(scene, state.depth)
-    summits, contacts = profile.x[profile.f <= touch], state.contacts
-    left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1
-    near = contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
-    return not bool((near & (left >= 0)).all())
+    summits, (left, right) = profile.x[profile.f <= touch], state.contacts.T
+    near = (left - reach <= summits[:, None]) & (summits[:, None] <= right + reach)
+    return not near.any(axis=1).all()
 
 
 def _too_coarse(state: Equilibrium) -> bool:
-    """Whether a contact has too few links, or the profile too few nodes, for errors to be known."""
-    links, convex = np.diff(state.nodes)[:, 0] / state.spacing, state.scene.indenter.convex
-    if ((links < LEAST - 0.5) & ~(convex & state.pinned.all(axis=1))).any():
-        return True
-    return not convex and _uneven(state)
+    """Whether a contact has too few links, or the profile too few nodes, for errors to be known.
 
-
-def _uneven(state: Equilibrium) -> bool:
-    """Whether the profile departs from what its nodes know by more than UNEVEN of a displacement.
-
-    From straight lines between them; and away from corners from the cubic through four of them, by
-    e: its slope by 4e/Δx, and the depth at which a line rests by l times that.
+    The profile departs by more than UNEVEN of a displacement from straight lines between nodes; or
+    away from corners by e from the cubic through four of them: its slope by 4e/Δx, and the depth
+    at which a line rests by l times that.
     """
-    scene, dx, delta0 = state.scene, state.spacing, state.scene.critical_separation
-    corners = np.asarray(scene.indenter.corners, float)
-    for first, last in state.nodes.tolist():
-        count = round((last - first) / dx) + 1
-        x = first + dx * np.arange(-_BESIDE, count + _BESIDE)
-        f, middle = scene.indenter.height(x), x[1:-2] + dx / 2
+    scene, dx, body = state.scene, state.spacing, state.scene.indenter
+    corners, delta0 = np.asarray(body.corners, float), scene.critical_separation
+    for (first, last), held in zip(state.nodes.tolist(), state.pinned.tolist(), strict=True):
+        links = round((last - first) / dx)
+        if links < LEAST and not (body.convex and all(held)):
+            return True
+        if body.convex:
+            continue
+        x = first + dx * np.arange(-_BESIDE, links + 1 + _BESIDE)
+        f, middle = body.height(x), x[1:-2] + dx / 2
         smooth = np.abs(middle[:, None] - corners).min(axis=1, initial=math.inf) > 2 * dx
         lift = max(delta0, float(np.abs(state.depth - f[_BESIDE:-_BESIDE]).max()))
         with np.errstate(invalid="ignore"):  # beyond the indenter
-            off = scene.indenter.height(middle) - (f[1:-2] + f[2:-1]) / 2
+            off = body.height(middle) - (f[1:-2] + f[2:-1]) / 2
             rest = off - (f[1:-2] + f[2:-1] - f[:-3] - f[3:]) / 16
         moved = 4 * scene.elastocapillary_length / dx * np.abs(rest[smooth]) / (delta0 or lift)
         if (np.abs(off) > UNEVEN * lift).any() or (moved > UNEVEN).any():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
-from discretization.lattice.judge import Moves, State, judge, judge_apart, totals
+from discretization.lattice.judge import State, judge, totals
 from discretization.nodes.lattice import LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import surface
@@ -20,7 +21,6 @@ from discretization.nodes.row import Contacts, Row
 from energy import Scene
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
 _UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 
@@ -47,30 +47,28 @@ def on_row(row: Row, nodes: Contacts, depth: float) -> State:
         held[first - own.start : last - own.start + 1] = True
     work = row.works[0] * row.bonds[own.start : own.stop - 1] if row.scene.pattern else None
     model, g = NodalEnergy(row.lattice, held, row.first + own.start, work), depth - row.f[own]
-    u, free, at = g, np.flatnonzero(~held), np.reshape(nodes, (1, -1))
-    if free.size:
-        u = g.copy()
-        lines = np.unique(nodes)
-        u[free] = surface(row.lattice, row.first + lines, depth - row.f[lines], row.first + free)
-    passed = line.advances(row, at, np.array([depth]))
-    bonds, link = passed.bonds.copy(), -line.LINKS[0]
+    u, at, lines = g, np.reshape(nodes, (1, -1)), np.unique(nodes)
+    if not row.clear:
+        every, ends = row.first + np.arange(row.size), depth - row.f[lines]
+        u = np.where(held, g, surface(row.lattice, row.first + lines, ends, every))
+    passed, link = line.advances(row, at, np.array([depth])), -line.LINKS[0]
     both = np.repeat(at[0, 2::2] - at[0, 1:-1:2] == 2, 2)  # the last two links of a gap
-    bonds[0, 1:-1, link] += np.where(both, bonds[0, 1:-1, link + 1], 0.0)
-    ends = [None, *at[0].tolist(), None]
+    passed.bonds[0, 1:-1, link] += np.where(both, passed.bonds[0, 1:-1, link + 1], 0.0)
+    faced: list[Any] = [None, *at[0].tolist(), None]
     closes = np.full(at.size, True)
-    for i, side in enumerate([] if row.clear else line.outwards(at.size).tolist()):
-        left, right = (ends[i + 1] + side, ends[i + 1 + side])[::side]  # after the next link
+    for i, side in enumerate(line.outwards(at.size).tolist()):
+        left, right = (faced[i + 1] + side, faced[i + 1 + side])[::side]  # after the next link
         closes[i] = row.rules[0].clears(left, right, depth)
-    return State(row, depth, model, u, g, Moves.of(passed._replace(bonds=bonds), row.works, closes))
+    return State(row, depth, model, u, g, passed, closes)
 
 
 def without_contact(asked: Question, row: Row) -> Equilibrium:
     """The certified flat surface. NotCertifiedError if the indenter would be in it."""
-    certificate, lattice = judge_apart(row, asked.depth), row.lattice
+    scene, depth, lattice = asked.scene, asked.depth, row.lattice
+    scale = max(abs(depth), scene.critical_separation) or 1.0
+    certificate = Certificate.undeformed(max(0.0, (depth - row.lowest) / scale))
     _demand(asked, certificate)
-    return detached(
-        asked.scene, asked.depth, asked.branch, lattice.tail, certificate, lattice.spacing
-    )
+    return detached(scene, depth, asked.branch, lattice.tail, certificate, lattice.spacing)
 
 
 def of_contacts(
@@ -86,14 +84,8 @@ def of_contacts(
         return without_contact(asked, row)
     row.refuse_unknown(asked.depth, nodes)
     at, depth = np.reshape(nodes, (1, -1)), np.array([asked.depth])
-    if known is None:
-        zeta = line.offsets(row, at, depth)
-        lines = line.positions(row, at, zeta)
-    else:
-        lines = np.array([known])
-        zeta = line.offsets_of(row, at, lines)
-    state, passed = on_row(row, nodes, asked.depth), line.advances(row, at, depth, zeta / 2)
-    return certified(asked, state, nodes, passed, zeta, lines, row.lattice.tail)
+    found = line.between(row, at, depth, None if known is None else np.array([known]))
+    return certified(asked, on_row(row, nodes, asked.depth), nodes, *found, row.lattice.tail)
 
 
 def certified(
@@ -135,11 +127,10 @@ def certified(
 
 def _neutral(row: Row, passed: line.Advances) -> bool:
     """Whether moving a line of a single contact inwards by several links costs nothing."""
-    inside = slice(0, -line.LINKS[0])
-    gap, energy = passed.gap[0, -1], (passed.stored - row.works[0] * passed.bonds)[0, -1]
+    inside = np.s_[0, -1, : -line.LINKS[0]]
+    gap, energy = passed.gap[inside], (passed.stored - row.works[0] * passed.bonds)[inside]
     least = _INDIFFERENT * row.lattice.w * row.lattice.cell
-    free = (gap[inside] > 0) & (np.abs(energy[inside]) <= least)
-    return bool(row.lattice.w) and bool(free.all())
+    return least > 0 and bool(((gap > 0) & (np.abs(energy) <= least)).all())
 
 
 def _demand(asked: Question, certificate: Certificate) -> None:

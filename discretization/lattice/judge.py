@@ -32,44 +32,15 @@ from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 _TINY = float(np.finfo(float).tiny)
-
-
-class Moves(NamedTuple):
-    """Lines that are moved by one link each, arrays of one shape.
-
-    gap: between the node that comes into contact and the surface, or of the node let go and the
-    surface then; stored: energy that takes without adhesion; work: of adhesion, gained or lost.
-    """
-
-    opening: NDArray[np.bool_]
-    gap: Array
-    stored: Array
-    work: Array
-
-    @classmethod
-    def of(cls, passed: Advances, works: tuple[float, float], closes: NDArray[np.bool_]) -> Moves:
-        """One link inwards, of what passing links takes; outwards of the lines that may close it.
-
-        works: of adhesion, of closing and of opening.
-        """
-        links = [-LINKS[0], -LINKS[0] - 1]
-        gap, stored, bonds = (
-            part[0].T[links] for part in (passed.gap, passed.stored, passed.bonds)
-        )
-        work = np.array(works)[:, None] * bonds
-        known = np.isfinite(gap) & [closes, np.ones_like(closes)]
-        opening = np.array([[False], [True]]) & known
-        return cls(opening[known], gap[known], stored[known], work[known])
 
 
 @dataclass(frozen=True, eq=False)
 class State:
     """Contacts on nodes of a row at a depth: the energy of the nodes looked at, u and g = d - f.
 
-    g is -inf where there is no profile; moves: what lines could do, but for moves after which the
-    surface is in the indenter.
+    g is -inf where there is no profile; passed: what lines that pass links change; closes (2m,):
+    the lines that may close the next link, after which the surface is not in the indenter.
     """
 
     row: Row
@@ -77,14 +48,27 @@ class State:
     model: NodalEnergy
     u: Array
     g: Array
-    moves: Moves
+    passed: Advances
+    closes: NDArray[np.bool_]
 
     @property
     def size(self) -> float:
         """δ: the largest of |d|, |u| at the lines and δ₀."""
-        held, delta0 = self.model.contact, 2 * max(self.row.works) / self.row.lattice.k
-        ends = self.u[held.argmax()], self.u[::-1][held[::-1].argmax()]
-        return max(abs(self.depth), *map(abs, map(float, ends)), math.sqrt(delta0))
+        lines = np.abs(self.u[np.flatnonzero(self.model.contact)[[0, -1]]])
+        delta0 = math.sqrt(2 * max(self.row.works) / self.row.lattice.k)
+        return max(abs(self.depth), float(lines.max()), delta0)
+
+    @property
+    def moves(self) -> tuple[Array, Array, Array]:
+        """v, S v²/2 and the adhesion of moves (2, 2m): lines that close a link, and that open one.
+
+        v is the gap between the node that comes into contact and the surface, or that of the node
+        let go to the surface then; nan where a line cannot be moved.
+        """
+        links = [-LINKS[0], -LINKS[0] - 1]
+        gap, stored, _, bonds, _ = (part[0].T[links] for part in self.passed)
+        gap[0, ~self.closes] = math.nan
+        return gap, stored, np.reshape(self.row.works, (2, 1)) * bonds
 
     def pull(self, force: Array) -> float:
         """The largest pull per weight on contact nodes whose opening alone lowers the energy.
@@ -93,13 +77,11 @@ class State:
         moves of a line; a lone node has no adhesion, unless it is a spring without tension.
         """
         model, held = self.model, np.pad(self.model.contact, 1)
-        inside, lone = held[:-2] & held[2:], ~(held[:-2] | held[2:])
         pulled = model.contact & (force < 0)
-        opens = pulled & lone & (model.lattice.gamma1 > 0)
-        within = np.flatnonzero(pulled & inside)
+        opens = pulled & ~(held[:-2] | held[2:]) & (model.lattice.gamma1 > 0)
+        inside = np.flatnonzero(pulled & held[:-2] & held[2:])
         closing, opening = self.row.works
-        work = opening / closing if closing else 1.0
-        opens[within] = model.released(self.u, within, work) > 0
+        opens[inside] = model.released(self.u, inside, opening / closing if closing else 1.0) > 0
         i = np.flatnonzero(opens)
         return float((-force[i] / model.lattice.weight(model.first + i)).max(initial=0.0))
 
@@ -148,34 +130,22 @@ def totals(state: State) -> Totals:
     )
 
 
-def judge_apart(row: Row, depth: float) -> Certificate:
-    """Of the state without contact."""
-    scale = max(abs(depth), math.sqrt(2 * row.lattice.w / row.lattice.k)) or 1.0
-    return Certificate.undeformed(max(0.0, (depth - row.lowest) / scale))
-
-
 def judge(state: State, sums: Totals) -> Certificate:
     """Of a state in contact, with these totals."""
-    lat, delta, moves = state.row.lattice, state.size, state.moves
+    lat, delta, (gap, stored, work) = state.row.lattice, state.size, state.moves
     size = max(delta, abs(state.depth - state.row.lowest))
     if size == 0:  # touching, nothing deformed
         return Certificate.undeformed()
     noise, unit = 32 * EPSILON * (lat.spring + 4 * lat.link) * size, lat.spring * (delta or size)
-    through = float((-moves.gap[~moves.opening]).max(initial=sums.penetration))
+    unknown, relative = 32 * EPSILON * size, np.where(gap, np.abs(gap), 1.0)
+    closed = work[0] - stored[0] * (1 + unknown / relative[0]) ** 2
+    opened = stored[1] * (np.maximum(gap[1] - unknown, 0.0) / relative[1]) ** 2 - work[1]
+    gains = np.array([closed, opened]) / (work + stored + _TINY)
     apart = abs(sums.force - sums.force_by_reactions) - sums.rounding
     return Certificate(
-        penetration=through / (delta or size),
+        penetration=float(np.fmax.reduce(-gap[0], initial=sums.penetration)) / (delta or size),
         stationarity=max(0.0, sums.imbalance - noise) / unit,
         opening=max(0.0, sums.opening - noise) / unit,
-        neighbours=float(_gains(moves, 32 * EPSILON * size).max(initial=0.0)),
+        neighbours=float(np.fmax.reduce(gains, axis=None, initial=0.0)),
         force=max(0.0, apart) / (sums.force_scale or 1.0),
     )
-
-
-def _gains(moves: Moves, noise: float) -> Array:
-    """Energy gained by moves over its terms: work and stored energy, a multiple of gap²."""
-    opening, gap, stored, work = moves
-    size = np.where(gap, np.abs(gap), 1.0)
-    opened = stored * (np.maximum(gap - noise, 0.0) / size) ** 2 - work
-    closed = work - stored * (1 + noise / size) ** 2
-    return np.asarray(np.where(opening, opened, closed) / (work + stored + _TINY))

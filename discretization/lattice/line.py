@@ -27,24 +27,26 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Literal, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.nodes.row import Row
+from discretization.certificate import EPSILON
+from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+Lines = tuple[float, ...]  # x of all lines
 LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
 _HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
 _NEARLY, _SHORT = 0.4999, 1e-4  # links: what is beyond is told that much shorter
 _TURNS = 20  # in which lines that face each other are found; each is a contraction
 _SETTLED = 1e-9  # links
 _CLOSEST = 1.5  # links between two lines that are moved
+_ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 _APART = 4  # links between two lines that are not left on their nodes
-# sides of a node, and which corners count that are there
-_NEAR: tuple[tuple[int, Literal["left", "right"]], ...] = ((-1, "right"), (1, "left"))
 
 
 class Advances(NamedTuple):
@@ -92,13 +94,12 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     """
     lattice, sides = row.lattice, outwards(nodes.shape[1])
     start = nodes[..., None] + sides[:, None] * LINKS
-    room, end = _room(row, nodes), row.size - 1
-    there = (-room[0][..., None] <= LINKS) & (room[1][..., None] > LINKS)
-    after = np.minimum(np.maximum(start + sides[:, None], 0), end)
-    start = np.minimum(np.maximum(start, 0), end)
+    spans, end = np.diff(nodes, prepend=-1, append=row.size), row.size - 1
+    inside, outside = (np.repeat(spans[:, i::2], 2, axis=1)[..., None] for i in (1, 0))
+    there = (-inside <= LINKS) & (outside[:, 1:-1] > LINKS + 1)
+    start, after = (np.clip(at, 0, end) for at in (start, start + sides[:, None]))
     own, beyond = (depth[:, None, None] - row.f[at] for at in (start, after))
-    rest, stiffness, felt = np.empty((3, *start.shape))
-    felt[...] = 0.0
+    rest, stiffness, felt = np.zeros((3, *start.shape))
     for column, side in ((0, -1), (-1, 1)):
         _, rest[:, column], stiffness[:, column] = lattice.beside(
             row.first + start[:, column], side
@@ -116,34 +117,20 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     gap = np.where(there, own - beyond - rest * own + felt, math.nan)
     links = np.minimum(np.minimum(start, after), end - 1)
     size = lattice.cell * lattice.weight(row.first + links + 0.5) * np.ones(links.shape)
-    bonds = size if row.scene.pattern is None else row.bonds[links]
-    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds, size)
-
-
-def _room(row: Row, nodes: Nodes) -> tuple[Nodes, Nodes]:
-    """Links inwards, and outwards, that each line may pass."""
-    before = np.repeat(nodes[:, 1::2] - nodes[:, ::2], 2, axis=1)
-    beyond = np.empty_like(nodes)
-    beyond[:, 0], beyond[:, -1] = nodes[:, 0], row.size - 1 - nodes[:, -1]
-    apart = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2], 2, axis=1)
-    beyond[:, 1:-1] = apart - 1
-    return before, beyond
+    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, row.bonds[links], size)
 
 
 def corners(row: Row, nodes: Nodes) -> Corner:
     """The corners beside lines at these nodes (s, 2m)."""
-    sides, breaks = outwards(nodes.shape[1]), row.breaks
-    if not breaks.size:
-        no = np.ones(nodes.shape, bool)
-        return Corner(np.full(nodes.shape, math.nan), no, no, no)
-    low, high = (np.searchsorted(breaks, nodes + off, way) for off, way in _NEAR)
-    lowest, highest = (np.searchsorted(breaks, nodes + 2 * off, way) for off, way in _NEAR)
-    known = np.pad(breaks, 1, constant_values=(-math.inf, math.inf))
-    at = known[np.minimum(low + 1, breaks.size)]
-    clear = at - known[low] >= 2, known[np.minimum(low + 2, breaks.size + 1)] - at >= 2
-    zeta = np.where(high - low == 1, sides * (at - nodes) - row.lattice.edge, math.nan)
+    sides = outwards(nodes.shape[1])
+    known = np.concatenate([[-math.inf], row.breaks, [math.inf]])
+    i = np.searchsorted(known, nodes - 1, "right")
+    last, at, following = (known[np.minimum(i + n, known.size - 1)] for n in (-1, 0, 1))
+    only = (at < nodes + 1) & (following >= nodes + 1)
+    zeta = np.where(only, sides * (at - nodes) - row.lattice.edge, math.nan)
+    clear = at >= last + 2, following >= at + 2
     before, beyond = (np.where(sides > 0, *pair) for pair in (clear, clear[::-1]))
-    return Corner(zeta, before, beyond, lowest == highest)
+    return Corner(zeta, before, beyond, (last <= nodes - 2) & (at >= nodes + 2))
 
 
 def _beside(parts: Array) -> tuple[Array, Array, Array, Array]:
@@ -165,42 +152,39 @@ def placed(excess: Array, corner: Corner) -> Array:
         smooth = corner.smooth & (np.abs(bend) <= 1) & (np.abs(turn) <= 1)
         bend, turn = np.where(smooth, bend, 0.0), np.where(smooth, turn, 0.0)
         t = 2 * t / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * t))
-        zeta = t - 0.5 + turn * t * (1 - t) * (t - 0.5)
-        if np.isfinite(corner.zeta).any():
-            zeta = _beside_corner(excess, corner, zeta)
-    return zeta
+        zeta, at, zeros = t - 0.5 + turn * t * (1 - t) * (t - 0.5), corner.zeta, []
+        if np.isnan(at).all():
+            return np.asarray(zeta)
+        for side, clear in enumerate((corner.before, corner.beyond)):
+            middle = _middle(at, np.full(at.shape, side > 0))
+            pair = _pair(excess, middle)
+            rise = np.where(clear & (pair[1] > pair[0]), pair[1] - pair[0], 0.0)
+            zeros.append(middle - np.where(rise, sum(pair) / 2, pair[1 - side]) / rise)
+        held = np.where(zeros[0] < at, zeros[0], np.fmax(zeros[1], at))
+    return np.where(np.isnan(at), zeta, np.maximum(held, -0.5))
 
 
-def _beside_corner(excess: Array, corner: Corner, otherwise: Array) -> Array:
-    """ζ where there is a corner: inside it, outside, or there."""
-    at = np.nan_to_num(corner.zeta)
-    low, high = np.floor(at).astype(int), np.ceil(at).astype(int)
-    near, next_in = _at(excess, low - 1), _at(excess, low - 2)
-    far, next_out = _at(excess, high), _at(excess, high + 1)
-    falls = np.where(corner.before & (next_in < near), near - next_in, 0.0)
-    rises = np.where(corner.beyond & (next_out > far), next_out - far, 0.0)
-    inside, outside = near + (at - low + 0.5) * falls, far + (at - high - 0.5) * rises
-    zeta = np.where(outside < 0, at - outside / rises, at)
-    zeta = np.where(inside > 0, at - inside / falls, zeta)
-    return np.where(np.isnan(corner.zeta), otherwise, np.maximum(zeta, -0.5))
+def _middle(at: Array, outside: NDArray[np.bool_]) -> Nodes:
+    """The node between the two nearest links on one side of corners at ζ; 0 where there is none."""
+    middle = np.where(outside, np.ceil(at) + 1, np.floor(at) - 1)
+    return np.nan_to_num(middle).astype(int)
 
 
-def _at(parts: Array, link: Nodes) -> Array:
-    """Of each line that of one link."""
-    found = np.take_along_axis(parts, np.clip(link - LINKS[0], 0, LINKS.size - 1)[..., None], -1)
-    return np.asarray(found[..., 0])
+def _pair(parts: Array, middle: Nodes) -> tuple[Array, Array]:
+    """Those of the links before and beyond a node."""
+    links = np.stack([middle - 1, middle], axis=-1) - LINKS[0]
+    before, beyond = np.moveaxis(np.take_along_axis(parts, links, -1), -1, 0)
+    return before, beyond
 
 
 def _added(steps: Array, zeta: Array, corner: Corner) -> Array:
     """What contacts that end at ζ have more than those at their nodes; steps: over links."""
-    at = np.nan_to_num(corner.zeta)
-    middle = np.where(zeta > at, np.ceil(at) + 1, np.floor(at) - 1).astype(int)
-    middle = np.where(np.isnan(corner.zeta), 0, middle)
-    before, beyond = _at(steps, middle - 1), _at(steps, middle)
+    middle = _middle(corner.zeta, zeta > corner.zeta)
+    before, beyond = _pair(steps, middle)
     before = np.where(np.isnan(before), beyond, before)
     beyond = np.where(np.isnan(beyond), before, beyond)
     whole = np.nan_to_num(steps).cumsum(axis=-1)
-    start, t = _at(whole, middle - 1) - whole[..., -LINKS[0] - 1], zeta - middle
+    start, t = _pair(whole, middle)[0] - whole[..., -LINKS[0] - 1], zeta - middle
     found = start + t * (before + beyond) / 2 + t * t * (beyond - before) / 2
     first, before, beyond, last = _beside(steps)
     odd = (first - before - beyond + last) / 12
@@ -240,6 +224,18 @@ def resting(
     return np.where(np.isnan(zeta), 0.0, zeta)
 
 
+def between(
+    row: Row, nodes: Nodes, depth: Array, known: Array | None = None
+) -> tuple[Advances, Array, Array]:
+    """ζ of lines, their x (s, 2m), and what passing links changes, with faced lines at ζ/2.
+
+    known: x of lines that resist both ways, where it has to be known.
+    """
+    zeta = offsets(row, nodes, depth) if known is None else offsets_of(row, nodes, known)
+    lines = positions(row, nodes, zeta) if known is None else known
+    return advances(row, nodes, depth, zeta / 2), zeta, lines
+
+
 def positions(row: Row, nodes: Nodes, zeta: Array) -> Array:
     """x of lines that far from their nodes; of those at a corner that of the corner.
 
@@ -274,3 +270,23 @@ def gained(row: Row, nodes: Nodes, found: Advances, zeta: Array) -> Array:
     """U and P (2, s) that states have more with lines ζ further; found: with faced ones at ζ/2."""
     corner, energy = corners(row, nodes), found.stored - row.works[0] * found.bonds
     return np.array([_added(part, zeta, corner).sum(axis=1) for part in (energy, found.force)])
+
+
+def moved(
+    row: Row, contacts: Sequence[Contacts], depths: Array, before: Contacts, lines: Lines
+) -> list[Lines]:
+    """Where lines of contacts, equally many, are at depths (s,), when they were here `before`.
+
+    A line that is less than a link from where one was comes from there, and keeps its x to the last
+    bit if it has not moved; others come from the side on which their contacts were.
+    """
+    nodes, was = np.reshape(contacts, (len(contacts), -1)), np.array(before, int).reshape(1, -1)
+    sides, x = outwards(nodes.shape[1]), np.array(lines)
+    at = was + outwards(was.size) * offsets_of(row, was, x)
+    at, x = (np.pad(part.ravel(), 1, constant_values=(-math.inf, math.inf)) for part in (at, x))
+    facing = np.where(sides > 0, np.searchsorted(at, nodes, "right"), np.searchsorted(at, nodes))
+    facing -= facing % 2 == (sides > 0)  # the next line, or that before: which faces the same way
+    came = np.clip(sides * (at[facing] - nodes), -1.0, 1.0)
+    found = positions(row, nodes, offsets(row, nodes, depths, came))
+    near = np.abs(x[facing] - found) <= _ROUNDING * float(np.abs(found).max())
+    return [*map(tuple, np.where(near, x[facing], found).tolist())]

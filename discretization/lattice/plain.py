@@ -28,7 +28,7 @@ from discretization.certificate import TOLERANCE
 from discretization.equilibrium import Equilibrium
 from discretization.lattice import line
 from discretization.lattice.assembly import Question, certified, without_contact
-from discretization.lattice.judge import Moves, State, totals
+from discretization.lattice.judge import State, totals
 from discretization.lattice.line import LINKS, Advances
 from discretization.nodes.lattice import Lattice, LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
@@ -215,8 +215,7 @@ def relaxed(plain: Plain, passed: Advances, first: int, last: int) -> State:
     g[lo - start : hi + 1 - start] = plain.depth - row.f
     model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
     closes = np.full(2, plain.work == lattice.w)  # else springs attach where they touch
-    moves = Moves.of(passed, row.works, closes)
-    return State(row, plain.depth, model, model.relaxed(g), g, moves)
+    return State(row, plain.depth, model, model.relaxed(g), g, passed, closes)
 
 
 @dataclass(frozen=True)

@@ -13,19 +13,16 @@ import numpy as np
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
+from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
-from discretization.lattice.assembly import (
-    Question,
-    of_contacts,
-    on_row,
-    without_contact,
-)
+from discretization.lattice.assembly import Question, of_contacts, on_row
 from discretization.lattice.judge import totals
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import on_plain, overhang, turning
-from discretization.lattice.walk import Walk, moved_lines
+from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Row
+from discretization.nodes.row import Contacts, Row
+from discretization.profile import resolve
 from discretization.routes import question_of, route
 from energy import Plane, Scene
 
@@ -67,9 +64,12 @@ def looked_at_on_lattice(
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
     state = on_lattice(scene, depth, spacing, branch=branch, method=method)
     lattice = Lattice.of(scene, spacing)
-    hidden = unseen(lattice.seen(scene), depth, lattice)
-    if not state.contacts.size and depth > hidden.touch:
-        hidden = Unseen(np.array([hidden.lowest]), np.array([hidden.touch]), np.zeros(1))
+    seen = lattice.seen(scene)
+    if state.contacts.size or scene.indenter.convex:
+        hidden = unseen(seen, depth, lattice)
+    else:  # anywhere
+        profile = resolve(seen, depth)
+        hidden = Unseen(*np.array([[profile.lowest], [profile.touch], [0.0]]))
     looked_at([state], hidden, lattice, stacklevel=3)
     return state
 
@@ -77,8 +77,7 @@ def looked_at_on_lattice(
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
     work, cost = lattice.w, lattice.k / 2 * depth**2 - lattice.w  # per area
-    lift = max(abs(depth), scene.critical_separation) or 1.0
-    apart = Certificate.undeformed(max(0.0, depth / lift))
+    apart = Certificate.undeformed()
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
     if depth < 0 and cost > 2e-12 * work:
         return state
@@ -94,7 +93,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         force=math.copysign(math.inf, depth) if depth else 0.0,
         energy=0.0 if balanced else math.copysign(math.inf, cost),
         neutral=depth < 0 and balanced,
-        certificate=Certificate(0.0, 0.0, 0.0, gain, 0.0),
+        certificate=apart._replace(neighbours=gain),
     )
 
 
@@ -104,27 +103,23 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
     NotCertifiedError and ValueError as `of_contacts`.
     """
     deepest, walk = max(asked.depth, row.lowest), Walk(row)
-    nodes, lines = walk.touched(deepest), None
+    nodes = walk.touched(deepest)
     row.refuse_unknown(deepest, nodes)
     way = [(deepest, nodes)]
     if asked.depth < deepest:
         tie = _TIE * asked.scene.opened.critical_separation
-        nodes = walk.moved(nodes, asked.depth + tie)
+        nodes = walk.moved(nodes, deepest, asked.depth + tie)
         way.append((asked.depth, nodes))
-    if asked.scene.hysteretic:  # where lines are depends on the way
-        before = None
-        for depth, there in way[: 1 + bool(nodes)]:
-            at = np.reshape(there, (1, -1))
-            (lines,) = moved_lines(row, at, np.array([depth]), before)
-            before = there, lines
+    before: Contacts = ()
+    known: line.Lines | None = None
+    if nodes and asked.scene.hysteretic:  # where lines are depends on the way
+        for depth, there in way:
+            (known,) = line.moved(row, [there], np.array([depth]), before, known or ())
+            before = there
     raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
     if raised and totals(on_row(row, nodes, asked.depth)).energy > 0:
-        return without_contact(asked, row)
-    return of_contacts(asked, row, nodes, lines)
+        nodes = ()
+    return of_contacts(asked, row, nodes, known)
 
 
-_ON_NODES = {
-    "path": on_path,
-    "plain": on_plain,
-    "lowest": on_lowest,
-}
+_ON_NODES = {"path": on_path, "plain": on_plain, "lowest": on_lowest}

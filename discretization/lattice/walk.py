@@ -16,34 +16,24 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from bisect import bisect_right
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import EPSILON
-from discretization.lattice.line import offsets, offsets_of, outwards, positions
 from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
-Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
-Lines = tuple[float, ...]  # x of all lines
-_ROUNDING = 16 * EPSILON  # of x: by less no line has moved
+End = int | None  # the contact node on one side of a free surface; None: none there
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
 
 
 class Change(NamedTuple):
-    """What happens first to a part or contact: those from `start` to `stop` become `parts`.
-
-    start, stop: counted from the part, or from the part on the left of the contact.
-    """
+    """What happens first to a free part or a contact: its two ends become these."""
 
     depth: float
-    start: int
-    stop: int
-    parts: tuple[Part, ...]
+    ends: tuple[End, ...]
 
 
 class Way(NamedTuple):
@@ -58,16 +48,28 @@ class Way(NamedTuple):
     after: Contacts
 
 
-def parts_of(nodes: Contacts) -> list[Part]:
-    """All free parts from left to right."""
-    ends = [None, *(node for pair in nodes for node in pair), None]
-    return list(zip(ends[::2], ends[1::2], strict=True))
+_NEVER = Change(-math.inf, ())
 
 
-def contacts_of(parts: Sequence[Part]) -> Contacts:
-    """The contacts between these free parts."""
-    inner = [node for part in parts for node in part if node is not None]
+def ends_of(nodes: Contacts) -> list[End]:
+    """The ends of all free parts, and in between of all contacts, from left to right."""
+    return [None, *itertools.chain(*nodes), None]
+
+
+def contacts_of(ends: Sequence[End]) -> Contacts:
+    """The contacts with these ends."""
+    inner = [end for end in ends if end is not None]
     return tuple(zip(inner[::2], inner[1::2], strict=True))
+
+
+def _free(*parts: tuple[End, End]) -> tuple[End, ...]:
+    """The ends of those of these parts that have a free node."""
+    return tuple(
+        end
+        for left, right in parts
+        if left is None or right is None or right - left > 1
+        for end in (left, right)
+    )
 
 
 class Walk:
@@ -79,148 +81,141 @@ class Walk:
 
     def touched(self, depth: float) -> Contacts:
         """The contacts at a depth to which the indenter has been pressed from first touch on."""
-        touch = self.row.touch
-        return () if self.row.lowest > depth else self.moved(((touch, touch),), depth)
+        touch, lowest = self.row.touch, self.row.lowest
+        return () if lowest > depth else self.moved(((touch, touch),), lowest, depth)
 
-    def moved(self, nodes: Contacts, depth: float) -> Contacts:
-        """Contacts at rest, once they have come to this depth, whatever happens on the way."""
-        if self.row.clear:
-            return self._alone(nodes, depth)
-        rises = self.first(parts_of(nodes), 1)[0].depth <= depth
-        way = self.way(nodes, -math.inf if rises else math.inf, depth)
-        while way.at is not None:
-            way = self.way(way.after, way.at, depth)
-        return way.after
+    def moved(self, nodes: Contacts, start: float, depth: float) -> Contacts:
+        """What has become of contacts at rest once they have come from one depth to another."""
+        sign = 1 if depth >= start else -1
+        if not self.row.clear:
+            way = self.way(nodes, start, depth)
+            while way.at is not None:
+                way = self.way(way.after, way.at, depth)
+            return way.after
+        ((first, last),), passed = nodes, self._passed(nodes, sign)
+        left, right = (np.sum(p <= depth if sign > 0 else p < -depth).item() for p in passed)
+        first, last, touch = first - sign * left, last + sign * right, self.row.touch
+        if first < last:
+            return ((first, last),)
+        return ((touch, touch),) if depth >= self.row.lowest else ()
 
-    def _alone(self, nodes: Contacts, depth: float) -> Contacts:
-        """The same of one convex contact: lines advance to the first link that resists.
-
-        Or they come back to the last one that still holds.
-        """
-        ends, touch, most = [], self.row.touch, self.row.size - 1
-        for side, node in zip((-1, 1), nodes[0], strict=True):
-            first, at = (touch, node) if side > 0 else (most - touch, most - node)
-            at += int((self.closing.outwards[side][at:] > depth).argmax())
-            holding = np.flatnonzero(self.opening.outwards[side][first:at] <= depth)
-            ends.append(touch + side * int(np.max(holding + 1, initial=0)))
-        left, right = ends
-        return ((left, right),) if left < right or depth >= self.row.lowest else ()
+    def _passed(self, nodes: Contacts, sign: int) -> list[Array]:
+        """± the depths at which both lines of one convex contact have passed the links ahead."""
+        ((first, last),), rules, found = nodes, self.closing if sign > 0 else self.opening, []
+        for side, at in ((-1, self.row.size - 1 - first), (1, last)):
+            whole = rules.outwards[side]
+            ahead = whole[at:] if sign > 0 else whole[at - (last - first) : at][::-1]
+            found.append(np.maximum.accumulate(sign * ahead))
+        return found
 
     def way(self, nodes: Contacts, start: float, end: float) -> Way:
         """The way to another depth, up to the first event."""
-        parts, trace, sign = parts_of(nodes), [(start, nodes)], 1 if end >= start else -1
+        ends, trace, sign = ends_of(nodes), [(start, nodes)], 1 if end >= start else -1
         depth, changes = start, 0
         while True:
-            change, i = self.first(parts, sign)
-            last = sign * (change.depth - end) >= 0 and (sign < 0 or change.depth > end)
+            change, i = self.first(ends, sign)
+            last = change.depth > end if sign > 0 else change.depth <= end
             if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                after = contacts_of(parts)
+                after = contacts_of(ends)
                 if self._happens(trace[-1][1], after, changes, depth):
                     return Way(trace, depth, after)
                 trace += [(depth, after)] if changes else []
                 if last:
                     return Way(trace, None, after)
                 changes = 0
-                if slid := self._slid(parts, depth, end):
+                if slid := self._slid(after, depth, end):
                     trace += slid
                     depth, after = slid[-1]
-                    parts = parts_of(after)
+                    ends = ends_of(after)
                     continue
-                depth = sign * max(sign * depth, sign * change.depth)
-            parts[i + change.start : i + change.stop] = change.parts
+                depth = change.depth
+            ends[i : i + 2] = change.ends
             changes += 1
 
-    def _slid(self, parts: list[Part], depth: float, end: float) -> list[tuple[float, Contacts]]:
+    def _slid(self, nodes: Contacts, depth: float, end: float) -> list[tuple[float, Contacts]]:
         """The links that the lines of one convex contact pass one by one on the way.
 
         Up to the first of both lines that is passed at no depth of its own; the last two links of a
         contact are left to the other rules.
         """
-        if len(parts) != 2 or not self.row.clear:
+        if len(nodes) != 1 or not self.row.clear:
             return []
-        ((first, last),), sign = contacts_of(parts), 1 if end >= depth else -1
-        rules, stop, found = self.closing if sign > 0 else self.opening, end, []
-        for side, at in ((-1, self.row.size - 1 - first), (1, last)):
-            ahead = rules.outwards[side][at:]
-            if sign < 0:
-                ahead = rules.outwards[side][at - (last - first) : at][::-1]
-            late = sign * ahead <= sign * np.append(depth, ahead[:-1])
-            count = int(late.argmax()) if late.any() else ahead.size
-            if late.any():
-                stop = sign * min(sign * stop, sign * float(ahead[count - 1] if count else depth))
-            found.append(ahead[:count])
-        found = [when[sign * when < sign * stop] for when in found]
-        when = np.concatenate(found)
-        order = np.argsort(sign * when, kind="stable")
+        ((first, last),), sign = nodes, 1 if end >= depth else -1
+        passed, stop = self._passed(nodes, sign), sign * end
+        for part in passed:
+            together = part <= np.append(sign * depth, part[:-1])
+            stop = min(stop, float(part[together].min(initial=math.inf)))
+        passed = [part[part < stop] for part in passed]
+        depths = np.concatenate(passed)
+        order = np.argsort(depths, kind="stable")
         order = order if sign > 0 else order[: max(last - first - 2, 0)]
-        left = order < found[0].size
+        left = order < passed[0].size
         lefts = (first - sign * np.cumsum(left)).tolist()
         rights = (last + sign * np.cumsum(~left)).tolist()
-        nodes = ((pair,) for pair in zip(lefts, rights, strict=True))
-        return list(zip(when[order].tolist(), nodes, strict=True))
+        contacts = ((pair,) for pair in zip(lefts, rights, strict=True))
+        return list(zip((sign * depths[order]).tolist(), contacts, strict=True))
 
-    def first(self, parts: Sequence[Part], sign: int) -> tuple[Change, int]:
-        """What happens first as the depth changes this way, and to which part or contact."""
-        if len(parts) < 2:
-            return Change(sign * math.inf, 0, 0, ()), 0
-        found = self.changes(parts, sign)
+    def first(self, ends: Sequence[End], sign: int) -> tuple[Change, int]:
+        """What happens first as the depth changes this way, and to which two of the ends."""
+        if len(ends) == 2:
+            return Change(sign * math.inf, ()), 0
+        found = self.changes(ends, sign)
         depths = [sign * change.depth for change in found]
         i = depths.index(min(depths))
-        return found[i], i if i < len(parts) else i - len(parts)
+        return found[i], 2 * i if sign > 0 else i
 
-    def changes(self, parts: Sequence[Part], sign: int) -> list[Change]:
-        """The first change of each part, and, as the depth falls, of each contact."""
+    def changes(self, ends: Sequence[End], sign: int) -> list[Change]:
+        """The first change of each free part, and, as the depth falls, of each contact, in turn."""
         if sign > 0:
-            return [self.rise(part) for part in parts]
-        pairs = list(itertools.pairwise(parts))
-        lone = [one[1] == other[0] for one, other in pairs]
-        keys = zip(parts, [True, *lone], [*lone, True], strict=True)
-        return [*itertools.starmap(self._fall, keys), *itertools.starmap(self._split, pairs)]
+            return [*map(self.rise, ends[::2], ends[1::2])]
+        lone = [one == other for one, other in itertools.pairwise([None, *ends, None])]
+        return [
+            self._split(*ends[i - 1 : i + 3])
+            if i % 2
+            else self._fall(ends[i], ends[i + 1], lone[i], lone[i + 2])
+            for i in range(len(ends) - 1)
+        ]
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def rise(self, part: Part) -> Change:
+    def rise(self, left: Any, right: Any) -> Change:
         """The first change of a free part as the depth grows."""
-        rules, (left, right) = self.closing, part
+        rules = self.closing
         depth, node = rules.touches(left, right)
-        parts: list[Part] = [(left, node), (node, right)]
-        for side, line, other in ((1, left, right), (-1, right, left)):
-            if line is not None and 0 <= line + side < rules.f.size:
-                new = (line + side, other)[::side]
-                at = rules.passes(line, side, other)
-                if at < depth and rules.clears(new[0], new[1], at):
-                    depth, parts = at, [(new[0], new[1])]
-        if left is not None and right is not None and right - left > 2:
-            at = rules.passes_both(left, right)
-            if at < depth and rules.clears(left + 1, right - 1, at):
-                depth, parts = at, [(left + 1, right - 1)]
-        return Change(depth, 0, 1, tuple(filter(_is_free, parts)))
+        found, moves = Change(depth, _free((left, node), (node, right))), []
+        if left is not None:
+            moves.append((rules.passes(left, 1, right), (left + 1, right)))
+        if right is not None:
+            moves.append((rules.passes(right, -1, left), (left, right - 1)))
+        if left is not None and right is not None:
+            moves.append((rules.passes_both(left, right), (left + 1, right - 1)))
+        for depth, part in moves:
+            if depth < found.depth and rules.clears(*part, depth):
+                found = Change(depth, _free(part))
+        return found
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _fall(self, part: Part, left_fixed: bool, right_fixed: bool) -> Change:
-        """The first move of the lines of a free part as the depth falls; fixed: of a lone node."""
-        rules, (left, right), found = self.opening, part, [_NEVER]
-        if left is not None and not left_fixed:
-            depth = rules.passes(left - 1, 1, right)
-            found.append(Change(depth, 0, 1, ((left - 1, right),)))
-        if right is not None and not right_fixed:
-            depth = rules.passes(right + 1, -1, left)
-            found.append(Change(depth, 0, 1, ((left, right + 1),)))
-        if left is not None and right is not None and len(found) == 3:
-            ends = left - 1, right + 1
-            depth = min(rules.passes_both(*ends), rules.touches(*ends)[0])
-            found.append(Change(depth, 0, 1, ((left - 1, right + 1),)))
+    def _fall(self, left: Any, right: Any, left_lone: bool, right_lone: bool) -> Change:
+        """The first move of the lines of a free part as the depth falls, but of lone nodes."""
+        rules, found = self.opening, [_NEVER]
+        if not left_lone:
+            found.append(Change(rules.passes(left - 1, 1, right), (left - 1, right)))
+        if not right_lone:
+            found.append(Change(rules.passes(right + 1, -1, left), (left, right + 1)))
+        if len(found) == 3:
+            both = left - 1, right + 1
+            depth = min(rules.passes_both(*both), rules.touches(*both)[0])
+            found.append(Change(depth, both))
         return max(found, key=lambda change: change.depth)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _split(self, one: Part, other: Part) -> Change:
-        """Where the contact between two parts lets go, or is torn open inside."""
-        rules, ((before, first), (last, after)) = self.opening, (one, other)
-        assert first is not None and last is not None
+    def _split(self, before: End, first: Any, last: Any, after: End) -> Change:
+        """Where a contact between two free parts lets go, or is torn open inside."""
+        rules = self.opening
         if first == last:
-            return Change(rules.pulled(before, first, after), 0, 2, ((before, after),))
+            return Change(rules.pulled(before, first, after), ())
         if last - first > 1 and not rules.clear:  # lines of a convex contact recede
             depth, node = rules.tears(first, last)
-            return Change(depth, 1, 1, ((node - 1, node + 1),))
+            return Change(depth, (first, node - 1, node + 1, last))
         return _NEVER
 
     def _happens(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
@@ -232,54 +227,14 @@ class Walk:
         least = _LEAST * float(self.opening.work.max(initial=0.0))
         if len(before) != len(after) or changes < 2 or not least:
             return len(before) != len(after)
-        here, (closing, opening) = np.array([depth]), self.row.works
-        one, other = (
-            self.row.totals(np.reshape(nodes, (1, -1)), here)[0, 0] for nodes in (before, after)
-        )
-        opened = max(0.0, self.row.bonded(before) - self.row.bonded(after))
-        return float(one - other) - opened * (opening - closing) > least
+        closing, opening = self.row.works
+        released = self.energy(before, depth) - self.energy(after, depth)
+        return released - self.opened(before, after) * (opening - closing) > least
 
+    def energy(self, nodes: Contacts, depth: float) -> float:
+        """U of contacts at a depth."""
+        return float(self.row.totals(np.reshape(nodes, (1, -1)), np.array([depth]))[0, 0])
 
-def _is_free(part: Part) -> bool:
-    """Whether there is a free node between these contact nodes."""
-    left, right = part
-    return left is None or right is None or right - left > 1
-
-
-_NEVER = Change(-math.inf, 0, 0, ())
-
-
-def moved_lines(
-    row: Row, nodes: NDArray[np.int64], depth: Array, before: tuple[Contacts, Lines] | None
-) -> list[Lines]:
-    """Where lines of contacts (s, 2m) are at depths (s,) that came from these; None: from none.
-
-    A line that is still at its node comes from where it was, to the last bit if it has not moved;
-    others come from the side on which their contacts were.
-    """
-    contacts, lines = ((), ()) if before is None else before
-    was = np.array(contacts, int).reshape(1, -1)
-    facing = list(zip(outwards(was.size).tolist(), was[0].tolist(), strict=True))
-    known = dict(zip(facing, lines, strict=True))
-    there = dict(zip(facing, offsets_of(row, was, np.array(lines))[0].tolist(), strict=True))
-    sides = outwards(nodes.shape[1]).tolist()
-    asked = [list(zip(sides, each, strict=True)) for each in nodes.tolist()]
-    came = [
-        [there.get(key, 1.0 if _in_contact(contacts, key[1]) else -1.0) for key in keys]
-        for keys in asked
-    ]
-    found = positions(row, nodes, offsets(row, nodes, depth, np.array(came)))
-    near = _ROUNDING * float(np.abs(found).max())
-    return [
-        tuple(
-            known[key] if abs(known.get(key, math.inf) - x) <= near else x
-            for key, x in zip(keys, each, strict=True)
-        )
-        for keys, each in zip(asked, found.tolist(), strict=True)
-    ]
-
-
-def _in_contact(nodes: Contacts, node: int) -> bool:
-    i = bisect_right(nodes, (node, node)) - 1
-    beside = nodes[max(i, 0) : i + 2]
-    return any(first <= node <= last for first, last in beside)
+    def opened(self, before: Contacts, after: Contacts) -> float:
+        """The length or area that opens, weighted with the pattern's factor."""
+        return max(0.0, self.row.bonded(before) - self.row.bonded(after))

@@ -23,9 +23,9 @@ from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import on_row
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.walk import Walk, moved_lines
+from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Contacts, Row
+from discretization.nodes.row import Contacts, Row, positions
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.routes import route
 from energy import Scene
@@ -69,7 +69,7 @@ class LatticeBranch(Branch):
     seen: Scene
     row: Row
     walk: Walk
-    deepest: float
+    hidden: Unseen
     smooth = False
 
     @classmethod
@@ -82,14 +82,9 @@ class LatticeBranch(Branch):
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
         row = Row.of(seen, lattice, deepest)
-        return cls(scene, seen, row, Walk(row), deepest)
+        return cls(scene, seen, row, Walk(row), unseen(seen, deepest, lattice))
 
-    @functools.cached_property
-    def hidden(self) -> Unseen:
-        """What the nodes do not see of the profile."""
-        return unseen(self.seen, self.deepest, self.row.lattice)
-
-    @functools.cached_property
+    @property
     def touch(self) -> float:
         """Depth at which contact begins."""
         return self.row.lowest
@@ -99,36 +94,31 @@ class LatticeBranch(Branch):
         """The length by which lines may be off: more than a link, and they jump."""
         return 1.5 * self.row.lattice.spacing
 
-    def point(self, nodes: Contacts, depth: float, before: Point | None) -> Point:
+    def point(self, nodes: Contacts, depth: float, before: Point) -> Point:
         """The point with these contacts at a depth, when it was `before` on the way here.
 
         ValueError for contacts that reach an end of the known profile.
         """
-        if not nodes:
-            return Point(depth, None)
-        return self.points([nodes], np.array([depth]), before)[0]
+        return self.points([nodes], np.array([depth]), before)[0] if nodes else Point(depth, None)
 
-    def points(self, nodes: list[Contacts], depths: Array, before: Point | None) -> list[Point]:
+    def points(self, nodes: list[Contacts], depths: Array, before: Point) -> list[Point]:
         """The same at some depths (n,), with as many contacts at each."""
         for each, depth in zip(nodes, depths.tolist(), strict=True):
             self.row.refuse_unknown(depth, each)
         if self.scene.hysteretic:
-            came = None if before is None else (before.memory or (), before.lines or ())
-            at = np.array(nodes).reshape(len(nodes), -1)
-            lines = moved_lines(self.row, at, depths, came)
+            lines = line.moved(self.row, nodes, depths, before.memory, before.lines or ())
         else:
             lines = [self._on_nodes(each) for each in nodes]
         return list(map(Point, depths.tolist(), lines, nodes))
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
-        (lo, hi), lattice, first = self.seen.indenter.extent, self.row.lattice, self.row.first
-        x = (lattice.x(first + node) for pair in nodes for node in pair)
-        return tuple(min(max(at, lo), hi) for at in x)
+        at = self.row.first + np.ravel(nodes)
+        return tuple(positions(self.row.lattice, self.seen.indenter, at).tolist())
 
     @property
     def first(self) -> Point:
         """The contacts at first touch."""
-        return self.point(self.walk.touched(self.touch), self.touch, None)
+        return self.point(self.walk.touched(self.touch), self.touch, Point(self.touch, (), ()))
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point whose lines are less than half a link from these positions; nan: detached.
@@ -167,16 +157,11 @@ class LatticeBranch(Branch):
     def _held(self) -> tuple[dict[int, str], dict[int, str]]:
         """What holds a left and a right line on some nodes."""
         body, row = self.seen.indenter, self.row
-        (tip, _), (lo, hi) = self._on_nodes(((row.touch, row.touch),)), body.extent
+        (lo, hi), (tip, _) = body.extent, self._on_nodes(((row.touch, row.touch),))
         tips = {row.touch: "tip"} if body.convex and tip in body.corners else {}
-        left, right = dict(tips), dict(tips)
-        if lo in body.walls:
-            left[0] = "edge"
-        if hi in body.walls:
-            right[row.size - 1] = "edge"
-        if lo == row.lattice.axis:
-            left.pop(0, None)
-        return left, right
+        left = tips | ({0: "edge"} if lo in body.walls else {})
+        right = tips | ({row.size - 1: "edge"} if hi in body.walls else {})
+        return {} if lo == row.lattice.axis else left, right
 
     def _holds(self, nodes: Contacts) -> Pinned:
         """What holds the outermost lines of contacts."""
@@ -193,33 +178,23 @@ class LatticeBranch(Branch):
 
     def _interpolated(self, points: Sequence[Point]) -> Array:
         """U, P and both outermost lines (4, n) of points in contact."""
-        found = np.empty((4, len(points)))
+        found, row = np.empty((4, len(points))), self.row
         for own in alike(points):
-            some = [points[i] for i in own]
-            nodes, depths = _arrays(some)
-            if self.scene.hysteretic:
-                lines = np.array([p.lines for p in some])
-                zeta = line.offsets_of(self.row, nodes, lines)
-            else:
-                zeta = line.offsets(self.row, nodes, depths)
-                lines = line.positions(self.row, nodes, zeta)
-            passed = line.advances(self.row, nodes, depths, zeta / 2)
-            more = line.gained(self.row, nodes, passed, zeta)
-            found[:2, own] = self.row.totals(nodes, depths) + more
+            depth, known, memory = zip(*(points[i] for i in own), strict=True)
+            nodes, depths = np.array(memory).reshape(len(own), -1), np.array(depth)
+            lines = np.array(known) if self.scene.hysteretic else None
+            passed, zeta, lines = line.between(row, nodes, depths, lines)
+            found[:2, own] = row.totals(nodes, depths) + line.gained(row, nodes, passed, zeta)
             found[2:, own] = lines[:, 0], lines[:, -1]
         return found
 
     def energy(self, point: Point) -> float:
         """U of the contact set."""
-        if point.lines is None:
-            return 0.0
-        return float(self.row.totals(*_arrays([point]))[0, 0])
+        return 0.0 if point.lines is None else self.walk.energy(point.memory, point.depth)
 
     def opened(self, before: Point, after: Point) -> float:
         """The length of the links that open, weighted with the pattern's factor."""
-        if before.lines is None or after.lines is None:
-            return 0.0
-        return max(0.0, self.row.bonded(before.memory) - self.row.bonded(after.memory))
+        return self.walk.opened(before.memory or (), after.memory or ())
 
     def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,), interpolated between the nodes.
@@ -232,22 +207,14 @@ class LatticeBranch(Branch):
             replace(apart, depth=point.depth, contacts=np.array(point.lines).reshape(-1, 2))
             for point in points
         )
-        if self.hidden.x.size:
-            looked_at([*whole], self.hidden, lattice, stacklevel=4)
+        looked_at(whole, self.hidden, lattice, stacklevel=4)
         energy, force, *lines = self._interpolated(points)
         return np.array(lines).T, force, energy
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError if something would still happen at this depth, or has not before."""
         depth, lines, nodes = point
-        if lines is None:
-            return
-        contacts = on_row(self.row, nodes, depth)
-        certificate = judge(contacts, totals(contacts))
-        certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
-
-
-def _arrays(points: Sequence[Point]) -> tuple[NDArray[np.int64], Array]:
-    """Nodes (n, 2m) and depths (n,) of points with m contacts each."""
-    nodes = np.array([point.memory for point in points]).reshape(len(points), -1)
-    return nodes, np.array([point.depth for point in points])
+        if lines is not None:
+            contacts = on_row(self.row, nodes, depth)
+            certificate = judge(contacts, totals(contacts))
+            certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")

@@ -74,8 +74,8 @@ def over(lattice, indenter, depth, *nodes):
 def pressed(lattice, scene, depth):
     """First and last contact node on the path that touches first, and then moves to this depth."""
     row = Row.of(scene, lattice, depth)
-    walk = Walk(row)
-    ((first, last),) = walk.moved(walk.touched(max(depth, row.lowest)), depth)
+    walk, deepest = Walk(row), max(depth, row.lowest)
+    ((first, last),) = walk.moved(walk.touched(deepest), deepest, depth)
     return first + row.first, last + row.first
 
 

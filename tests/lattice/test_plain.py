@@ -15,7 +15,7 @@ from discretization.lattice.assembly import Question
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.plain import Plain, on_plain, relaxed
 from discretization.lattice.state import on_lattice
-from discretization.lattice.walk import Walk, parts_of
+from discretization.lattice.walk import Walk, ends_of
 from discretization.nodes.row import Row
 from discretization.nodes.rules import Rules
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Wedge
@@ -232,10 +232,10 @@ def test_the_surface_touches_the_first_node_in_its_way(seed, left, right):
     assert rules.pulled(left, node, right) == pytest.approx(depth, rel=0, abs=1e-12)
     assert rules.pulled(left, node, right) < depth  # what has just touched stays
     held = tuple(sorted([*contacts, (node, node)]))
-    falls = Walk(SimpleNamespace(rules=(rules, rules))).changes(parts_of(held), -1)
-    lets_go = falls[len(held) + 1 + held.index((node, node))]
+    falls = Walk(SimpleNamespace(rules=(rules, rules))).changes(ends_of(held), -1)
+    lets_go = falls[2 * held.index((node, node)) + 1]
     assert lets_go.depth == rules.pulled(left, node, right)
-    assert lets_go.parts == ((left, right),)
+    assert lets_go.ends == ()
 
 
 def test_coarse_nodes_know_how_far_their_lines_may_be_off():
