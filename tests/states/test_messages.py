@@ -15,6 +15,7 @@ from scenes import (
     SCENE,
     L,
     adhesive,
+    dimple,
     plain,
     rippled,
     rough,
@@ -162,6 +163,11 @@ LOWEST = {"branch": "global"}
 SEARCH = {"method": "shortest_path", "spacing": L / 20, **LOWEST}
 ORACLE = {"method": "oracle", "spacing": L / 400, **LOWEST}
 FITTED = ": nodes answer.* use method='fitted'"
+AXIS = "geometry = 'axisymmetric'" + FITTED
+SPHERE, STRIPES = turned(Parabola(0.02)), Patches.stripes(0.004, 0.25, 1.0, 0.1)
+BENT = Sampled(np.array([0, 0.5, 0.6, 2, 9]) * L, DELTA0 * np.array([0, 0.02, 0.1, 1.6, 12]))
+RINGS = [turned(dimple()), turned(dimple(), w=0.0), replace(SPHERE, pattern=STRIPES)]
+RINGS += [replace(SPHERE, slopes="finite")]
 STATES = [  # scene, depth, options, words
     (SCENE, math.nan, {}, "depth = nan"),
     (SCENE, "1 mm", {}, "depth = '1 mm'"),
@@ -203,9 +209,10 @@ STATES = [  # scene, depth, options, words
     (steep(FlatPunch(0.03), 1.4), -1.5 * L, {}, "depth = .* at the contact line x = .* turn over"),
     (plain(Wedge(0.1), w=1.3, slopes="finite"), 0.1, {}, "turn over and be no graph"),
     # rotational symmetry
-    (turned(FINITE.indenter, slopes="finite"), 0.0, NODES, "geometry = 'axisymmetric'" + FITTED),
-    (turned(BUMPY, gamma1=0.0), 0.0, NODES, "geometry = 'axisymmetric'" + FITTED),
-    (turned(Parabola(0.02)), 0.0, ORACLE, "geometry = 'axisymmetric'" + FITTED),
+    (turned(BUMPY, gamma1=0.0), 0.0, NODES, AXIS),
+    *((scene, 0.1 * DELTA0, NODES, AXIS) for scene in RINGS),
+    *((scene, 0.1 * DELTA0, {**NODES, **LOWEST}, AXIS) for scene in (RINGS[0], turned(BENT))),
+    *((turned(Parabola(0.02)), 0.0, given, AXIS) for given in (ORACLE, SEARCH)),
     (replace(ROUND_WAVES, slopes="finite"), 0.5 * DELTA0, LOWEST, "only found for slopes='small'"),
     (replace(ROUND_WAVES, slopes="finite"), 0.5 * DELTA0, {}, "between two is not implemented"),
     # what depends on the way
@@ -249,6 +256,7 @@ PATHS = [  # scene, options, words
     (steep(FlatPunch(0.03)), {**STEPS, **NODES}, "slopes = 'finite'" + FITTED),
     (TAUGHT, {"depths": [0.1], **NODES}, "whole known profile"),
     (rough(1), {**STEPS, **NODES, "spacing": 1e-9 * L}, "puts .* nodes"),
+    *((scene, {**STEPS, **NODES}, AXIS) for scene in RINGS),
 ]
 
 
@@ -282,7 +290,9 @@ def test_patterns_works_and_nodes_are_checked(make, words):
 
 
 def test_next_to_what_is_refused_there_is_an_answer():
-    """At an angle of nearly 90°, deep inside the layer, and up to the end of a profile."""
+    """At an angle of nearly 90°, deep inside the layer, and up to the end of a profile; rings."""
+    for scene in RINGS:
+        assert minimise(scene, 0.1 * DELTA0).contacts.size
     near = minimise(steep(FlatPunch(0.03), 1.4), -1.41 * L)
     assert near.certificate.ok
     assert near.angle_deficit == pytest.approx(2 * math.asin(1.41 / 2), rel=1e-10, abs=0)
