@@ -51,6 +51,13 @@ def turned(indenter, **given) -> Scene:
     return replace(adhesive(indenter, **given), geometry="axisymmetric")
 
 
+def exact(indenter, nu=0.3, **given):
+    """The same with the exact response of a layer of this stiffness."""
+    scene = adhesive(indenter, **given)
+    E = scene.layer.E * (1 + nu) * (1 - 2 * nu) / (1 - nu)
+    return replace(scene, layer=ElasticLayer(E, nu, scene.layer.h, response="layer"))
+
+
 def plain(indenter, *, w=0.02, gamma1=1.0, length=1.0, stress=1.0, **options) -> Scene:
     """k = γ₁ = l = 1 in units of its length and stress."""
     given = {"k": stress / length, "gamma1": gamma1 * stress * length, "w": w * stress * length}
@@ -81,7 +88,7 @@ def rescaled(scene: Scene, length: float, stress: float) -> Scene:
             body.convex,
             tuple(length * knot for knot in body.knots),
         )
-    layer = ElasticLayer(layer.E * stress, layer.nu, layer.h * length)
+    layer = replace(layer, E=layer.E * stress, h=layer.h * length)
     surfaces = SurfaceEnergies.from_work(s.gamma1 * tension, s.work_of_adhesion * tension)
     return replace(scene, layer=layer, surfaces=surfaces, indenter=scaled)
 

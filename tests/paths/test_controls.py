@@ -5,21 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, L, adhesive, dimple, plain, rippled, steep, turned, wavy
+from scenes import ALPHA, DELTA0, L, adhesive, dimple, exact, plain, rippled, steep, turned, wavy
 from truth.paths.path_scenes import envelope
 
 from discretization import History, load_path
-from energy import (
-    Circle,
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    Patches,
-    Profile,
-    Sampled,
-    SurfaceEnergies,
-    Wedge,
-)
+from energy import Circle, FlatPunch, Parabola, Patches, Profile, Sampled, SurfaceEnergies, Wedge
 
 NODES = {"method": "lattice", "spacing": 0.05}
 METHODS = pytest.mark.parametrize("method", [{}, NODES], ids=["fitted", "lattice"])
@@ -127,13 +117,6 @@ def test_a_wavy_profile_without_adhesion_turned_about_an_axis_is_pressed_from_to
     path = load_path(scene, drives=[0.0, 0.01, -0.005], machine_stiffness=2.0)
     assert [event.kind for event in path.events] == ["touch", "pull-off"]
     assert path.force[1] == pytest.approx(2.0 * (0.01 - path.depth[1]), rel=1e-12, abs=0)
-
-
-def exact(indenter, nu=0.3, **given):
-    """The same with the exact response of a layer of this stiffness."""
-    scene = adhesive(indenter, **given)
-    E = scene.layer.E * (1 + nu) * (1 - 2 * nu) / (1 - nu)
-    return replace(scene, layer=ElasticLayer(E, nu, scene.layer.h, response="layer"))
 
 
 A = 1.7 * L  # a radius of contacts about an axis
