@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Callable
 
 import mpmath
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scenes import check
 from scenes import turned as about_axis
+from truth.meniscus import quadrature
 
 from discretization import load_path, minimise
 from energy import (
@@ -30,9 +29,6 @@ from energy import (
     cards,
 )
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
-
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(40)
-_T, _DT = (1 + _POINTS) / 2, _WEIGHTS / 2
 
 
 def _sampled(a: float, rise: float, n: float) -> Indenter:
@@ -96,7 +92,7 @@ def resting_depth(scene: Scene, a: float) -> float:
 def totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
     """Force and energy of a contact of radius a at a depth, small slopes."""
     k, gamma1, f = scene.stiffness, scene.gamma1, scene.indenter
-    r, dr = _quadrature(f, a)
+    r, dr = quadrature(f, a)
     displaced, slope = d - f.height(r), f.slope(r)
     edge = {"a": a, "k": k, "gamma1": gamma1}
     u_a, surface = d - float(f.height(a)), cards.axisymmetric.surface
@@ -104,17 +100,6 @@ def totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
     density = k * displaced**2 + gamma1 * slope**2 - 2 * scene.work_of_adhesion
     energy = math.pi * float(density @ (r * dr)) + surface.energy(u_a, **edge)
     return float(force), float(energy)
-
-
-def _quadrature(f: Indenter, a: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss points on [0, a], graded towards both ends, with weights; between corners and knots."""
-    known = np.concatenate([np.asarray(f.corners, float), np.asarray(f.knots, float)])
-    steep = a * (1 - 0.5 ** np.arange(1.0, 10.0))  # an arc is steep next to the line
-    cuts = np.unique(np.concatenate([[0.0, a], known[(known > 0) & (known < a)], steep]))
-    first = cuts[1]
-    points = [first * _T**4] + [lo + (hi - lo) * _T for lo, hi in itertools.pairwise(cuts[1:])]
-    weights = [4 * first * _T**3 * _DT] + [width * _DT for width in np.diff(cuts[1:])]
-    return np.concatenate(points), np.concatenate(weights)
 
 
 axi = cards.axisymmetric

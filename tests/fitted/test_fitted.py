@@ -10,7 +10,6 @@ from scenes import adhesive
 from discretization import minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.alone import Alone
-from discretization.fitted.contacts import push
 from discretization.fitted.single import Single
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
@@ -52,25 +51,10 @@ def test_composed_profiles_agree_on_both_discretisations():
             assert abs(fitted.force - lattice.force) <= 1e-3 * lattice.scales["force"]
 
 
-def found(scene, left, right):
-    """Energy and force of a contact between two lines."""
-    return Single(Alone.of(scene), 1e-3, (left, right)).totals()
-
-
 def judged(scene, a):
     """The certificate of a contact between lines at -a and a."""
     single = Single(Alone.of(scene), 1e-3, (-a, a))
     return single.certify(single.totals())
-
-
-@pytest.mark.parametrize("slopes", ["small", "finite"])
-def test_the_force_changes_with_a_line_by_no_more_than_its_bound(slopes):
-    """What the estimate of the force's error is made of."""
-    scene = adhesive(Parabola(0.02), slopes=slopes)
-    a, step = 0.006, 1e-6
-    force = [found(scene, -a, a + side * step).force for side in (-1, 1)]
-    rate, bound = abs(force[1] - force[0]) / (2 * step), push(scene, 1e-3, np.array(a))
-    assert bound / 2 <= rate <= bound
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])

@@ -120,7 +120,7 @@ def test_the_window_leaves_nothing_out_and_mirror_images_agree(depth, least):
     assert abs(mirrored.energy - result.energy) <= 1e-13 * scale
 
 
-@pytest.mark.parametrize("ell", [1e-3, 1.0, 1e2, 1e4])
+@pytest.mark.parametrize("ell", [1e-3, 0.1, 1.0, 1e2, 1e4, 1e7])
 def test_rough_profiles_are_certified(ell):
     f = roughness(6000, 600, 10)
     for depth, delta in ((0.4, 0.3), (-0.01, 0.5), (0.2, 1.0)):
@@ -129,6 +129,7 @@ def test_rough_profiles_are_certified(ell):
         assert result.proof.violation <= 1e-13 * max(1, ell / 1e2)
         assert (result.u() - result.g).min() >= -1e-13 * f.max()
         assert result.energy <= 1e-15 * result.proof.scale or depth > 0
+        assert_certified(lattice, result.g, result.contacts, ell)
 
 
 def test_one_hundred_thousand_nodes():

@@ -136,49 +136,6 @@ def test_springs_are_recovered_where_the_tension_is_felt_far(geometry, nu):
     assert (off[1] <= 0.02 * off[0] + 1e-8).all()
 
 
-def pull_off(nu, gamma, w, R, deep):
-    """The most tensile force under a sphere, over πwR."""
-    scene = scene_of(Parabola(R), nu, gamma, w, "axisymmetric")
-    path = load_path(scene, depths=[deep, -30 * deep], rtol=1e-5)
-    return -path.pull_off.force / (math.pi * w * R)
-
-
-def half_space(a):
-    """Contacts far smaller than the thickness, and far larger than what tension rules."""
-    return pull_off(0.3, 1e-2 * a**2, 8 * 2 / 0.7 * a**3 / (9 * math.pi), 1.0, a * a)
-
-
-def compressible(a):
-    """Wide contacts of a layer that is compressed."""
-    deep = a * a / 2e4 / 2
-    return pull_off(0.0, 0.5, deep**2, 1e4, deep)
-
-
-def incompressible(a):
-    """Wide contacts of a layer that has to flow sideways."""
-    return pull_off(0.5, 0.1, 1.5 * (a**3 / 12e4) ** 2, 1e4, a * a / 2e4)
-
-
-def tension(a):
-    """Contacts so small that tension rules."""
-    return pull_off(0.3, 1.0, a * a, 1.0, a * a)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("limit", "value", "widths", "bounds"),
-    [
-        (half_space, 1.5, (0.3, 0.03), (0.06, 0.006)),
-        (compressible, 2.0, (30.0, 300.0), (0.06, 0.006)),
-        (incompressible, 3.0, (20.0, 98.0, 459.0), (0.3, 0.06, 0.012)),
-        (tension, 1.0, (1e-2, 1e-3, 1e-4), (5e-3, 6e-4, 7e-5)),
-    ],
-)
-def test_how_hard_a_sphere_sticks_in_the_limits(limit, value, widths, bounds):
-    off = np.array([abs(limit(a) - value) for a in widths])
-    assert (off <= bounds).all() and (np.diff(off) < 0).all()
-
-
 @pytest.mark.parametrize(("kind", "geometry"), EVERY)
 def test_units_do_not_matter(kind, geometry):
     scene, depth, state = resting(3, kind, geometry)

@@ -141,13 +141,10 @@ def test_springs_that_would_gain_beside_the_contact_make_it_metastable(method):
 @pytest.mark.slow
 def test_text_table_and_figure_use_the_same_words(tmp_path):
     path = tmp_path / "punch.toml"
-    depths = [0.0, -0.95, -1.05]
-    path.write_text(
-        f"depth = {[d * 1e-6 for d in depths]}\n[layer]\nE = 1e3\nnu = 0.0\nh = 1e-5\n"
-        '[surfaces]\ngamma1 = 0.05\nw = 5e-5\n[indenter]\nshape = "flat_punch"\n'
-        "half_width = 1e-4\n",
-        "utf-8",
-    )
+    layer, surfaces = "E = 1e3\nnu = 0.0\nh = 1e-5", "gamma1 = 0.05\nw = 5e-5"
+    punch = 'shape = "flat_punch"\nhalf_width = 1e-4'
+    text = f"[layer]\n{layer}\n[surfaces]\n{surfaces}\n[indenter]\n{punch}\n"
+    path.write_text(f"depth = [0.0, -0.95e-6, -1.05e-6]\n{text}", "utf-8")
     assert study.main([str(path), "--out", str(tmp_path)]) == 0
     words = ["global", "metastable", "detached"]
     assert [row["label"] for row in read(tmp_path / "punch.csv")] == words

@@ -39,7 +39,6 @@ from energy import (
     SurfaceEnergies,
     Wedge,
 )
-from studies.scenes.file import load
 
 
 @pytest.mark.parametrize("value", ["2.5e3", True, np.True_, b"1", None])
@@ -101,52 +100,6 @@ def test_a_file_that_hides_the_package_energy_is_named(command, tmp_path):
     told = done.stderr.decode()
     assert f"{hiding} hides the package energy" in told.splitlines()[-1] and done.returncode
     assert ("Traceback" in told) == ("studies" not in command)
-
-
-TEXT = """# a scene
-depth = 1e-6
-[layer]
-E = 3e3
-nu = 0.3
-h = 5e-6
-
-[surfaces]
-gamma1 = 0.07
-w = 6e-5
-[indenter]
-shape = "parabola"
-R = 0.1
-"""
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line"),
-    [
-        ("1e-6", "'1e-6'", 2),
-        ("h = 5e-6", "h = '5e-6'", 6),
-        ("E = 3e3", "E = 3,5e3", 4),
-        ("E = 3e3", "E = -3e3", 4),
-        ("E = 3e3\n", "", 3),
-        ("[surfaces]", "[surface]", 8),
-        ("w = 6e-5", "w = { from = 1e-5, to = 7e-5, steps = 5 }", 10),
-        ("R = 0.1", "R = 0.1\nradius = 1", 14),
-    ],
-)
-def test_what_is_wrong_in_a_scene_file_has_its_line(old, new, line, tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(TEXT.replace(old, new, 1), "utf-8")
-    with pytest.raises(ValueError, match=rf"scene.toml: .*\(at line {line}\b"):
-        load(path)
-
-
-@pytest.mark.parametrize("newline", ["\n", "\r\n"])
-def test_a_scene_file_may_begin_with_a_byte_order_mark(newline, tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(TEXT, "utf-8-sig", newline=newline)
-    assert load(path).scene.work_of_adhesion == 6e-5
-    path.write_text(TEXT.replace("0.1", "'0.1'"), "utf-8-sig", newline=newline)
-    with pytest.raises(ValueError, match=r"\(at line 13\)"):
-        load(path)
 
 
 FINITE = replace(SCENE, slopes="finite")
@@ -266,27 +219,9 @@ def test_a_path_that_is_not_followed_is_refused_in_words(scene, options, words):
         load_path(scene, **options)
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: Patches([1.0, 0.0], [1, 1, 1]), "sort them"),
-        (lambda: Patches([0.0], [1.0]), "one more than"),
-        (lambda: Patches([0.0], [1.0, -1.0]), "not negative"),
-        (lambda: Patches([np.nan], [1.0, 1.0]), "finite numbers"),
-        (lambda: replace(SCENE, pattern=3.0), "must be Patches"),
-        (lambda: Lattice.of(turned(Parabola(0.02)), 0.1, 0.3), r"origin = 0\.3: with rotational"),
-        *(
-            (
-                lambda s=s: replace(SCENE, opening=SurfaceEnergies.from_work(*s)),
-                r"opening = .* must have the gamma1",
-            )
-            for s in ((0.07, 0.0009), (0.08, 0.003))
-        ),
-    ],
-)
-def test_patterns_works_and_nodes_are_checked(make, words):
-    with pytest.raises(ValueError, match=words):
-        make()
+def test_nodes_about_an_axis_begin_on_it():
+    with pytest.raises(ValueError, match=r"origin = 0\.3: with rotational"):
+        Lattice.of(turned(Parabola(0.02)), 0.1, 0.3)
 
 
 def test_next_to_what_is_refused_there_is_an_answer():
