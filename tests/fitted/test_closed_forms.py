@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -20,6 +21,7 @@ from energy import (
     FlatPunch,
     Indenter,
     Parabola,
+    Patches,
     PowerLaw,
     Profile,
     Sampled,
@@ -197,6 +199,24 @@ def test_a_sphere_is_pulled_off_where_theory_says(ratio):
     check(pulled.force / (-2 * np.pi * R * W), OF_SPHERE[ratio], 2e-12)
     check(pulled.force, pull.force, 1e-11)
     check(pulled.depth, pull.depth, 1e-9, DELTA0)
+
+
+@pytest.mark.parametrize("alone", [True, False])
+@pytest.mark.parametrize("name", CASES)
+def test_a_contact_about_an_axis_is_lost_at_the_radius_of_theory(name, alone):
+    """Also by the lines of several contacts, as over a pattern: the axis holds no line."""
+    indenter, card, own = CASES[name]
+    args, scene = {**own, **LAYER}, turned(indenter)
+    pattern = None if alone else Patches([50 * ELL], [1.0, 1.0])
+    loop = load_path(replace(scene, pattern=pattern), depths=DELTA0 * np.array([-0.1, 2.0, -1.1]))
+    assert [event.kind for event in loop.events] == ["jump-in", "detachment"]
+    first, last = (getattr(card, what)(**args) for what in ("jump_in", "detachment"))
+    for event, jump, state in zip(loop.events, (first, last), (0, 1), strict=True):
+        there = (event.after, event.before)[state]
+        check(event.depth, jump.depth, 1e-11, DELTA0)
+        check(event.energy_released, jump.energy_released, 1e-10)
+        check(there.half_width, jump.half_width, (1e-11, 1e-5)[state])  # D is flat where it is lost
+        assert there.lines[0] == 0 and len(there.lines) == 2
 
 
 def test_a_cylinder_detaches_alike_under_depth_and_load():

@@ -62,7 +62,9 @@ def test_the_angle_stays_while_everything_else_moves(record):
 def test_a_wrong_angle_fails_the_study(record):
     assert record.passed
     spoilt = record.states[0]._replace(deficit=record.states[0].deficit * (1 + 1e-6))
-    assert not replace(record, states=(spoilt, *record.states)).passed
+    wrong = replace(record, states=(*record.states, spoilt))
+    assert not wrong.passed and contact_angle.answer(wrong).endswith("by up to 1e-06 of itself.")
+    assert "NOT the constant" in contact_angle.plot(wrong).get_suptitle()
     path = record.loops[0]
     spoilt = path.retract[-1]._replace(deficit=path.retract[-1].deficit * (1 + 1e-6))
     path = path._replace(retract=(*path.retract[:-1], spoilt))
@@ -76,8 +78,8 @@ def test_a_wrong_angle_fails_the_study(record):
 
 
 def test_the_contact_angle_runs_from_the_command_line(tmp_path, monkeypatch, capsys):
-    small = replace(PRESET, ratios=(0.1,), widths=(2.0,), path=(0.1,), steps=2)
-    monkeypatch.setattr(contact_angle, "QUICK", small)
+    few = {"ratios": (0.1,), "widths": (2.0,), "path": (0.1,), "steps": 2}
+    monkeypatch.setattr(contact_angle, "QUICK", replace(PRESET, **few))
     assert main(["contact_angle", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
     assert "\nanswer: Yes: at 42 contact lines π - θ is" in capsys.readouterr().out
     assert {path.name for path in tmp_path.iterdir()} == {"contact_angle.png", "contact_angle.csv"}
@@ -119,7 +121,6 @@ def rough_loops():
 
 def test_tension_breaks_a_rough_contact_up_into_spots_and_energies_balance(rough_loops):
     """With weak adhesion, too: nodes that have just touched do not let go again by rounding."""
-    assert [loop.tension for loop in rough_loops] == [0.25, 1.0, 4.0]
     spots = [int(loop.contacts.max()) for loop in rough_loops]
     assert spots[0] < spots[-1] and spots[-1] >= 8
     deepest = [loop.fraction[14] for loop in rough_loops]
