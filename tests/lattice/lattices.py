@@ -29,13 +29,10 @@ def nodes_of(state):
     return lattice, np.rint((state.nodes - lattice.origin) / lattice.spacing).astype(int)
 
 
-def rough_heights(rng, n, *, hurst=0.8, roll_off=3, offset=-0.3):
-    """Self-affine heights (n,), rms 0.07, shifted by some rms."""
-    q = np.arange(1, n // 2 + 1)
-    amplitude = np.maximum(q, roll_off) ** (-hurst - 0.5)
-    spectrum = amplitude * np.exp(2j * math.pi * rng.random(q.size))
-    z = np.fft.irfft(np.concatenate(([0], spectrum)), n)
-    return 0.07 * (z / z.std() + offset)
+def rough_heights(rng, n, offset=-0.3):
+    """Self-affine heights (n,), rms 0.07, their mean shifted by some rms."""
+    z = roughness(n, n / 3, 2, int(rng.integers(2**31)))
+    return 0.07 * (z - z.mean() + offset)
 
 
 def of_heights(lattice, g, ends, depth=None, factor=None):
@@ -121,16 +118,6 @@ def crowded(seed):
     lift = 10 ** rng.uniform(-0.7, 0.7)
     g = rng.uniform(-0.5, 1) * max(1, lift) - f
     return Lattice(1.0, 0.0, 2.0, 2.0 * ell**2, lift**2), g
-
-
-def pulled_walk(seed):
-    """A walk that is pulled everywhere."""
-    rng = np.random.default_rng(seed)
-    n, ell = int(rng.integers(20, 90)), 10 ** rng.uniform(0, 1.8)
-    depth = 10 ** rng.uniform(-1.5, 0)
-    rng.random()
-    g = -0.3 - depth * np.abs(rng.normal(size=n).cumsum())
-    return Lattice(1.0, 0.0, 1.0, ell**2, 10 ** rng.uniform(-1, 1)), g
 
 
 def enumerated(lattice, g):
