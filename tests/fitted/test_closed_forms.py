@@ -48,16 +48,12 @@ def _cosh(a: float, rise: float, n: float) -> Indenter:
     )
 
 
-def _arc(a: float, rise: float, n: float) -> Indenter:
-    return Circle(a * math.hypot(1, 1 / rise))
-
-
 DRAWN: dict[str, Callable[[float, float, float], Indenter]] = {
     "flat": lambda a, rise, n: FlatPunch(a),
     "cone": lambda a, rise, n: Wedge(math.atan(rise)),
     "parabola": lambda a, rise, n: Parabola(a / rise),
     "power": lambda a, rise, n: PowerLaw(rise / (n * a ** (n - 1)), n),
-    "circle": _arc,
+    "circle": lambda a, rise, n: Circle(a * math.hypot(1, 1 / rise)),
     "sampled": _sampled,
     "function": _cosh,
     "sum": lambda a, rise, n: Parabola(2 * a / rise) + Wedge(math.atan(rise / 2)),

@@ -135,11 +135,9 @@ def test_units_do_not_matter(kind, geometry):
         )
         found = minimise(other, depth * unit, rtol=1e-6)
         force = stress * unit ** (2 if scene.axisymmetric else 1)
-        units = unit, force, force * unit
-        for q, scale, own in zip(
-            QUANTITIES, (state.half_width, *state.scales.values()), units, strict=True
-        ):
-            assert abs(getattr(found, q) / own - getattr(state, q)) <= 1e-11 * scale
+        own = np.array([getattr(found, q) for q in QUANTITIES]) / (unit, force, force * unit)
+        apart = np.abs(own - [getattr(state, q) for q in QUANTITIES])
+        assert (apart <= 1e-11 * np.array([state.half_width, *state.scales.values()])).all()
 
 
 def in_units(body, unit):
@@ -246,11 +244,11 @@ def test_a_contact_is_held_until_it_is_lost(nu, gamma, R, geometry):
     """As closely as the path knows, although a line is looked for with few poles."""
     scene = scene_of(Parabola(R), nu, gamma, 0.005 * gamma, geometry)
     lost = load_path(scene, depths=[0.0, -10.0], rtol=1e-8).events[-1].control
-    for off in (1e-4, 1e-5, 1e-6):
-        assert not minimise(scene, lost * (1 + off), rtol=1e-6).contacts.size
+    for away in (1e-4, 1e-5, 1e-6):
+        assert not minimise(scene, lost * (1 + away), rtol=1e-6).contacts.size
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)  # of a place that is hardly one
-            assert minimise(scene, lost * (1 - off), rtol=1e-6).contacts.size
+            assert minimise(scene, lost * (1 - away), rtol=1e-6).contacts.size
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, rippled, wavy
+from scenes import DELTA0, L, adhesive, rescaled, rippled, wavy
 from test_controls import ON_NODES, SCENES
 
 from discretization import NotCertifiedError, minimise
@@ -76,14 +76,12 @@ def test_events_work_and_largest_pull_do_not_depend_on_the_steps(name):
 
 @pytest.mark.parametrize("nodes", [{}, {"method": "lattice", "spacing": L / 60}])
 def test_no_unit_enters(nodes):
-    unit, stress, depths = (
-        1e-6,
-        3e4,
-        np.r_[-0.1, 0.6, 1.485, 1.8, np.linspace(1.2, -0.9, 6)] * DELTA0,
-    )
-    path = load_path(wavy(crests=3), depths=depths, **nodes)
+    unit, stress = 1e-6, 3e4
+    depths = np.r_[-0.1, 0.6, 1.485, 1.8, np.linspace(1.2, -0.9, 6)] * DELTA0
+    scene = wavy(crests=3)
+    path = load_path(scene, depths=depths, **nodes)
     nodes = nodes and nodes | {"spacing": unit * L / 60}
-    there = load_path(wavy(crests=3, unit=unit, stress=stress), depths=depths * unit, **nodes)
+    there = load_path(rescaled(scene, unit, stress), depths=depths * unit, **nodes)
     assert [e.kind for e in there.events] == [e.kind for e in path.events]
     size = 1e-10 * np.abs(path.force).max()
     assert np.allclose(there.force / (stress * unit), path.force, rtol=0, atol=size)
