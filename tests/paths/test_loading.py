@@ -129,6 +129,14 @@ def test_a_tilted_punch_leaves_one_edge_and_then_the_other():
     assert depths == pytest.approx(2 * ends[:1], rel=0, abs=1e-12 * delta0)
 
 
+def test_a_contact_is_lost_within_rounding_of_its_last_depth():
+    scene = adhesive(Parabola(0.02))
+    last = load_path(scene, depths=[0.0, -2 * DELTA0]).events[-1].before
+    assert last.depth == pytest.approx(-DELTA0, rel=2e-14, abs=0) and last.right > 0
+    assert load_path(scene, depths=[0.0, -(1 - 3e-14) * DELTA0]).half_width[-1] > 0
+    assert load_path(scene, depths=[0.0, -(1 + 3e-14) * DELTA0]).half_width[-1] == 0
+
+
 def test_after_pull_off_the_indenter_can_touch_again():
     scene = adhesive(Parabola(0.02))
     force = scene.stiffness * scene.critical_separation * 0.1
