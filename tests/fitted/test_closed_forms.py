@@ -215,6 +215,26 @@ def test_a_contact_about_an_axis_is_lost_at_the_radius_of_theory(name, alone):
         assert there.lines[0] == 0 and len(there.lines) == 2
 
 
+@pytest.mark.parametrize(
+    ("share", "alone"), [(0.05, True), (0.4, True), (0.95, True), (1.3, True), (0.4, False)]
+)
+def test_a_line_that_is_held_about_an_axis_is_lost_where_it_comes_free(share, alone):
+    """Inside the radius of detachment with its own radius, beyond it as a line that moves."""
+    args = {"R": 0.013, "k": K, "gamma1": GAMMA1}
+    least = axi.sphere.detachment(**args, w=W)
+    a = share * float(least.half_width)
+    scene = turned(Parabola(0.013), w=0.0, opening=W)
+    pattern = None if alone else Patches([50 * ELL], [1.0, 1.0])
+    pressed = float(axi.sphere.depth_without_adhesion(a, **args))
+    loop = load_path(replace(scene, pattern=pattern), depths=[pressed, -1.5 * DELTA0])
+    last = loop.events[-1]
+    held = float(axi.contact_line.depth(a * a / 0.026, a / 0.013, a, **LAYER))
+    assert last.kind == "detachment"
+    check(last.depth, held if share < 1 else least.depth, 1e-11, DELTA0)
+    check(last.before.half_width, a if share < 1 else least.half_width, 1e-9 if share < 1 else 1e-5)
+    check(loop.work(), loop.dissipated, 1e-9)
+
+
 def test_a_cylinder_detaches_alike_under_depth_and_load():
     a, depths = 0.7 * ELL, DELTA0 * np.array([-1.0, 0.2, -1.1])
     args = {"a": a, **LAYER}
