@@ -51,6 +51,13 @@ def turned(indenter, **given) -> Scene:
     return replace(adhesive(indenter, **given), geometry="axisymmetric")
 
 
+def exact(indenter, nu=0.3, **given):
+    """The same with the exact response of a layer of this stiffness."""
+    scene = adhesive(indenter, **given)
+    E = scene.layer.E * (1 + nu) * (1 - 2 * nu) / (1 - nu)
+    return replace(scene, layer=ElasticLayer(E, nu, scene.layer.h, response="layer"))
+
+
 def plain(indenter, *, w=0.02, gamma1=1.0, length=1.0, stress=1.0, **options) -> Scene:
     """k = γ₁ = l = 1 in units of its length and stress."""
     given = {"k": stress / length, "gamma1": gamma1 * stress * length, "w": w * stress * length}
@@ -81,7 +88,7 @@ def rescaled(scene: Scene, length: float, stress: float) -> Scene:
             body.convex,
             tuple(length * knot for knot in body.knots),
         )
-    layer = ElasticLayer(layer.E * stress, layer.nu, layer.h * length)
+    layer = replace(layer, E=layer.E * stress, h=layer.h * length)
     surfaces = SurfaceEnergies.from_work(s.gamma1 * tension, s.work_of_adhesion * tension)
     return replace(scene, layer=layer, surfaces=surfaces, indenter=scaled)
 
@@ -138,37 +145,29 @@ def tips(c):
     )
 
 
-def _sized(body, w, unit, stress):
-    tension = stress * unit
-    layer = ElasticLayer(130.0 * 0.03 * stress, 0.0, 0.03 * unit)
-    return Scene(layer, SurfaceEnergies.from_work(0.07 * tension, w * tension), body)
-
-
-def rough(seed, *, w=0.002, n=801, width=20.0, unit=1.0, stress=1.0, mirror=False):
+def rough(seed, *, w=0.002, n=801, width=20.0):
     """A self-affine body `width` l wide, of random roughness; its ends are edges."""
     rng = np.random.default_rng(seed)
     shortest = n * 10 ** rng.uniform(-2, -1)
-    z = roughness(n, n / 2, shortest, seed) * 10 ** rng.uniform(-0.5, 0.8) * DELTA0 * unit
-    x = np.linspace(-width / 2, width / 2, n) * L * unit
-    body = Sampled(x, z[::-1] if mirror else z, kind="smooth") + FlatPunch(0.499 * width * L * unit)
-    return _sized(body, w, unit, stress)
+    z = roughness(n, n / 2, shortest, seed) * 10 ** rng.uniform(-0.5, 0.8) * DELTA0
+    x = np.linspace(-width / 2, width / 2, n) * L
+    return adhesive(Sampled(x, z, kind="smooth") + FlatPunch(0.499 * width * L), w=w)
 
 
-def wavy(w=0.002, crests=20, unit=1.0, stress=1.0, mirror=False):
-    """Crests 2 l apart of random heights on a shallow bowl, in units of length and stress."""
+def wavy(w=0.002, crests=20):
+    """Crests 2 l apart of random heights on a shallow bowl."""
     rng = np.random.default_rng(1)
-    q, side = 2 * math.pi / (2 * L), -1 if mirror else 1
+    q, bowl = 2 * math.pi / (2 * L), 2 * DELTA0 / (crests * L) ** 2
     waves = [(q, 1.5 * DELTA0, math.pi)]
     waves += [(r * q, 0.15 * DELTA0, rng.uniform(0, 2 * math.pi)) for r in (0.31, 0.17, 0.43)]
-    bowl = 2 * DELTA0 / (crests * L) ** 2
 
     def height(x):
-        x = side * np.asarray(x, float) / unit
-        return unit * (bowl * x**2 + sum(a * (1 + np.cos(k * x + p)) for k, a, p in waves))
+        x = np.asarray(x, float)
+        return bowl * x**2 + sum(a * (1 + np.cos(k * x + p)) for k, a, p in waves)
 
     def slope(x):
-        x = side * np.asarray(x, float) / unit
-        return side * (2 * bowl * x - sum(a * k * np.sin(k * x + p) for k, a, p in waves))
+        x = np.asarray(x, float)
+        return 2 * bowl * x - sum(a * k * np.sin(k * x + p) for k, a, p in waves)
 
-    reach = (crests + 6) * L * unit
-    return _sized(Profile(height, slope, extent=(-reach, reach)), w, unit, stress)
+    reach = (crests + 6) * L
+    return adhesive(Profile(height, slope, extent=(-reach, reach)), w=w)

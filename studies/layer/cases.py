@@ -6,8 +6,7 @@ Units: h = E = 1; w/γ₁ only sets the scale of displacements.
 import math
 import statistics
 import time
-import timeit
-from functools import partial
+from dataclasses import replace
 from typing import NamedTuple
 
 from discretization import load_path, minimise
@@ -29,11 +28,12 @@ def scene_of(nu: float, gamma1: float, R: float, geometry: str = "axisymmetric")
 
 
 class Angle(NamedTuple):
-    """π - θ over √(2w/γ₁) on nodes, extrapolated, for this h over √(γ₁h/G)."""
+    """π - θ over √(2w/γ₁) on nodes, for this h over √(γ₁h/G); error: of the extrapolation."""
 
     nu: float
     thickness: float
     measured: float
+    error: float
 
 
 def angle(case: tuple[float, float, int]) -> Angle:
@@ -41,9 +41,11 @@ def angle(case: tuple[float, float, int]) -> Angle:
     nu, thickness, nodes = case
     scene = scene_of(nu, 1 / (2 * (1 + nu) * thickness**2), 1 / SLOPE, "line")
     a = minimise(scene, SLOPE, rtol=RTOL).half_width
-    states = (minimise(scene, SLOPE, method="lattice", spacing=a * n / nodes) for n in (2, 1))
-    coarse, fine = (state.angle_deficit / SLOPE for state in states)
-    return Angle(nu, thickness, 2 * fine - coarse)
+    spacings = (a * part / nodes for part in (4, 2, 1))
+    states = (minimise(scene, SLOPE, method="lattice", spacing=s) for s in spacings)
+    first, second, third = (state.angle_deficit / SLOPE for state in states)
+    before, last = 2 * second - first, 2 * third - second
+    return Angle(nu, thickness, last, abs(last - before))
 
 
 class Length(NamedTuple):
@@ -119,24 +121,37 @@ def springs(case: tuple[float, float, float]) -> Springs:
 
 
 class Accuracy(NamedTuple):
-    """Largest errors of a and of P, over its terms, and processor time of a state."""
+    """Largest errors of a and of P, over its terms; processor time, and over that of springs."""
 
     geometry: str
     rtol: float
     half_width: float
     force: float
     milliseconds: float
+    over_springs: float
 
 
 def accuracy(case: tuple[str, float]) -> Accuracy:
-    """Geometry and rtol: a cylinder or sphere at a few depths, the median of their times."""
+    """Geometry and rtol: a cylinder or sphere at a few depths, medians of their times."""
     geometry, rtol = case
-    scene, off, times = scene_of(0.45, 0.3, 1 / SLOPE, geometry), [], []
+    scene = scene_of(0.45, 0.3, 1 / SLOPE, geometry)
+    springs = replace(scene, layer=replace(scene.layer, response="springs"))
+    off, times = [], []
     for depth in (SLOPE * part / 10 for part in range(-1, 10)):
         exact, state = minimise(scene, depth, rtol=EXACT), minimise(scene, depth, rtol=rtol)
         moved, pushed = state.half_width - exact.half_width, state.force - exact.force
         off.append((abs(moved) / exact.half_width, abs(pushed) / exact.scales["force"]))
-        solve = partial(minimise, scene, depth, rtol=rtol)
-        times.append(min(timeit.repeat(solve, timer=time.process_time, repeat=3, number=1)))
+        times.append([timed(one, depth, rtol) for one in (scene, springs)])
+    own, other = (statistics.median(each) for each in zip(*times, strict=True))
     width, force = (max(each) for each in zip(*off, strict=True))
-    return Accuracy(geometry, rtol, width, force, 1e3 * statistics.median(times))
+    return Accuracy(geometry, rtol, width, force, 1e3 * own, own / other)
+
+
+def timed(scene: Scene, depth: float, rtol: float) -> float:
+    """Processor time of a state with its error estimate [s], the least of three."""
+    times = []
+    for _ in range(3):
+        start = time.process_time()
+        _ = minimise(scene, depth, rtol=rtol).error_estimate
+        times.append(time.process_time() - start)
+    return min(times)

@@ -10,7 +10,7 @@ Springs are the limit q → 0 of the stiffness k(q) of a bonded elastic layer wi
   incompressible), 1 (tension rules)?
 - How far off are springs in force and radius at pull-off of a sphere, at the worst Λ = l/√(Rδ₀)?
   `energy/validity.py` has the numbers of layer_springs_worst.csv.
-- What does a state cost? layer_accuracy.csv: errors and times for three rtol.
+- What does a state cost? layer_accuracy.csv: errors and times for three rtol, and over springs.
 
 Output: four figures and tables. Exit status 1 if an angle is off by more than 1 %, or a length by
 more than 1e-4 h.
@@ -21,20 +21,12 @@ from dataclasses import dataclass
 from itertools import product, takewhile
 from typing import Any, NamedTuple
 
-from energy import ElasticLayer
-from energy.layer import effective_length
-from studies.layer import cases
+from studies.layer import cases, figures
 from studies.shared import command
 from studies.shared.batches import Show, each, silent
-from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas, plain_ticks
+from studies.shared.figures import Figure
 
 LARGEST = (1e-2, 1e-4)  # errors of angles, relative, and of lengths, over h
-LEVELS = (
-    (3.03, 0.022, "3: thin, incompressible"),
-    (2.03, 0.022, "2: thin, compressible (springs)"),
-    (1.53, 14.0, "3/2: half-space (JKR)"),
-    (0.91, 14.0, "1: tension rules"),
-)
 
 
 @dataclass(frozen=True)
@@ -99,86 +91,25 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Re
         cases.springs: list(product(p.springs_nus, p.ratios, p.Lambdas)),
         cases.accuracy: list(product(("line", "axisymmetric"), p.rtols)),
     }
-    return Record(*(tuple(each(*one, jobs, say=show)) for one in asked.items()))
+    found = (each(*one, jobs, say=lambda row: show(line(row))) for one in asked.items())
+    return Record(*map(tuple, found))
+
+
+def line(row: Any) -> str:
+    """One line on the screen: what it is and its numbers."""
+    values = (f"{value}" if isinstance(value, str) else f"{value:.5g}" for value in row)
+    told = (f"{name} = {value}" for name, value in zip(row._fields, values, strict=True))
+    return f"{type(row).__name__.lower():8s} {', '.join(told)}"
 
 
 def plot(record: Record) -> dict[str, Figure]:
     """The four figures by file name."""
     return {
-        "layer_angle.png": _angles(record.angle, record.errors[0]),
-        "layer_length.png": _lengths(record.length, record.errors[1]),
-        "layer_pull.png": _pulls(record.pull),
-        "layer_springs.png": _springs(record.worst(), serve(record)),
+        "layer_angle.png": figures.angles(record.angle, record.errors[0]),
+        "layer_length.png": figures.lengths(record.length, record.errors[1]),
+        "layer_pull.png": figures.pulls(record.pull),
+        "layer_springs.png": figures.springs(record.worst(), serve(record)),
     }
-
-
-def _draw(axes: Any, rows: Sequence[Any], x: str, y: str, label: str, **more: Any) -> None:
-    """y over x of each ν."""
-    for nu in sorted({row.nu for row in rows}):
-        own, i = [row for row in rows if row.nu == nu], len(axes.containers)
-        values = ([getattr(row, name) for row in own] for name in (x, y))
-        look = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 5, **more}
-        axes.errorbar(*values, label=f"{label}ν = {nu:g}", **look)
-    axes.legend(fontsize=9)
-
-
-def _angles(rows: Sequence[cases.Angle], worst: float) -> Figure:
-    """The measured angle over the thickness of the layer."""
-    figure, axes = canvas(7.5, 4.8)
-    axes.axhline(1, color="black", lw=1.2, label="√(2w/γ₁)")
-    _draw(axes, rows, "thickness", "measured", "nodes, ", ls="", mfc="none")
-    axes.set(xscale="log", xlabel="thickness of the layer  h / √(γ₁h/G)", ylim=(0.975, 1.025))
-    axes.set_ylabel("measured angle  (π - θ) / √(2w/γ₁)")
-    plain_ticks(axes.xaxis, steps=(1.0, 2.0, 3.0, 5.0))
-    axes.set_title(f"The contact angle is a constant on any layer (within {100 * worst:.1f} %)")
-    return figure
-
-
-def _lengths(rows: Sequence[cases.Length], worst: float) -> Figure:
-    """The length in Eq. (16) over l."""
-    figure, axes = canvas(7.5, 4.8)
-    most = max(row.ratio for row in rows)
-    dense = [most * i / 60 for i in range(1, 61)]
-    axes.plot([0, most], [0, most], color=GREY, ls="--", label="l, as on springs")
-    for nu, colour in zip(sorted({row.nu for row in rows}), COLOURS, strict=False):
-        layer = ElasticLayer(1.0, nu, 1.0, response="layer")
-        ell = [effective_length(layer, layer.stiffness * ratio**2) for ratio in dense]
-        axes.plot(dense, ell, color=colour, lw=1.2)
-    _draw(axes, rows, "ratio", "measured", "measured, and ℓ as a line, ", ls="")
-    axes.set(xlabel="elastocapillary length  l / h", ylabel="length in Eq. (16), over h")
-    axes.set_title(f"Eq. (16) holds for a real layer, with ℓ in place of l (within {worst:.0e} h)")
-    return figure
-
-
-def _pulls(rows: Sequence[cases.Pull]) -> Figure:
-    """The force that pulls a sphere off, over its radius of contact."""
-    figure, axes = canvas(8.5, 5.2)
-    for height, at, text in LEVELS:
-        axes.axhline(round(2 * height) / 2, color=GREY, lw=0.8, ls=":")
-        axes.text(at, height, text, fontsize=9)
-    for tension, style in (("weak", "-"), ("strong", "--")):
-        own = [row for row in rows if row.tension == tension]
-        _draw(axes, own, "radius", "force", f"{tension} tension, ", ls=style)
-    axes.set(xscale="log", xlim=(0.02, 150), ylim=(0.8, 3.25))
-    axes.set(xlabel="radius of contact at pull-off  a / h", ylabel="pull-off force  F / πwR")
-    plain_ticks(axes.xaxis)
-    axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(0.0, 0.9))
-    axes.set_title("A sphere sticks with 3/2 to 3 πwR, most to thin rubber; πwR if tension rules")
-    return figure
-
-
-def _springs(rows: Sequence[cases.Springs], told: str) -> Figure:
-    """Errors of springs at pull-off, at the worst Λ, over l/h."""
-    figure, panels = canvas(10.5, 4.8, 1, 2, sharey=True)
-    for axes, name in zip(panels, ("force", "radius"), strict=True):
-        _draw(axes, rows, "ratio", name, "")
-        axes.axhline(0.05, color=GREY, lw=0.8, ls=":")
-        axes.set(xscale="log", yscale="log", ylim=(1e-4, 1.0))
-        axes.set(xlabel="elastocapillary length  l / h", title=f"{name} at pull-off of a sphere")
-        plain_ticks(axes.xaxis)
-    panels[0].set_ylabel("relative error of springs at the worst Λ")
-    figure.suptitle(f"Springs serve within 5 % where l/h is at least {told}")
-    return figure
 
 
 def serve(record: Record) -> str:

@@ -16,7 +16,20 @@ T = 0.5 + T  # Gauss points and weights on [0, 1]
 KINDS = ["wedge", "parabola", "1.0", "1.5", "2.0", "3.7"]
 
 
-class Case:
+class Shape:
+    """c|x|ⁿ with its card and all of its parameters."""
+
+    def height(self, x):
+        return self.c * np.abs(x) ** self.n
+
+    def slope(self, x):
+        return self.c * self.n * np.abs(x) ** (self.n - 1)
+
+    def __call__(self, name, *values):
+        return getattr(self.card, name)(*values, **self.args)
+
+
+class Case(Shape):
     """A card with its parameters, the same profile as c|x|ⁿ, least depth and depth."""
 
     def __init__(self, kind, ell, size, k, ratio, lift, adhesive=True):
@@ -43,15 +56,6 @@ class Case:
         """A machine stiffness K = κk, κ a ratio of the scene's lengths."""
         return ratio * self.args["k"] * np.sqrt(self.ell * self.delta0)
 
-    def height(self, x):
-        return self.c * np.abs(x) ** self.n
-
-    def slope(self, x):
-        return self.c * self.n * np.abs(x) ** (self.n - 1)
-
-    def __call__(self, name, *values):
-        return getattr(self.card, name)(*values, **self.args)
-
     def parts(self, a):
         """Springs, contact surface, tails and adhesion of the energy at (d, a), by quadrature."""
         x, dx = a * T**4, 4 * a * T**3 * DT
@@ -61,7 +65,7 @@ class Case:
         return np.array([springs, surface, tails, -2 * self.args["w"] * a])
 
 
-class Round:
+class Round(Shape):
     """A shape with its card, the same as c rⁿ, and a state on the branch that is followed."""
 
     def __init__(self, kind, ell, k, alpha, ratio, up):
@@ -78,15 +82,6 @@ class Round:
         self.least = axi.power_law.detachment(**self.power)
         self.a = float(self.least.half_width) * (1.0 + up)
         self.d = float(self("depth", self.a))
-
-    def __call__(self, name, *values):
-        return getattr(self.card, name)(*values, **self.args)
-
-    def height(self, r):
-        return self.c * np.abs(r) ** self.n
-
-    def slope(self, r):
-        return self.c * self.n * np.abs(r) ** (self.n - 1)
 
     def parts(self, d, a):
         """Springs, contact surface, free surface and adhesion of the energy, by quadrature."""

@@ -133,7 +133,7 @@ def test_the_assumptions_that_a_state_makes():
     assert report(1e-6, 1e-6, 1e-2, 0.05, surfaces=dry)["2w/γ₁"].value == 0
 
 
-X = [0.0, 1.0, 2.0, 3.0]
+X, OTHER = [0.0, 1.0, 2.0, 3.0], SurfaceEnergies.from_work(0.05, 0.01)
 REFUSED = [
     (lambda: ElasticLayer(-1.0, 0.3, 1.0), "E = -1.0"),
     (lambda: ElasticLayer(math.nan, 0.3, 1.0), "E = nan"),
@@ -170,6 +170,13 @@ REFUSED = [
     (lambda: Scene(SURFACES, LAYER, Plane()), "layer"),
     (lambda: Scene(LAYER, SURFACES, Plane(), slopes="large"), "'small', 'finite'"),
     (lambda: Scene(LAYER, SURFACES, Plane(), geometry="round"), "'round' is unknown; choose one"),
+    (lambda: Patches([1.0, 0.0], [1, 1, 1]), "sort them"),
+    (lambda: Patches([0.0], [1.0]), "one more than"),
+    (lambda: Patches([0.0], [1.0, -1.0]), "not negative"),
+    (lambda: Patches([math.nan], [1.0, 1.0]), "finite numbers"),
+    (lambda: Scene(LAYER, SURFACES, Plane(), pattern=3.0), "must be Patches"),
+    (lambda: adhesive(Plane(), w=0.002, opening=0.001), "must have the gamma1"),
+    (lambda: Scene(LAYER, SURFACES, Plane(), opening=OTHER), "must have the gamma1"),
     (lambda: adhesive(Plane(), gamma1=1.0, w=2.1, slopes="finite"), "exceeds 2 gamma1"),
     (lambda: adhesive(Plane(), gamma1=1.0, opening=2.1, slopes="finite"), "w = 2.1 exceeds 2 gam"),
 ]

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import mpmath
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scenes import check
 from scenes import turned as about_axis
+from truth.meniscus import quadrature
 
 from discretization import load_path, minimise
 from energy import (
@@ -21,6 +21,7 @@ from energy import (
     FlatPunch,
     Indenter,
     Parabola,
+    Patches,
     PowerLaw,
     Profile,
     Sampled,
@@ -30,9 +31,6 @@ from energy import (
     cards,
 )
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
-
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(40)
-_T, _DT = (1 + _POINTS) / 2, _WEIGHTS / 2
 
 
 def _sampled(a: float, rise: float, n: float) -> Indenter:
@@ -50,16 +48,12 @@ def _cosh(a: float, rise: float, n: float) -> Indenter:
     )
 
 
-def _arc(a: float, rise: float, n: float) -> Indenter:
-    return Circle(a * math.hypot(1, 1 / rise))
-
-
 DRAWN: dict[str, Callable[[float, float, float], Indenter]] = {
     "flat": lambda a, rise, n: FlatPunch(a),
     "cone": lambda a, rise, n: Wedge(math.atan(rise)),
     "parabola": lambda a, rise, n: Parabola(a / rise),
     "power": lambda a, rise, n: PowerLaw(rise / (n * a ** (n - 1)), n),
-    "circle": _arc,
+    "circle": lambda a, rise, n: Circle(a * math.hypot(1, 1 / rise)),
     "sampled": _sampled,
     "function": _cosh,
     "sum": lambda a, rise, n: Parabola(2 * a / rise) + Wedge(math.atan(rise / 2)),
@@ -96,7 +90,7 @@ def resting_depth(scene: Scene, a: float) -> float:
 def totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
     """Force and energy of a contact of radius a at a depth, small slopes."""
     k, gamma1, f = scene.stiffness, scene.gamma1, scene.indenter
-    r, dr = _quadrature(f, a)
+    r, dr = quadrature(f, a)
     displaced, slope = d - f.height(r), f.slope(r)
     edge = {"a": a, "k": k, "gamma1": gamma1}
     u_a, surface = d - float(f.height(a)), cards.axisymmetric.surface
@@ -104,17 +98,6 @@ def totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
     density = k * displaced**2 + gamma1 * slope**2 - 2 * scene.work_of_adhesion
     energy = math.pi * float(density @ (r * dr)) + surface.energy(u_a, **edge)
     return float(force), float(energy)
-
-
-def _quadrature(f: Indenter, a: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss points on [0, a], graded towards both ends, with weights; between corners and knots."""
-    known = np.concatenate([np.asarray(f.corners, float), np.asarray(f.knots, float)])
-    steep = a * (1 - 0.5 ** np.arange(1.0, 10.0))  # an arc is steep next to the line
-    cuts = np.unique(np.concatenate([[0.0, a], known[(known > 0) & (known < a)], steep]))
-    first = cuts[1]
-    points = [first * _T**4] + [lo + (hi - lo) * _T for lo, hi in itertools.pairwise(cuts[1:])]
-    weights = [4 * first * _T**3 * _DT] + [width * _DT for width in np.diff(cuts[1:])]
-    return np.concatenate(points), np.concatenate(weights)
 
 
 axi = cards.axisymmetric
@@ -212,6 +195,44 @@ def test_a_sphere_is_pulled_off_where_theory_says(ratio):
     check(pulled.force / (-2 * np.pi * R * W), OF_SPHERE[ratio], 2e-12)
     check(pulled.force, pull.force, 1e-11)
     check(pulled.depth, pull.depth, 1e-9, DELTA0)
+
+
+@pytest.mark.parametrize("alone", [True, False])
+@pytest.mark.parametrize("name", CASES)
+def test_a_contact_about_an_axis_is_lost_at_the_radius_of_theory(name, alone):
+    """Also by the lines of several contacts, as over a pattern: the axis holds no line."""
+    indenter, card, own = CASES[name]
+    args, scene = {**own, **LAYER}, turned(indenter)
+    pattern = None if alone else Patches([50 * ELL], [1.0, 1.0])
+    loop = load_path(replace(scene, pattern=pattern), depths=DELTA0 * np.array([-0.1, 2.0, -1.1]))
+    assert [event.kind for event in loop.events] == ["jump-in", "detachment"]
+    first, last = (getattr(card, what)(**args) for what in ("jump_in", "detachment"))
+    for event, jump, state in zip(loop.events, (first, last), (0, 1), strict=True):
+        there = (event.after, event.before)[state]
+        check(event.depth, jump.depth, 1e-11, DELTA0)
+        check(event.energy_released, jump.energy_released, 1e-10)
+        check(there.half_width, jump.half_width, (1e-11, 1e-5)[state])  # D is flat where it is lost
+        assert there.lines[0] == 0 and len(there.lines) == 2
+
+
+@pytest.mark.parametrize(
+    ("share", "alone"), [(0.05, True), (0.4, True), (0.95, True), (1.3, True), (0.4, False)]
+)
+def test_a_line_that_is_held_about_an_axis_is_lost_where_it_comes_free(share, alone):
+    """Inside the radius of detachment with its own radius, beyond it as a line that moves."""
+    args = {"R": 0.013, "k": K, "gamma1": GAMMA1}
+    least = axi.sphere.detachment(**args, w=W)
+    a = share * float(least.half_width)
+    scene = turned(Parabola(0.013), w=0.0, opening=W)
+    pattern = None if alone else Patches([50 * ELL], [1.0, 1.0])
+    pressed = float(axi.sphere.depth_without_adhesion(a, **args))
+    loop = load_path(replace(scene, pattern=pattern), depths=[pressed, -1.5 * DELTA0])
+    last = loop.events[-1]
+    held = float(axi.contact_line.depth(a * a / 0.026, a / 0.013, a, **LAYER))
+    assert last.kind == "detachment"
+    check(last.depth, held if share < 1 else least.depth, 1e-11, DELTA0)
+    check(last.before.half_width, a if share < 1 else least.half_width, 1e-9 if share < 1 else 1e-5)
+    check(loop.work(), loop.dissipated, 1e-9)
 
 
 def test_a_cylinder_detaches_alike_under_depth_and_load():

@@ -101,7 +101,7 @@ def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_s
     assert minimise(punch, -(1 + 1.1e-14) * delta0).label == "detached"
 
 
-def test_asymmetric_and_rough_profiles_take_their_topology_from_the_lattice():
+def test_a_tilted_parabola_is_one_that_is_moved_and_lowered():
     scene = adhesive(Parabola(0.02).tilted(0.013))
     shift = 0.013 * 0.02  # x²/2R + sx is the parabola moved by -sR and lowered by s²R/2
     state = minimise(scene, 1e-3)

@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scenes import roughness
 
 from discretization.certificate import Proof
 from discretization.lattice.assembly import on_row
-from discretization.lattice.lowest import global_minimum, runs
+from discretization.lattice.lowest import global_minimum
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
@@ -29,13 +30,10 @@ def nodes_of(state):
     return lattice, np.rint((state.nodes - lattice.origin) / lattice.spacing).astype(int)
 
 
-def rough_heights(rng, n, *, hurst=0.8, roll_off=3, offset=-0.3):
-    """Self-affine heights (n,), rms 0.07, shifted by some rms."""
-    q = np.arange(1, n // 2 + 1)
-    amplitude = np.maximum(q, roll_off) ** (-hurst - 0.5)
-    spectrum = amplitude * np.exp(2j * math.pi * rng.random(q.size))
-    z = np.fft.irfft(np.concatenate(([0], spectrum)), n)
-    return 0.07 * (z / z.std() + offset)
+def rough_heights(rng, n, offset=-0.3):
+    """Self-affine heights (n,), rms 0.07, their mean shifted by some rms."""
+    z = roughness(n, n / 3, 2, int(rng.integers(2**31)))
+    return 0.07 * (z - z.mean() + offset)
 
 
 def of_heights(lattice, g, ends, depth=None, factor=None):
@@ -121,16 +119,6 @@ def crowded(seed):
     lift = 10 ** rng.uniform(-0.7, 0.7)
     g = rng.uniform(-0.5, 1) * max(1, lift) - f
     return Lattice(1.0, 0.0, 2.0, 2.0 * ell**2, lift**2), g
-
-
-def pulled_walk(seed):
-    """A walk that is pulled everywhere."""
-    rng = np.random.default_rng(seed)
-    n, ell = int(rng.integers(20, 90)), 10 ** rng.uniform(0, 1.8)
-    depth = 10 ** rng.uniform(-1.5, 0)
-    rng.random()
-    g = -0.3 - depth * np.abs(rng.normal(size=n).cumsum())
-    return Lattice(1.0, 0.0, 1.0, ell**2, 10 ** rng.uniform(-1, 1)), g
 
 
 def enumerated(lattice, g):
@@ -221,31 +209,20 @@ def unpruned(lattice, g):
     return least[-1]
 
 
-@dataclass(frozen=True)
-class ObstacleSolution:
-    """The surface over an obstacle, per unit length of the line contact.
-
-    u: displacements (n,). contact: (n,) bool, the nodes that hold the surface. multipliers: (n,)
-    forces [force/length] of the indenter on the nodes, >= 0, zero where free.
-    """
+class Obstacle(NamedTuple):
+    """u (n,) over an obstacle, the contact nodes, and forces on nodes >= 0, zero where free."""
 
     u: np.ndarray
     contact: np.ndarray
     multipliers: np.ndarray
 
     @property
-    def intervals(self) -> np.ndarray:
-        """First and last node of each contact (m, 2)."""
-        return runs(self.contact)
-
-    @property
-    def energy(self) -> float:
-        """U = Σ p_i u_i / 2 [energy/length]: the work of the multipliers p."""
+    def energy(self):
+        """U = Σ p_i u_i / 2: the work of the multipliers p."""
         return float(self.multipliers @ self.u) / 2
 
     @property
-    def force(self) -> float:
-        """P = Σ p_i [force/length]."""
+    def force(self):
         return float(self.multipliers.sum())
 
 
@@ -254,10 +231,10 @@ def obstacle(lattice, g):
     g = np.asarray(g, float)
     nodes, u = np.arange(g.size), np.maximum(g, 0.0)
     if not lattice.gamma1 or g.max() <= 0:
-        return ObstacleSolution(u, g > 0, lattice.spring * u * lattice.weight(nodes))
+        return Obstacle(u, g > 0, lattice.spring * u * lattice.weight(nodes))
     held, force = held_by(lattice, g)
     contact, multipliers = np.zeros(g.size, bool), np.zeros(g.size)
     contact[held], multipliers[held] = True, force
     free = np.flatnonzero(~contact)
     u[free] = np.maximum(surface(lattice, held, g[held], free), g[free])
-    return ObstacleSolution(u, contact, multipliers)
+    return Obstacle(u, contact, multipliers)

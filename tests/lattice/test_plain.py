@@ -20,27 +20,12 @@ from discretization.nodes.row import Row
 from discretization.nodes.rules import Rules
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Wedge
 
-DX = 2e-4
 BODIES = {
     "parabola": lambda x: Parabola(0.02 * x),
     "wedge": lambda x: Wedge(0.1 * x),
     "power": lambda x: PowerLaw(500.0 * x, 3.0),
     "punch": lambda x: FlatPunch(5e-3 * x),
 }
-
-
-def plain_state(scene, depth, spacing, change=(0, 0)):
-    """The state found plainly, its outermost nodes moved by so many links."""
-    lattice = Lattice.of(scene, spacing)
-    plain = Plain(Row.of(lattice.seen(scene), lattice, depth), depth, lattice.w)
-    found = plain.contact()
-    nodes = [node + off for node, off in zip(found, change, strict=True)]
-    return relaxed(plain, plain.advances(nodes), *nodes)
-
-
-def judged(state):
-    """Its certificate."""
-    return judge(state, totals(state))
 
 
 @pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
@@ -70,21 +55,6 @@ def test_the_fast_method_has_the_same_contacts_and_energies(geometry, body):
     assert attached > 5
 
 
-@pytest.mark.parametrize("change", [(0, 1), (0, -1), (1, 0), (-1, 0)])
-@pytest.mark.parametrize("ratio", [0.4, 0.02])
-def test_one_link_off_costs_energy(ratio, change):
-    scene = steep(Parabola(0.02).tilted(0.05), ratio)
-    assert judged(plain_state(scene, 2e-3, DX)).ok
-    assert judged(plain_state(scene, 2e-3, DX, change)).failures == ("neighbours",)
-
-
-def test_a_contact_too_small_penetrates_and_one_too_large_pulls():
-    scene = adhesive(Parabola(0.02), w=0.0, slopes="finite")
-    small, large = (plain_state(scene, 2e-3, DX, change) for change in ((3, -3), (-3, 3)))
-    assert "penetration" in judged(small).failures
-    assert "neighbours" in judged(large).failures
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
     """However steep the links beside it are: of all nodes within the contact, one after another."""
@@ -108,7 +78,7 @@ def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
             contact = np.arange(state.u.size) != node
             whole, less = NodalEnergy(lattice, contact | True), NodalEnergy(lattice, contact)
             gains.append(whole.value(state.u) - less.value(less.relaxed(state.u)))
-        failed = judged(state).opening > 1e-9
+        failed = judge(state, totals(state)).opening > 1e-9
         size = lattice.w * length
         if abs(max(gains)) > 1e-9 * size:
             assert failed == (max(gains) > 0)

@@ -41,6 +41,15 @@ def scene_of(body, nu=0.45, gamma=0.7, w=0.01, geometry="line", *, opening=None,
     return Scene(layer(nu, **given), first, body, geometry=geometry, opening=second)
 
 
+QUANTITIES = ("half_width", "force", "energy")
+
+
+def off(one, other):
+    """Differences of half-width, force and energy, over the scales of the other's estimates."""
+    scales = [other.half_width, other.scales["force"], other.scales["energy"]]
+    return np.abs([getattr(one, q) - getattr(other, q) for q in QUANTITIES]) / scales
+
+
 def body_of(kind, a, rise, n=3.0):
     """A body whose slope is `rise` at a, or that ends there."""
     return {

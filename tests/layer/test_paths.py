@@ -1,19 +1,17 @@
-"""Load paths of one contact of a layer: loops, loads, machines, hysteresis, and what they lose."""
+"""Load paths of one contact of a layer: loops, hysteresis, what is held, and what they lose.
+
+Under dead loads and machines, and continued from files: tests/paths/test_controls.py.
+"""
 
 import math
 
 import numpy as np
 import pytest
-from layers import BODIES, GEOMETRIES, FlatTo, body_of, scene_of
+from layers import GEOMETRIES, FlatTo, scene_of
 
 from discretization import NotCertifiedError, load_path, minimise
 from discretization.paths.layer_branch import LayerBranch
 from energy import FlatPunch, Parabola, Wedge
-
-EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
-SOME = [
-    pair if pair[0] == "wedge" else pytest.param(*pair, marks=pytest.mark.slow) for pair in EVERY
-]
 
 
 def loop(steps=200, deep=0.05, far=-0.25):
@@ -28,7 +26,7 @@ def sized(path):
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
-@pytest.mark.parametrize("nu", [0.2, 0.45, 0.5])
+@pytest.mark.parametrize("nu", [0.2, 0.5])
 def test_a_loop_loses_what_its_events_release(geometry, nu):
     scene = scene_of(Parabola(40.0), nu, geometry=geometry)
     path = load_path(scene, depths=loop(), rtol=1e-6)
@@ -50,28 +48,6 @@ def test_a_loop_loses_what_its_events_release(geometry, nu):
     assert not minimise(scene, last.depth * 1.001).contacts.size
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "geometry"), SOME)
-def test_the_force_does_the_work_between_events(kind, geometry):
-    """Of every body, under depth, a dead load and a machine."""
-    scene = scene_of(body_of(kind, 1.5, 0.1), 0.4, geometry=geometry)
-    path = load_path(scene, depths=loop(12, 0.4), rtol=1e-6)
-    assert abs(path.work() - path.dissipated) <= 1e-9 * sized(path)
-    worst = path.pull_off.force
-    dead = load_path(scene, forces=[0.0, 1.0, 0.98 * worst, 1.02 * worst], rtol=1e-6)
-    *_, last = dead.events
-    assert last.kind == "pull-off" and last.force == pytest.approx(worst, rel=1e-6)
-    assert math.isnan(dead.contacts[-1, 1]) and dead.half_width[2] > 0
-    assert dead.force[:3] == pytest.approx([0.0, 1.0, 0.98 * worst], abs=1e-9 * abs(worst))
-    assert all(event.energy_released >= -1e-9 * sized(dead) for event in dead.events)
-    stiff = 10.0 * scene.stiffness
-    drives = [-0.01, 0.0, 0.1, 0.0, -1.0]
-    held = load_path(scene, drives=drives, machine_stiffness=stiff, rtol=1e-6)
-    away = stiff * (np.array(drives) - held.depth)
-    assert np.abs(away - held.force).max() <= 1e-8 * np.abs(held.force).max()
-    assert abs(held.work() - held.dissipated) <= 1e-9 * sized(held)
-
-
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_two_works_of_adhesion_hold_the_line(geometry):
     scene = scene_of(Parabola(40.0), 0.45, w=0.005, opening=0.015, geometry=geometry)
@@ -80,7 +56,6 @@ def test_two_works_of_adhesion_hold_the_line(geometry):
     assert (np.abs(a[top + 1 : top + 3] - a[top]) <= 1e-12 * a[top]).all() and a[-10] < a[top]
     assert (np.diff(path.force[top : top + 3]) < 0).all()
     assert path.friction > 0.1 * path.dissipated
-    assert abs(path.work() - path.dissipated) <= 1e-9 * sized(path)
     single = load_path(scene.opened, depths=loop(60), rtol=1e-6)
     assert path.events[-1].depth == pytest.approx(single.events[-1].depth, rel=1e-7)
     alike = np.abs(a - single.half_width) <= 1e-7 * single.half_width
@@ -114,19 +89,6 @@ def test_a_steep_wedge_is_held_at_its_tip(w):
     assert path.events[-1].depth == 0 and abs(path.dissipated) <= 1e-9 * sized(path)
     out = load_path(scene, depths=[-0.1, -0.05], rtol=1e-6)
     assert np.isnan(out.contacts).all() and not out.events and (out.force == 0).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("geometry", GEOMETRIES)
-def test_a_path_goes_on_where_it_stopped(geometry, tmp_path):
-    scene, depths = scene_of(Parabola(40.0), 0.45, geometry=geometry), loop(12)
-    whole = load_path(scene, depths=depths, rtol=1e-6)
-    parts = load_path(scene, depths=depths[:7], rtol=1e-6)
-    parts = load_path(scene, depths=depths[7:], after=parts, rtol=1e-6)
-    assert np.allclose(parts.table, whole.table, rtol=1e-9, atol=1e-12, equal_nan=True)
-    whole.to_csv(tmp_path / "path.csv")
-    again = type(whole).from_csv(tmp_path / "path.csv")
-    assert again.scene == scene and again.work() == pytest.approx(whole.work(), rel=1e-12)
 
 
 @pytest.mark.parametrize("opening", [None, 0.015])
@@ -165,3 +127,46 @@ def test_without_adhesion_a_flat_face_touches_and_parts_as_a_whole(body, geometr
     assert abs(path.events[-1].depth) <= 1e-9 and path.dissipated <= 1e-9 * path.energy[1]
     pulled = load_path(scene, forces=[0.01, -0.01], rtol=1e-6)
     assert list(pulled.half_width) == [1.0, 0.0]
+
+
+def pull_off(nu, gamma, w, R, deep):
+    """The most tensile force under a sphere, over πwR."""
+    scene = scene_of(Parabola(R), nu, gamma, w, "axisymmetric")
+    path = load_path(scene, depths=[deep, -30 * deep], rtol=1e-5)
+    return -path.pull_off.force / (math.pi * w * R)
+
+
+def half_space(a):
+    """Contacts far smaller than the thickness, and far larger than what tension rules."""
+    return pull_off(0.3, 1e-2 * a**2, 8 * 2 / 0.7 * a**3 / (9 * math.pi), 1.0, a * a)
+
+
+def compressible(a):
+    """Wide contacts of a layer that is compressed."""
+    deep = a * a / 2e4 / 2
+    return pull_off(0.0, 0.5, deep**2, 1e4, deep)
+
+
+def incompressible(a):
+    """Wide contacts of a layer that has to flow sideways."""
+    return pull_off(0.5, 0.1, 1.5 * (a**3 / 12e4) ** 2, 1e4, a * a / 2e4)
+
+
+def tension(a):
+    """Contacts so small that tension rules."""
+    return pull_off(0.3, 1.0, a * a, 1.0, a * a)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("limit", "value", "widths", "bounds"),
+    [
+        (half_space, 1.5, (0.3, 0.03), (0.06, 0.006)),
+        (compressible, 2.0, (30.0, 300.0), (0.06, 0.006)),
+        (incompressible, 3.0, (20.0, 98.0, 459.0), (0.3, 0.06, 0.012)),
+        (tension, 1.0, (1e-2, 1e-3, 1e-4), (5e-3, 6e-4, 7e-5)),
+    ],
+)
+def test_how_hard_a_sphere_sticks_in_the_limits(limit, value, widths, bounds):
+    off = np.array([abs(limit(a) - value) for a in widths])
+    assert (off <= bounds).all() and (np.diff(off) < 0).all()

@@ -16,21 +16,6 @@ from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, Su
 from studies.benchmarks.rivals.problem import waves
 
 
-def test_springs_lose_their_work_of_adhesion_wherever_they_have_been_touched():
-    """γ₁ = 0: each attaches when touched and lets go at u = -δ₀, at a loss of w."""
-    depths = np.r_[-0.1, np.linspace(0, 1.6, 5), np.linspace(1.3, -1.6, 12)] * DELTA0
-    deep = rippled(0.03, 0.6 * L, 0.6 * DELTA0, (-8 * L, 8 * L))
-    scene = adhesive(deep, gamma1=0.0)
-    path = load_path(scene, depths=depths)
-    x = np.linspace(-8 * L, 8 * L, 4_000_001)
-    touched = np.mean(deep.height(x) < depths.max()) * 16 * L
-    assert max(len(inner) for inner in path.inner) >= 4
-    assert path.work() == pytest.approx(scene.work_of_adhesion * touched, rel=1e-5, abs=0)
-    assert path.work() == pytest.approx(path.dissipated, rel=1e-8, abs=0)
-    for depth, force in zip(depths[2:6], path.force[2:6], strict=True):
-        assert force == pytest.approx(minimise(scene, depth).force, rel=1e-12, abs=0)
-
-
 def test_without_adhesion_a_path_begins_with_less_than_rounding():
     """Where it is asked for first, the contact is only 5e-10 l wide."""
     case = case_of("no_adhesion", 1)

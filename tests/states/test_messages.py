@@ -15,6 +15,7 @@ from scenes import (
     SCENE,
     L,
     adhesive,
+    dimple,
     plain,
     rippled,
     rough,
@@ -38,7 +39,6 @@ from energy import (
     SurfaceEnergies,
     Wedge,
 )
-from studies.scenes.file import load
 
 
 @pytest.mark.parametrize("value", ["2.5e3", True, np.True_, b"1", None])
@@ -102,52 +102,6 @@ def test_a_file_that_hides_the_package_energy_is_named(command, tmp_path):
     assert ("Traceback" in told) == ("studies" not in command)
 
 
-TEXT = """# a scene
-depth = 1e-6
-[layer]
-E = 3e3
-nu = 0.3
-h = 5e-6
-
-[surfaces]
-gamma1 = 0.07
-w = 6e-5
-[indenter]
-shape = "parabola"
-R = 0.1
-"""
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line"),
-    [
-        ("1e-6", "'1e-6'", 2),
-        ("h = 5e-6", "h = '5e-6'", 6),
-        ("E = 3e3", "E = 3,5e3", 4),
-        ("E = 3e3", "E = -3e3", 4),
-        ("E = 3e3\n", "", 3),
-        ("[surfaces]", "[surface]", 8),
-        ("w = 6e-5", "w = { from = 1e-5, to = 7e-5, steps = 5 }", 10),
-        ("R = 0.1", "R = 0.1\nradius = 1", 14),
-    ],
-)
-def test_what_is_wrong_in_a_scene_file_has_its_line(old, new, line, tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(TEXT.replace(old, new, 1), "utf-8")
-    with pytest.raises(ValueError, match=rf"scene.toml: .*\(at line {line}\b"):
-        load(path)
-
-
-@pytest.mark.parametrize("newline", ["\n", "\r\n"])
-def test_a_scene_file_may_begin_with_a_byte_order_mark(newline, tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(TEXT, "utf-8-sig", newline=newline)
-    assert load(path).scene.work_of_adhesion == 6e-5
-    path.write_text(TEXT.replace("0.1", "'0.1'"), "utf-8-sig", newline=newline)
-    with pytest.raises(ValueError, match=r"\(at line 13\)"):
-        load(path)
-
-
 FINITE = replace(SCENE, slopes="finite")
 OPEN_ENDED = adhesive(Sampled(np.linspace(-L, L, 9), np.array([3, 1, 2, 0, 2, 0, 3, 1, 0]) * 1e-3))
 OPENING = adhesive(Parabola(0.02), w=0.001, opening=0.003)
@@ -162,6 +116,11 @@ LOWEST = {"branch": "global"}
 SEARCH = {"method": "shortest_path", "spacing": L / 20, **LOWEST}
 ORACLE = {"method": "oracle", "spacing": L / 400, **LOWEST}
 FITTED = ": nodes answer.* use method='fitted'"
+AXIS = "geometry = 'axisymmetric'" + FITTED
+SPHERE, STRIPES = turned(Parabola(0.02)), Patches.stripes(0.004, 0.25, 1.0, 0.1)
+BENT = Sampled(np.array([0, 0.5, 0.6, 2, 9]) * L, DELTA0 * np.array([0, 0.02, 0.1, 1.6, 12]))
+RINGS = [turned(dimple()), turned(dimple(), w=0.0), replace(SPHERE, pattern=STRIPES)]
+RINGS += [replace(SPHERE, slopes="finite")]
 STATES = [  # scene, depth, options, words
     (SCENE, math.nan, {}, "depth = nan"),
     (SCENE, "1 mm", {}, "depth = '1 mm'"),
@@ -203,9 +162,10 @@ STATES = [  # scene, depth, options, words
     (steep(FlatPunch(0.03), 1.4), -1.5 * L, {}, "depth = .* at the contact line x = .* turn over"),
     (plain(Wedge(0.1), w=1.3, slopes="finite"), 0.1, {}, "turn over and be no graph"),
     # rotational symmetry
-    (turned(FINITE.indenter, slopes="finite"), 0.0, NODES, "geometry = 'axisymmetric'" + FITTED),
-    (turned(BUMPY, gamma1=0.0), 0.0, NODES, "geometry = 'axisymmetric'" + FITTED),
-    (turned(Parabola(0.02)), 0.0, ORACLE, "geometry = 'axisymmetric'" + FITTED),
+    (turned(BUMPY, gamma1=0.0), 0.0, NODES, AXIS),
+    *((scene, 0.1 * DELTA0, NODES, AXIS) for scene in RINGS),
+    *((scene, 0.1 * DELTA0, {**NODES, **LOWEST}, AXIS) for scene in (RINGS[0], turned(BENT))),
+    *((turned(Parabola(0.02)), 0.0, given, AXIS) for given in (ORACLE, SEARCH)),
     (replace(ROUND_WAVES, slopes="finite"), 0.5 * DELTA0, LOWEST, "only found for slopes='small'"),
     (replace(ROUND_WAVES, slopes="finite"), 0.5 * DELTA0, {}, "between two is not implemented"),
     # what depends on the way
@@ -249,6 +209,7 @@ PATHS = [  # scene, options, words
     (steep(FlatPunch(0.03)), {**STEPS, **NODES}, "slopes = 'finite'" + FITTED),
     (TAUGHT, {"depths": [0.1], **NODES}, "whole known profile"),
     (rough(1), {**STEPS, **NODES, "spacing": 1e-9 * L}, "puts .* nodes"),
+    *((scene, {**STEPS, **NODES}, AXIS) for scene in RINGS),
 ]
 
 
@@ -258,31 +219,15 @@ def test_a_path_that_is_not_followed_is_refused_in_words(scene, options, words):
         load_path(scene, **options)
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: Patches([1.0, 0.0], [1, 1, 1]), "sort them"),
-        (lambda: Patches([0.0], [1.0]), "one more than"),
-        (lambda: Patches([0.0], [1.0, -1.0]), "not negative"),
-        (lambda: Patches([np.nan], [1.0, 1.0]), "finite numbers"),
-        (lambda: replace(SCENE, pattern=3.0), "must be Patches"),
-        (lambda: Lattice.of(turned(Parabola(0.02)), 0.1, 0.3), r"origin = 0\.3: with rotational"),
-        *(
-            (
-                lambda s=s: replace(SCENE, opening=SurfaceEnergies.from_work(*s)),
-                r"opening = .* must have the gamma1",
-            )
-            for s in ((0.07, 0.0009), (0.08, 0.003))
-        ),
-    ],
-)
-def test_patterns_works_and_nodes_are_checked(make, words):
-    with pytest.raises(ValueError, match=words):
-        make()
+def test_nodes_about_an_axis_begin_on_it():
+    with pytest.raises(ValueError, match=r"origin = 0\.3: with rotational"):
+        Lattice.of(turned(Parabola(0.02)), 0.1, 0.3)
 
 
 def test_next_to_what_is_refused_there_is_an_answer():
-    """At an angle of nearly 90°, deep inside the layer, and up to the end of a profile."""
+    """At an angle of nearly 90°, deep inside the layer, and up to the end of a profile; rings."""
+    for scene in RINGS:
+        assert minimise(scene, 0.1 * DELTA0).contacts.size
     near = minimise(steep(FlatPunch(0.03), 1.4), -1.41 * L)
     assert near.certificate.ok
     assert near.angle_deficit == pytest.approx(2 * math.asin(1.41 / 2), rel=1e-10, abs=0)

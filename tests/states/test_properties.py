@@ -10,70 +10,57 @@ from scenes import DELTA0, SCENE, L, adhesive, plain, rough, two
 from discretization import minimise
 from energy import FlatPunch, Parabola, Plane, PowerLaw, Wedge, cards
 
-STORED = ("springs", "surface", "adhesion")
-ACTING = ("pressure", "lines")
+
+def of_punch(state):
+    """Half of what its tails store is in springs; (9), (10)."""
+    k, a, d = state.scene.stiffness, 2 * L, state.depth
+    tail = k * L * d * d / 2
+    return k * d * d * a + tail, tail, -2 * a * 0.002, 2 * a * k * d, 2 * k * L * d
 
 
-def sums(state):
-    """Parts less the whole, over the scales of energy and force."""
-    energy = sum(state.energy_parts.values()) - state.energy
-    force = sum(state.force_parts.values()) - state.force
-    return abs(energy) / state.scales["energy"], abs(force) / state.scales["force"]
-
-
-@pytest.mark.parametrize(("method", "error"), [({}, 1e-13), ({"spacing": L / 400}, 1e-5)])
-def test_the_parts_of_a_flat_punch_are_those_of_the_closed_forms(method, error):
-    scene, a, d = adhesive(FlatPunch(2 * L)), 2 * L, 0.7 * DELTA0
-    state = minimise(scene, d, method="lattice" if method else "auto", **method)
-    k, w = scene.stiffness, scene.work_of_adhesion
-    tail = k * L * d * d / 2  # of both tails, half of it in springs
-    stored = (k * d * d * a + tail, tail, -2 * a * w)
-    for name, value in zip(STORED, stored, strict=True):
-        assert state.energy_parts[name] == pytest.approx(value, rel=error, abs=0)
-    acting = (2 * a * k * d, 2 * k * L * d)  # (9), (10)
-    for name, value in zip(ACTING, acting, strict=True):
-        assert state.force_parts[name] == pytest.approx(value, rel=error, abs=0)
-
-
-def test_the_parts_of_a_parabola_are_those_of_the_closed_forms():
-    scene, d, R = adhesive(Parabola(0.02)), 0.4 * DELTA0, 0.02
-    state = minimise(scene, d)
-    k, gamma1, w, a = scene.stiffness, scene.gamma1, scene.work_of_adhesion, state.half_width
+def of_parabola(state):
+    k, a, d, R = state.scene.stiffness, state.half_width, state.depth, 0.02
     u = d - a * a / (2 * R)
-    within = k * (d * d * a - d * a**3 / (3 * R) + a**5 / (20 * R * R))
-    parts = {
-        "springs": within + k * L * u * u / 2,
-        "surface": gamma1 * a**3 / (3 * R * R) + k * L * u * u / 2,
-        "adhesion": -2 * a * w,
-    }
-    for name, value in parts.items():
-        assert state.energy_parts[name] == pytest.approx(value, rel=1e-12, abs=0)
-    pressure = 2 * k * (d * a - a**3 / (6 * R))
-    assert state.force_parts["pressure"] == pytest.approx(pressure, rel=1e-12, abs=0)
-    assert state.force_parts["lines"] == pytest.approx(2 * gamma1 * u / L, rel=1e-12, abs=0)
+    springs = k * (d * d * a - d * a**3 / (3 * R) + a**5 / (20 * R * R)) + k * L * u * u / 2
+    surface = state.scene.gamma1 * a**3 / (3 * R * R) + k * L * u * u / 2
+    return springs, surface, -2 * a * 0.002, 2 * k * (d * a - a**3 / (6 * R)), 2 * k * L * u
 
 
-def test_the_parts_of_finite_slopes_are_those_of_the_first_integral():
+def of_springs(state):
+    springs, _, adhesion, pressure, _ = of_parabola(state)
+    return springs, 0, adhesion, pressure, 0
+
+
+def of_steep_punch(state):
     """k u²/2 = γ₁(1 - cos φ): a tail stores 2γ₁l(1 - cos φ/2) in its surface; sin φ acts."""
-    scene = adhesive(FlatPunch(2 * L), w=0.05, slopes="finite")
-    state = minimise(scene, 0.9 * L)
-    gamma1, phi = scene.gamma1, 2 * math.asin(0.45)
+    gamma1, phi = state.scene.gamma1, 2 * math.asin(0.45)
     surface = 4 * gamma1 * L * (1 - math.cos(phi / 2))
-    assert state.energy_parts["surface"] == pytest.approx(surface, rel=1e-10, abs=0)
-    assert state.energy_parts["adhesion"] == pytest.approx(-4 * L * 0.05, rel=1e-13, abs=0)
-    assert state.force_parts["lines"] == pytest.approx(2 * gamma1 * math.sin(phi), rel=1e-10, abs=0)
+    return None, surface, -4 * L * 0.05, None, 2 * gamma1 * math.sin(phi)
 
 
-def test_the_parts_without_tension_without_contact_and_without_end():
-    springs = minimise(adhesive(Parabola(0.02), gamma1=0.0), DELTA0)
-    assert springs.energy_parts["surface"] == springs.force_parts["lines"] == 0
-    assert max(sums(springs)) <= 1e-14
-    apart = minimise(adhesive(Parabola(0.02)), -2 * DELTA0)
-    assert apart.energy_parts == dict.fromkeys(STORED, 0.0)
-    assert apart.force_parts == dict.fromkeys(ACTING, 0.0)
-    endless = minimise(adhesive(Plane()), -0.5 * DELTA0)
-    assert endless.energy_parts == {"springs": math.inf, "surface": 0.0, "adhesion": -math.inf}
-    assert endless.force_parts == {"pressure": -math.inf, "lines": 0.0}
+PUNCH, STEEP = FlatPunch(2 * L), {"w": 0.05, "slopes": "finite"}
+NODES = {"method": "lattice", "spacing": L / 400}
+PARTS = [  # scene, depth, options, springs, surface, adhesion, pressure and lines, their errors
+    (adhesive(PUNCH), 0.7 * DELTA0, {}, of_punch, 1e-13),
+    (adhesive(PUNCH), 0.7 * DELTA0, NODES, of_punch, 1e-5),
+    (adhesive(Parabola(0.02)), 0.4 * DELTA0, {}, of_parabola, 1e-12),
+    (adhesive(PUNCH, **STEEP), 0.9 * L, {}, of_steep_punch, 1e-10),
+    (adhesive(Parabola(0.02), gamma1=0.0), DELTA0, {}, of_springs, 1e-12),
+    (adhesive(Parabola(0.02)), -2 * DELTA0, {}, lambda s: (0, 0, 0, 0, 0), 0),
+    (adhesive(Wedge(0.5)), L / 4, {}, lambda s: (None, None, 0, 0, s.force), 1e-12),  # a point
+    (adhesive(Plane()), -DELTA0 / 2, {}, lambda s: (math.inf, 0, -math.inf, -math.inf, 0), 0),
+]
+
+
+@pytest.mark.parametrize(("scene", "depth", "options", "parts", "error"), PARTS)
+def test_parts_of_energy_and_force_are_those_of_the_closed_forms(
+    scene, depth, options, parts, error
+):
+    state = minimise(scene, depth, **options)
+    found = {**state.energy_parts, **state.force_parts}
+    assert list(found) == ["springs", "surface", "adhesion", "pressure", "lines"]
+    for value, known in zip(found.values(), parts(state), strict=True):
+        assert known is None or value == pytest.approx(known, rel=error, abs=0)
 
 
 @pytest.mark.parametrize("options", [{}, {"method": "lattice", "spacing": L / 4}])
@@ -81,16 +68,8 @@ def test_the_parts_without_tension_without_contact_and_without_end():
 def test_a_surface_without_contact_has_no_angle_and_is_flat(kind, options):
     state = minimise(replace(adhesive(Parabola(0.02)), **kind), -2 * DELTA0, **options)
     assert state.contact_angles.shape == state.line_slopes[1].shape == (0, 2)
-    assert math.isnan(state.contact_angle)
+    assert math.isnan(state.contact_angle) and state.label == "detached"
     assert not state.displacement(np.linspace(0, L, 5)).any()
-
-
-def test_a_contact_of_a_point_is_carried_by_its_lines():
-    pinned = minimise(adhesive(Wedge(0.5)), 0.5 * L * math.tan(0.5))
-    assert pinned.half_width == 0
-    assert pinned.force_parts["pressure"] == 0
-    assert pinned.force_parts["lines"] == pytest.approx(pinned.force, rel=1e-12, abs=0)
-    assert pinned.energy_parts["adhesion"] == 0
 
 
 @pytest.mark.parametrize(("method", "spacing"), [("auto", None), ("lattice", L / 40)])
@@ -133,41 +112,31 @@ def test_maxwell_point_of_the_flat_punch(half_width, geometry):
         assert minimise(scene, depth * 1.01, **options).label == "metastable"
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_without_adhesion_every_method_agrees(seed):
-    scene = rough(seed, w=0.0, n=301)
-    options = {"branch": "global", "spacing": L / 20}
-    ours = minimise(scene, 1.2 * DELTA0, method="lattice", **options)
-    assert ours.label == "global" and ours.method == "lattice"
-    assert minimise(scene, 1.2 * DELTA0, method="lattice", spacing=L / 20).energy == ours.energy
-    for method in ("oracle", "shortest_path"):
-        theirs = minimise(scene, 1.2 * DELTA0, method=method, spacing=L / 20)
-        assert theirs.method == method and theirs.label == "global"
-        assert np.array_equal(theirs.nodes, ours.nodes)
-        assert theirs.energy == pytest.approx(ours.energy, rel=1e-13, abs=0)
-        assert theirs.force == pytest.approx(ours.force, rel=1e-13, abs=0)
-    assert minimise(scene, -0.1 * DELTA0, method="lattice", spacing=L / 20).label == "detached"
-
-
-@pytest.mark.parametrize("depth", [-0.5, 0.0, 0.6])
-def test_shortest_path_equals_the_mixed_integer_oracle(depth):
-    pytest.importorskip("pyscipopt", reason="the mixed-integer solver is in the test extra")
-    scene = adhesive(two(0.6 * L, lift=5e-4))
-    options = {"branch": "global", "spacing": L / 12}
-    ours = minimise(scene, depth * DELTA0, method="shortest_path", **options)
-    theirs = minimise(scene, depth * DELTA0, method="oracle", **options)
-    assert theirs.method == "oracle" and theirs.proof is None
-    assert theirs.label == ours.label == ("detached" if depth < 0 else "global")
-    assert np.array_equal(theirs.nodes, ours.nodes)
-    assert theirs.energy == ours.energy
-
-
-FINITE = replace(SCENE, slopes="finite")
-
-
-def test_auto_takes_the_lattice_where_a_spacing_is_given():
-    state = minimise(adhesive(two(0.6 * L)), 0.0, branch="global", spacing=L / 40)
-    assert state.method == "shortest_path" and state.proof.violation <= 1e-13
+@pytest.mark.parametrize(
+    ("scene", "depth", "spacing"),
+    [(rough(seed, w=0.0, n=301), 1.2, L / 20) for seed in range(5)]
+    + [(adhesive(two(0.6 * L, lift=5e-4)), depth, L / 12) for depth in (-0.5, 0.0, 0.6)],
+)
+def test_every_method_finds_the_same_lowest_state(scene, depth, spacing):
+    """The mixed-integer oracle, too: without adhesion its programme has no integers."""
+    if scene.work_of_adhesion:
+        pytest.importorskip("pyscipopt", reason="the mixed-integer solver is in the test extra")
+    options = {"branch": "global", "spacing": spacing}
+    ours, auto, theirs, searched = (
+        minimise(scene, depth * DELTA0, method=method, **options)
+        for method in ("lattice", "auto", "oracle", "shortest_path")
+    )
+    assert ours.label == ("detached" if depth < 0 else "global")
+    assert searched.proof.violation <= 1e-13 and theirs.proof is None
+    assert (theirs.method, searched.method) == ("oracle", "shortest_path")
+    assert auto.method == ours.method == ("shortest_path" if scene.work_of_adhesion else "lattice")
+    for other in (auto, theirs, searched):
+        assert other.label == ours.label and np.array_equal(other.nodes, ours.nodes)
+        assert other.energy == pytest.approx(ours.energy, rel=1e-13, abs=0)
+        assert other.force == pytest.approx(ours.force, rel=1e-13, abs=0)
+    if not scene.work_of_adhesion:
+        adhered = minimise(scene, depth * DELTA0, method="lattice", spacing=spacing)
+        assert adhered.energy == ours.energy
 
 
 CONVEX = (
@@ -200,10 +169,10 @@ def test_of_a_convex_body_one_contact_or_none_is_the_lowest(body):
 
 
 def test_finite_slopes_of_a_convex_body_have_a_lowest_state_on_the_lattice():
-    labels = set()
+    labels, finite = set(), replace(SCENE, slopes="finite")
     for depth in np.linspace(-1, 0.2, 7) * DELTA0:
-        coarse = minimise(FINITE, depth, branch="global", method="lattice", spacing=L / 50)
-        exact = minimise(FINITE, depth, branch="global")
+        coarse = minimise(finite, depth, branch="global", method="lattice", spacing=L / 50)
+        exact = minimise(finite, depth, branch="global")
         labels.add(coarse.label)
         assert coarse.label == exact.label
         apart = abs(coarse.energy - exact.energy) / (exact.scales["energy"] or 1.0)

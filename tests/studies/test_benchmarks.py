@@ -1,15 +1,19 @@
-"""The studies of run time against error and of stability under stress."""
+"""The studies of run time against error and of stability under stress, errors and estimates."""
 
 import math
+import os
 import re
+import subprocess
+import sys
 import time
+from collections import Counter
 from dataclasses import replace
 from decimal import localcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import plain
+from scenes import ROOT, plain
 
 import discretization
 from discretization import minimise
@@ -21,6 +25,8 @@ from studies.benchmarks.rivals.problem import Method
 from studies.benchmarks.rivals.tasks import TASKS
 from studies.benchmarks.stress import reference as stress_reference
 from studies.benchmarks.stress import study as stress
+from studies.benchmarks.stress.verdicts import estimated
+from studies.shared import timing
 from studies.shared.random_cases import random_case, random_steep_case
 
 TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
@@ -134,34 +140,21 @@ def test_the_reference_agrees_with_the_cards(draw, shape):
         assert float(exact.force) == pytest.approx(case.force, rel=0, abs=1e-10 * size)
 
 
-@pytest.mark.slow
-def test_nothing_is_lost(trials):
+def test_nothing_is_lost_and_what_is_not_kept_has_its_reason(trials):
+    """Both verdicts pass only within rounding of letting go; few states are refused."""
     assert not [t for t in trials if t.verdict in stress.BAD]
     assert {t.grid for t in trials} == set(stress.GRIDS)
-
-
-def test_both_verdicts_pass_only_within_rounding_of_letting_go(trials):
     words = ("detachment", "contact or not")
     tied = [t for t in trials if t.verdict == "ok" and any(word in t.note for word in words)]
     assert {(t.grid, t.shape) for t in tied} == {("edge", "flat")}
     assert all(t.x >= 15 for t in tied)  # 4.5 ε; 450 ε must be decided
-
-
-def test_fewer_than_twelve_digits_are_explained(trials):
     few = [t for t in stress.exact(trials) if min(t.digits) < stress.KEPT]
     assert few and all("condition" in t.note for t in few)
     told = stress.summary("edge", [t for t in trials if t.grid == "edge"])
     assert "keep 12" in told and "ε (1 + condition)" in told
-
-
-def test_twelve_digits_where_the_condition_allows(trials):
     for t in trials:
         if t.grid in ("fitted", "finite", "lattice") and not math.isnan(t.digits[0]):
             assert min(t.digits) >= 11.9 or t.excess <= 1, t
-
-
-def test_only_overhangs_and_the_finest_and_coarsest_lattices_are_refused(trials):
-    for t in trials:
         if t.verdict == "refused":
             fine = t.grid == "lattice" and t.x >= 5 and "violates force" in t.note
             coarse = t.grid == "nodes" and t.x < math.log10(50)
@@ -199,6 +192,63 @@ def test_verdicts():
     assert stress.judged("edge", "x", 0, 0, lambda: int(None)).verdict == "crash"
     harmless = stress.judged("edge", "x", 0, 0, underflow)
     assert harmless.verdict == "ok" and "underflow" in harmless.note
+
+
+def test_rtol_is_honoured_and_no_estimate_is_below_a_tenth_of_the_error():
+    trials = stress.run(stress.Parameters(scenes=500), ["random"])
+    assert [t.verdict for t in trials] == ["ok"] * 500
+
+
+@pytest.mark.parametrize(
+    ("errors", "estimates", "where", "rtol", "word"),
+    [
+        ((1e-8, 0.0, 0.0), (9e-10, 1.0, 1.0), "mesh", 1e-6, "wrong"),
+        ((1e-8, 0.0, 0.0), (1.1e-9, 1.0, 1.0), "mesh", 1e-6, "ok"),
+        ((9e-16, 0.0, 0.0), (0.0, 0.0, 0.0), "mesh", 1e-6, "ok"),
+        ((1.1e-15, 0.0, 0.0), (0.0, 0.0, 0.0), "mesh", 1e-6, "wrong"),
+        ((9e-14, 0.0, 0.0), (0.0, 0.0, 0.0), "nodes", math.inf, "ok"),
+        ((1.1e-13, 0.0, 0.0), (0.0, 0.0, 0.0), "nodes", math.inf, "wrong"),
+        ((0.0, 0.0, 1.1e-6), (1.0, 1.0, 1.0), "mesh", 1e-6, "lost"),
+        ((0.0, 0.0, 0.9e-12), (1.0, 1.0, 1.0), "mesh", 1e-13, "ok"),
+        ((0.0, 0.0, 1.1e-12), (1.0, 1.0, 1.0), "mesh", 1e-13, "lost"),
+    ],
+)
+def test_errors_beyond_rtol_and_estimates_below_a_tenth_are_bad(
+    errors, estimates, where, rtol, word
+):
+    assert estimated(errors, estimates, where, rtol)[2] == word
+    assert (word in stress.BAD) == (word != "ok")
+
+
+@pytest.mark.slow
+def test_estimates_of_lattice_states_are_trusted_and_seldom_withheld(tmp_path, monkeypatch, capsys):
+    """None is below a tenth of the error or far too large; one that is off fails the study."""
+    sparse = stress.run(stress.Parameters(lattices=100, seed=5), ["nodes"])
+    words = Counter(t.verdict for t in sparse)
+    assert set(words) <= {"ok", "withheld", "refused"} and sum(words.values()) == 100
+    assert words["ok"] >= 80 and words["withheld"] >= 3
+    assert all(10**t.x < 50 for t in sparse if t.verdict == "refused")
+    links = [float(t.note.split()[0]) for t in sparse if t.verdict == "withheld"]
+    assert max(links) < 8
+    assert 0.3 <= np.median([t.excess for t in sparse if t.verdict == "ok"]) <= 1
+    wrong = sparse[0]._replace(verdict="wrong")
+    for found, status in ((sparse, 0), ([*sparse, wrong], 1)):
+        monkeypatch.setattr(stress, "run", lambda *_, found=found: found)
+        assert stress.main(["--quick", "--grids", "nodes", "--out", str(tmp_path)]) == status
+    assert "trusted in 100 of 101 random scenes" in capsys.readouterr().out
+
+
+def test_the_verdict_says_with_how_many_threads_it_was_measured(monkeypatch):
+    code = (
+        "import studies.__main__, os; from studies.shared.timing import blas_threads;"
+        "print(blas_threads(), os.environ['MKL_NUM_THREADS'])"
+    )
+    given = {**os.environ, "OPENBLAS_NUM_THREADS": "7", "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, env=given, capture_output=True, text=True, check=True)
+    assert done.stdout == "one thread 1\n"
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "7")
+    assert timing.blas_threads() == "as many threads as it takes"
 
 
 ROUTES = skipping.routes()

@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 
 from energy import Parabola, Wedge
+from energy.validity import springs_error
 from studies import hysteresis, pull_off, rough, sphere
 from studies.__main__ import main
 from studies.contact_angle import study as contact_angle
 from studies.contact_angle.study import measured
+from studies.layer import cases
+from studies.layer import study as layer_study
 from studies.shared import loops
-from studies.shared.loops import INDENTERS, LAYER, LIFT, SIZE, WORK
+from studies.shared.loops import INDENTERS, LIFT, SIZE
 from studies.shared.small_slopes import scene, simulated
 from studies.shared.table import read
 
@@ -56,32 +59,27 @@ def test_the_angle_stays_while_everything_else_moves(record):
             assert np.ptp([angle.layer for angle in one.angles]) > 0.3
 
 
-def test_a_line_that_a_corner_pins_has_no_say():
-    sharp = simulated(scene(Wedge(0.5), 1.0, 0.01), 0.1)
-    assert sharp is not None and sharp.pinned.all()
-    assert list(measured("finite", "wedge", sharp)) == []
-
-
 def test_a_wrong_angle_fails_the_study(record):
     assert record.passed
     spoilt = record.states[0]._replace(deficit=record.states[0].deficit * (1 + 1e-6))
-    assert not replace(record, states=(spoilt, *record.states)).passed
+    wrong = replace(record, states=(*record.states, spoilt))
+    assert not wrong.passed and contact_angle.answer(wrong).endswith("by up to 1e-06 of itself.")
+    assert "NOT the constant" in contact_angle.plot(wrong).get_suptitle()
     path = record.loops[0]
     spoilt = path.retract[-1]._replace(deficit=path.retract[-1].deficit * (1 + 1e-6))
     path = path._replace(retract=(*path.retract[:-1], spoilt))
     assert not replace(record, loops=(*record.loops[1:], path)).passed
-
-
-def test_summary_and_table(record):
     assert f"(8) within {record.worst('finite'):.0e}" in contact_angle.summary(record)
     columns, rows = contact_angle.table(record)
     assert len(rows) == len(record.states) + sum(len(one.angles) for one in record.loops)
     assert rows[0][columns.index("deficit")] == record.states[0].deficit
+    sharp = simulated(scene(Wedge(0.5), 1.0, 0.01), 0.1)
+    assert sharp.pinned.all() and not list(measured("finite", "wedge", sharp))  # has no say
 
 
 def test_the_contact_angle_runs_from_the_command_line(tmp_path, monkeypatch, capsys):
-    small = replace(PRESET, ratios=(0.1,), widths=(2.0,), path=(0.1,), steps=2)
-    monkeypatch.setattr(contact_angle, "QUICK", small)
+    few = {"ratios": (0.1,), "widths": (2.0,), "path": (0.1,), "steps": 2}
+    monkeypatch.setattr(contact_angle, "QUICK", replace(PRESET, **few))
     assert main(["contact_angle", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
     assert "\nanswer: Yes: at 42 contact lines π - θ is" in capsys.readouterr().out
     assert {path.name for path in tmp_path.iterdir()} == {"contact_angle.png", "contact_angle.csv"}
@@ -121,16 +119,12 @@ def rough_loops():
     return rough.run(rough.Parameters(nodes=1001, steps=15, compared=3))
 
 
-def test_tension_breaks_the_contact_up_into_spots(rough_loops):
-    assert [loop.tension for loop in rough_loops] == [0.25, 1.0, 4.0]
+def test_tension_breaks_a_rough_contact_up_into_spots_and_energies_balance(rough_loops):
+    """With weak adhesion, too: nodes that have just touched do not let go again by rounding."""
     spots = [int(loop.contacts.max()) for loop in rough_loops]
     assert spots[0] < spots[-1] and spots[-1] >= 8
     deepest = [loop.fraction[14] for loop in rough_loops]
     assert deepest[0] == pytest.approx(1.0, abs=1e-13) and deepest[-1] < 0.6
-
-
-def test_energies_balance_and_contacts_are_lost(rough_loops):
-    """With weak adhesion, too: nodes that have just touched do not let go again by rounding."""
     (weak,) = rough.run(rough.Parameters(w=2e-7, compared=0, tensions=(4.0,)))
     assert weak.contacts.max() >= 10
     for loop in (*rough_loops, weak):
@@ -159,7 +153,17 @@ def test_every_loop_agrees_with_the_cards_and_its_energy_balances(looped):
         assert loop.imbalance <= 1e-9 and loop.passed, hysteresis.line(loop)
 
 
-def test_a_wrong_number_or_imbalance_fails(looped, monkeypatch, tmp_path):
+def test_hysteresis_writes_everything_and_a_wrong_number_or_imbalance_fails(
+    looped, monkeypatch, tmp_path, capsys
+):
+    monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: looped)
+    assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert "0 failed" in capsys.readouterr().out
+    for name in ("control", "loop"):
+        assert (tmp_path / f"hysteresis_{name}.png").stat().st_size > 2e4
+    for row, loop in zip(read(tmp_path / "hysteresis.csv"), looped, strict=True):
+        assert float(row["dissipated"]) == loop.history.dissipated
+        assert float(row["work"]) == loop.work and float(row["pull-off_force"]) <= 0
     loop, form = looped[0], looped[0].forms[0]
     off = form._replace(simulated=form.closed_form + 2e-8 * form.scale)
     for change in (
@@ -177,21 +181,9 @@ def test_a_wrong_number_or_imbalance_fails(looped, monkeypatch, tmp_path):
 def test_all_indenters_have_the_size_they_are_compared_at():
     for shape in INDENTERS:
         assert loops.size(loops.scene_of(shape, 0.1)) == pytest.approx(SIZE, rel=1e-12, abs=0)
-    assert pytest.approx(math.sqrt(2 * WORK / LAYER.stiffness), rel=1e-12, abs=0) == LIFT
     other = replace(loops.scene_of("parabola", 0.1), indenter=Parabola(1.0) + Wedge(0.1))
     with pytest.raises(ValueError, match="must be a FlatPunch, Wedge or Parabola"):
         loops.size(other)
-
-
-def test_the_command_writes_everything(looped, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: looped)
-    assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 0
-    assert "0 failed" in capsys.readouterr().out
-    for name in ("control", "loop"):
-        assert (tmp_path / f"hysteresis_{name}.png").stat().st_size > 2e4
-    for row, loop in zip(read(tmp_path / "hysteresis.csv"), looped, strict=True):
-        assert float(row["dissipated"]) == loop.history.dissipated
-        assert float(row["work"]) == loop.work and float(row["pull-off_force"]) <= 0
 
 
 def test_pull_off_agrees_with_the_closed_forms(pulls):
@@ -232,3 +224,77 @@ def test_pull_off_writes_its_table_and_figures_and_fails_on_an_error(
     spoilt = (replace(pulls[0], pulls=(wrong, *pulls[0].pulls[1:])), *pulls[1:])
     monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: spoilt)
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 1
+
+
+LAYERS = layer_study.Parameters(
+    angle_nus=(0.3,),
+    thicknesses=(0.3,),
+    nodes=16,
+    length_nus=(0.45,),
+    lengths=(0.3,),
+    pull_nus=(0.5,),
+    radii=(0.03, 30.0),
+    strong=(0.1,),
+    springs_nus=(0.3, 0.45),
+    ratios=(2.0,),
+    Lambdas=(0.4, 0.6),
+    rtols=(1e-4, 1e-7),
+)
+
+
+@pytest.fixture(scope="module")
+def layered():
+    return layer_study.run(LAYERS)
+
+
+def test_each_question_has_its_answer(layered):
+    assert layered.errors < (5e-3, 1e-5) and layered.errors[1] < 1e-5
+    assert layered.angle[0].error < 1e-2 and layered.length[0].effective < 0
+    half_space, thin, strong = layered.pull
+    assert half_space.force == pytest.approx(1.5, rel=0.01, abs=0)
+    assert 2.8 < thin.force < 3 and 25 < thin.radius < 35
+    assert strong.force == pytest.approx(1.0, rel=0.01, abs=0)
+    assert layer_study.serve(layered) == "2 (ν = 0.3), 2 (ν = 0.45)"
+    assert "up to 2.85 at ν = 0.5, a = 28 h, and 1 where tension rules" in layer_study.answer(
+        layered
+    )
+
+
+def test_states_are_as_accurate_as_asked(layered):
+    assert {one.geometry for one in layered.accuracy} == {"line", "axisymmetric"}
+    for one in layered.accuracy:
+        assert 0 < max(one.half_width, one.force) <= one.rtol and one.over_springs > 1
+    coarse, fine = layered.accuracy[:2]
+    assert fine.rtol < coarse.rtol and fine.half_width < coarse.half_width / 10
+    for one in layered.worst():  # over all tensions, without a sign
+        own = [s for s in layered.springs if s.nu == one.nu]
+        assert one.force == max(abs(s.force) for s in own)
+        assert one.radius == max(abs(s.radius) for s in own)
+
+
+@pytest.mark.parametrize(
+    ("case", "at_worst"),
+    [((0.45, 0.5, 0.25), 1), ((0.45, 0.5, 0.6), 0), ((0.3, 1.0, 1.0), 1), ((0.48, 4.0, 1.0), 0)],
+)
+def test_the_table_of_validity_is_what_the_study_finds(case, at_worst):
+    """At the Λ that is the worst for the force, or for the radius."""
+    found = [100 * abs(off) for off in cases.springs(case)[3:]]
+    told = springs_error(*case[:2])
+    assert found[at_worst] == pytest.approx(told[at_worst], rel=0.02, abs=0)
+    assert found[1 - at_worst] <= 1.02 * told[1 - at_worst]
+
+
+@pytest.mark.slow
+def test_the_study_of_layers_writes_tables_and_figures(layered, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(layer_study, "run", lambda preset, show, jobs: layered)
+    assert main(["layer", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    assert "answer: The angle stays √(2w/γ₁) whatever ν and h" in capsys.readouterr().out
+    drawn = {"layer_angle", "layer_length", "layer_pull", "layer_springs"}
+    assert {path.stem for path in tmp_path.glob("*.png")} == drawn
+    rows = read(tmp_path / "layer_springs_worst.csv")
+    assert np.array([float(row["radius"]) for row in rows]) == pytest.approx(
+        [one.radius for one in layered.worst()]
+    )
+    spoilt = layered._replace(angle=(layered.angle[0]._replace(measured=1.02),))
+    monkeypatch.setattr(layer_study, "run", lambda preset, show, jobs: spoilt)
+    assert main(["layer", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 1

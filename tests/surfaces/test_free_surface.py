@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import L, adhesive, check, plain, steep
-from scipy.integrate import solve_bvp
 from scipy.optimize import minimize_scalar
 from scipy.special import i0e, i1e, k0e, k1e
 from truth import meniscus
@@ -202,42 +201,6 @@ def test_faint_surfaces_are_those_of_small_slopes(radius):
     found = meniscus.outside(radius, phi)
     check(axi.surface.slope_at_line(found.height, **layer), -phi, phi**2)
     check(2 * np.pi * found.energy, axi.surface.energy(found.height, **layer), phi**2)
-
-
-@pytest.mark.parametrize("phi", STEEP)
-@pytest.mark.parametrize("radius", [1e-2, 1.0, 30.0])
-def test_collocation_finds_the_same_surface(radius, phi):
-    """solve_bvp in arc length, where nothing is singular, with the decay of K₀ at its far end."""
-    found = meniscus.outside(radius, phi)
-    reach = 12.0
-
-    def rise(s, y):
-        r, h, tilt = y
-        return [np.cos(tilt), -np.sin(tilt), -h - np.sin(tilt) / r]
-
-    def ends(near, far):
-        q = np.array(axi.surface.slope_at_line(1.0, a=far[0], k=1.0, gamma1=1.0))
-        return [near[0] - radius, near[2] - phi, np.sin(far[2]) + q * far[1]]
-
-    s = np.concatenate([[0], np.geomspace(1e-3 * radius, reach, 300)])
-    first = found.height * np.exp(-s)
-    found_again = solve_bvp(
-        rise, ends, s, [radius + s, first, phi * np.exp(-s)], tol=1e-10, max_nodes=100_000
-    )
-    assert found_again.success
-    check(found_again.y[1, 0], found.height, 3e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("phi", STEEP)
-@pytest.mark.parametrize("radius", [1e-3, 1.0, 1e3])
-def test_what_the_surface_carries_is_what_it_pulls_with(radius, phi):
-    """d(energy) = force × d(height): 2πγ₁ a sin φ, the energy of the surface by its length."""
-    steps = phi * (1 + 1e-3 * np.arange(-2, 3))
-    found = [meniscus.outside(radius, step) for step in steps]
-    rule = np.array([1, -8, 0, 8, -1]) / 12
-    stored = rule @ [one.energy for one in found]
-    check(stored, radius * np.sin(phi) * (rule @ [one.height for one in found]), 1e-8)
 
 
 @pytest.mark.slow

@@ -10,18 +10,17 @@ from scenes import adhesive, plain, rippled, steep
 from scipy.integrate import solve_ivp
 
 from energy import Parabola, Profile, Wedge, cards
-from truth import sets, walk
-from truth.compare import REFERENCE, penetration
-from truth.ground import Ground, Outside
+from truth import sets
+from truth.compare import penetration
+from truth.ground import Ground
 from truth.obstacle import obstacle, springs
-from truth.scenes import KINDS, case_of
+from truth.scenes import case_of
 from truth.surfaces import surface_of
 from truth.totals import adhered, imbalance
 from truth.walk import Walk
 
 R = 0.02
 BODY = Profile(Parabola(R).height, Parabola(R).slope, extent=(-0.2, 0.2))
-SLOWLY = pytest.param("finite", marks=pytest.mark.slow)
 
 
 @pytest.mark.parametrize("level", [-0.9999, -0.9, -0.3, 0.0, 1e-4, 0.5, 3.0])
@@ -85,61 +84,6 @@ def test_gaps_of_finite_slopes_solve_their_equation():
         assert abs(surface.gap_energy(left, right, width) - energy) <= 1e-11 * energy
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
-def test_force_is_the_derivative_of_the_energy(kind):
-    """At three depths next to each other, between events."""
-    compared = several = 0
-    for case in (case_of(kind, seed) for seed in range(14)):
-        away = 1e-4 * min(case.scale, abs(case.above))
-        try:
-            found = REFERENCE[kind](case, [case.depth + s * away for s in (-1, 0, 1)])
-        except Outside:
-            continue
-        if len({len(s.contacts) for s in found}) > 1 or not found[1].half_width:
-            continue
-        if abs(found[2].half_width - found[0].half_width) > 1e-2 * found[1].half_width:
-            continue
-        kept = case.scene.work_of_adhesion if kind == "no_tension" else 0.0  # lost on touching
-        energy = [s.energy + 2 * kept * s.half_width for s in found]
-        slope, lost = (energy[2] - energy[0]) / (2 * away), 1e-12 * found[1].energy_scale
-        curved = 1e-3 * abs(found[2].force - found[0].force)
-        bound = 1e-7 * found[1].force_scale + lost / (2 * away) + curved
-        assert abs(slope - found[1].force) <= bound
-        compared += 1
-        several += len(found[1].contacts) > 1
-    assert compared >= 8 and several >= 1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["small", "finite"])
-def test_every_line_rests_and_nothing_penetrates(kind):
-    several = 0
-    for case in (case_of(kind, seed) for seed in range(100, 120)):
-        one = Walk(case.scene, case.feature)
-        lines = adhered(one, case.depth).contacts.ravel()
-        several += lines.size > 2
-        if lines.size:
-            free = ~np.isin(lines, one.ground.corners)
-            off = imbalance(lines, case.depth, one.ground, one.surface)[free]
-            assert np.abs(off).max(initial=0.0) <= 1e-9 * one.surface.deficit
-        one.lines, surfaces = lines.tolist(), range(lines.size // 2 + 1)
-        assert min((v for v, _ in one._touches(surfaces)), default=0) >= -10 * one.tie
-    assert several >= 2
-
-
-@pytest.mark.parametrize("kind", ["small", SLOWLY])
-def test_the_walk_does_not_depend_on_its_steps(kind, monkeypatch):
-    cases = [case for case in (case_of(kind, seed) for seed in range(100, 140)) if case.above > 0]
-    usual = [REFERENCE[kind](case, [case.depth])[0] for case in cases[:4]]
-    monkeypatch.setattr(walk, "SINK", 1 / 13)
-    monkeypatch.setattr(walk, "MOVE", 1 / 11)
-    for case, before in zip(cases[:4], usual, strict=True):
-        (after,) = REFERENCE[kind](case, [case.depth])
-        assert len(after.contacts) == len(before.contacts)
-        assert abs(after.force - before.force) <= 1e-11 * before.force_scale
-
-
 @pytest.mark.parametrize("depth", [1e-9, 1e-4, 1e-3])
 def test_no_adhesion_parabola(depth):
     scene = adhesive(BODY, w=0.0)
@@ -191,21 +135,6 @@ def pressed(scene, feature, depth, scale):
         push = scene.stiffness * (g[1:] + g[:-1]) / 2 * np.diff(x)
         assert (pull + push >= -1e-9 * scene.stiffness * scale * (right - left)).all()
     return len(contacts)
-
-
-@pytest.mark.slow
-def test_the_lowest_state_is_not_above_the_adhered_one():
-    below = 0
-    for seed in range(8):
-        case = case_of("global", seed)
-        try:
-            low = sets.lowest(case.scene, case.feature, case.depth)
-            other = adhered(Walk(case.scene, case.feature), case.depth)
-        except Outside:
-            continue
-        assert low.energy <= other.energy + 1e-10 * other.energy_scale
-        below += low.energy < other.energy - 1e-6 * other.energy_scale
-    assert below >= 1
 
 
 def test_penetration_is_found_between_samples():

@@ -5,19 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scene_files import FIT_SCENE, SCENE, measured
+from scene_files import SCENE, measured
 from scenes import rescaled
 
 from discretization import load_path
 from energy import ElasticLayer, FlatPunch, Scene, SurfaceEnergies
-from studies import __main__ as command_line
-from studies.scenes.file import load
 from studies.scenes.fit import study
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, noise
 from studies.scenes.fit.model import Model, astray, parameters_of
 from studies.scenes.fit.search import conditioning
-from studies.shared.table import read
 
 ENERGIES = ("w", "gamma1")
 FAST = {"profiles": False, "alternatives": False}
@@ -132,7 +129,7 @@ def test_noise_contact_and_marks_are_read_from_the_curve():
     assert Data.of(Curve(noisy.depth[held], noisy.force[held])).ends == ()
 
 
-def test_unusable_parameters_scenes_and_curves_are_refused():
+def test_unusable_parameters_scenes_and_curves_are_refused(capsys):
     curve = curve_of(SCENE)
     few = Curve(curve.depth[[11, 12]], curve.force[[11, 12]])
     dry = replace(SCENE, surfaces=SurfaceEnergies.from_work(0.07, 0.0))
@@ -144,28 +141,8 @@ def test_unusable_parameters_scenes_and_curves_are_refused():
     ):
         with pytest.raises(ValueError, match=told):
             fit(*given)
-
-
-@pytest.mark.slow
-def test_a_file_is_fitted_from_the_command_line(tmp_path, capsys):
-    scene, data = tmp_path / "scene.toml", tmp_path / "curve.csv"
-    scene.write_text(FIT_SCENE)
-    curve = curve_of(SCENE, steps=24, share=0.01)
-    rows = [f"{1e6 * d:.9g}, {1e3 * p:.9g}" for d, p in zip(*curve[:2], strict=True)]
-    data.write_text("\n".join(["depth [µm], force [mN/m]", *rows]), "utf-8")
-    arguments = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path)]
-    assert command_line.main(arguments) == 0
-    said = capsys.readouterr().out
-    assert "95 % profile" in said and "the noise\n" in said
-    assert "gamma1 is needed by these data" in said and "criterion" in said
-    again, rows = fit(load(scene).scene, curve, **FAST), read(tmp_path / "curve_fit.csv")
-    assert list(rows[0]) == ["depth [m]", "force [N/m]", "fitted [N/m]", "residual [N/m]"]
-    fitted = np.array([float(row["fitted [N/m]"]) for row in rows])
-    used = Data.of(curve).used
-    assert fitted[used] == pytest.approx(again.fitted[used], rel=1e-4, abs=0)
-    assert (tmp_path / "curve_fit.png").stat().st_size > 10_000
     with pytest.raises(SystemExit):
-        study.main([str(data)])
+        study.main(["curve.csv"])
     assert "--scene are needed" in capsys.readouterr().err
 
 

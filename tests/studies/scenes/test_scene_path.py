@@ -6,6 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
+import scene_files
 from scene_files import refused, writer
 
 from discretization import History, load_path, minimise
@@ -17,23 +18,9 @@ from studies.scenes import run as study
 from studies.scenes.file import load
 from studies.scenes.fit import study as fit
 
-TEXT = """
-title = "A loop"
-[layer]
-E = 2e3
-nu = 0.31
-h = 60e-6
-[surfaces]
-gamma1 = 0.05
-w = 4e-4
-[indenter]
-shape = "parabola"
-R = 0.017
-[path]
-depths = [-1e-6, 2e-6, -6e-6]
-steps = 4
-"""
 DEPTHS = "depths = [-1e-6, 2e-6, -6e-6]"
+TEXT = scene_files.TEXT.replace(scene_files.SURFACES, "w = 4e-4").replace(scene_files.DEPTH, "")
+TEXT = TEXT.replace("[options]\nrtol = 1e-6", f"[path]\n{DEPTHS}\nsteps = 4")
 SCENE = Scene(
     ElasticLayer(2e3, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 4e-4), Parabola(0.017)
 )
@@ -82,7 +69,7 @@ def test_a_path_is_followed_told_and_written(written, tmp_path, capsys):
     for event in wanted.events:
         assert f"{event.force:.6g}" in said and f"{event.energy_released:.6g}" in said
     assert f"P = {wanted.pull_off.force:.6g} N/m" in said
-    assert "# title: A loop" in (tmp_path / "loop_path.csv").read_text("utf-8")
+    assert "# title: A test" in (tmp_path / "loop_path.csv").read_text("utf-8")
     assert {"loop.csv", "loop.png", "loop_path.png"} < {p.name for p in tmp_path.iterdir()}
 
 
@@ -110,7 +97,7 @@ def test_hysteresis_slopes_and_lattice_reach_the_path(written):
         (
             "steps = 4",
             "steps = 4\nspeed = 1",
-            "path.speed = 1 is unknown \\(at line 16\\); known keys: depths",
+            "path.speed = 1 is unknown \\(at line 22\\); known keys: depths",
         ),
         ("[path]", '[options]\nbranch = "global"\n[path]', "options.branch = 'global' cannot be"),
         ("[path]", '[options]\nmethod = "magic"\n[path]', "options.method = 'magic' cannot be"),

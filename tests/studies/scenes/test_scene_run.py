@@ -242,6 +242,31 @@ def test_a_bad_file_is_refused_by_file_key_and_known_keys(written, old, new, tol
     assert message.endswith(f"; known keys: {known}") if known else "known keys: E" not in message
 
 
+LINES = [  # replaced, by, the line that is told
+    (DEPTH, "depth = '1e-6'", 4),
+    ("h = 60e-6", "h = '6e-5'", 9),
+    ("E = 2e3", "E = 2,5e3", 7),
+    ("E = 2e3", "E = -3e3", 7),
+    ("E = 2e3\n", "", 6),
+    ("[surfaces]", "[surface]", 11),
+    (SURFACES, "w = { from = 1e-5, to = 7e-5, steps = 5 }", 13),
+    ("R = 0.017", "R = 0.017\nradius = 1", 19),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "line"), LINES)
+def test_what_is_wrong_in_a_scene_file_has_its_line(written, old, new, line):
+    """Also behind a byte order mark."""
+    path = written((old, new))
+    for encoding, newline in (("utf-8", "\n"), ("utf-8-sig", "\n"), ("utf-8-sig", "\r\n")):
+        path.write_text(path.read_text("utf-8-sig"), encoding, newline=newline)
+        with refused(path, rf".*\(at line {line}\b"):
+            load(path)
+    path = written()
+    path.write_text(path.read_text("utf-8"), "utf-8-sig", newline="\r\n")
+    assert load(path).scene == by_hand(Parabola(0.017))
+
+
 def test_spreading_is_refused_with_finite_slopes(written):
     path = written((SURFACES, "w = 0.2"), ("rtol = 1e-6", 'slopes = "finite"'))
     with refused(path, ".*exceeds 2 gamma1"):
