@@ -39,9 +39,6 @@ Array = NDArray[np.float64]
 FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
 MOST = 400_000  # nodes of a free surface
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
-_UPRIGHT = math.sqrt(2) + 1e-6  # least 2l/u
-_HALVINGS = 30  # steps of Newton's method, which halve the error beside a line that is upright
-_TINY = 1e-300  # of a displacement
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
 
 
@@ -188,8 +185,7 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
             f"depth = {depth!r}: beyond the contact the surface is in the indenter; with slopes = "
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
-    steep = SteepTail(lattice.tail.rate, row.scene.elastocapillary_length)
-    tail = steep if lattice.slopes == "finite" else lattice.tail
+    tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
     return certified(asked, state, nodes, passed, zeta, lines, tail)
 
 
@@ -220,23 +216,35 @@ def relaxed(plain: Plain, passed: Advances, first: int, last: int) -> State:
 
 @dataclass(frozen=True)
 class SteepTail(LatticeTail):
-    """The free surface beyond a contact line with finite slopes, in closed form (energy.cards).
+    """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line.
 
-    With its inclination φ, sin(φ/2) = 1/cosh y and y = ln tan(φ/4) < 0,
-
-        u = 2l/cosh y,     u' = -tan φ,     y - 2 tanh y + x/l is the same everywhere.
+    Between the nodes u is a cubic, with u'' = k u (1 + u'²)^{3/2}/γ₁ linear from node to node.
     """
 
-    length: float
+    lattice: Lattice
+
+    @functools.lru_cache(maxsize=64)  # noqa: B019
+    def _nodes(self, u_line: float) -> tuple[Array, Array]:
+        """u and u' outwards."""
+        lat = self.lattice
+        model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
+        u = model.relaxed(np.full(model.contact.size, u_line))
+        u = np.append(u, math.exp(-lat.log_decay) * u[-1])
+        bend = lat.k / lat.gamma1 * u * (1 + np.gradient(u, lat.spacing, edge_order=2) ** 2) ** 1.5
+        chord = np.diff(u) / lat.spacing
+        return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
-        """u and u' beside one contact line; Newton's method, which approaches y from below."""
-        contact, side = (left, 1) if right is None else (right, -1)
-        u = float(depth - contact.f)
-        start = -math.acosh(max(2 * self.length / max(abs(u), _TINY), _UPRIGHT))
-        level = start - 2 * math.tanh(start) - side * (z - contact.x) / self.length
-        y = level - 2
-        for _ in range(_HALVINGS):
-            y -= (y - 2 * np.tanh(y) - level) / (2 * np.tanh(y) ** 2 - 1)
-        half = math.copysign(2.0, u) * np.exp(y) / (1 + np.exp(2 * y))
-        return 2 * self.length * half, side * 2 * half * np.tanh(y) / (1 - 2 * half**2)
+        """u and u' beside one contact line."""
+        line, side = (left, 1) if right is None else (right, -1)
+        (u, slope), dx = self._nodes(float(depth - line.f)), self.lattice.spacing
+        distance, last = side * (z - line.x), dx * (u.size - 1)
+        i = np.minimum((distance / dx).astype(int), u.size - 2)
+        t, chord = distance / dx - i, u[i + 1] - u[i]
+        one, other = dx * slope[i] - chord, dx * slope[i + 1] - chord
+        bent = u[i] + t * chord + t * (1 - t) * ((1 - t) * one - t * other)
+        steep = chord + (1 - t) * (1 - 3 * t) * one + t * (3 * t - 2) * other
+        beyond = u[-1] * np.exp(-self.rate * np.maximum(distance - last, 0.0))
+        near = distance <= last
+        slope = side * np.where(near, steep / dx, -self.rate * beyond)
+        return np.where(near, bent, beyond), slope
