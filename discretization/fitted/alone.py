@@ -80,7 +80,7 @@ class Alone:
         beyond = indenter.slope(x) if beside is None else indenter.slope_beside(x, side * beside)
         w = scene.work_of_adhesion if adhesive else 0.0
         found = self.surfaces.rest_depth(side, x, indenter.height(x), beyond, None, w)
-        if beside is None:
+        if beside is None or not indenter.walls:
             return found
         end = np.where(np.greater(side, 0), *indenter.extent[::-1])
         edge = np.isin(x, indenter.walls) & np.equal(x, end) & np.greater(beside, 0)

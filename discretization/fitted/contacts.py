@@ -58,6 +58,16 @@ class Contacts:
         """Ends of each contact (m, 2)."""
         return np.array(self.lines).reshape(-1, 2)
 
+    @property
+    def alone(self) -> bool:
+        """Whether this is one contact of a convex profile, about an axis around that.
+
+        Beyond it u - g >= 0 if that is not negative at its lines, as u' + f' grows outwards.
+        """
+        scene, first = self.motion.scene, self.lines[0]
+        around = first == 0 or not scene.axisymmetric
+        return len(self.lines) == 2 and scene.indenter.convex and around
+
     @functools.cached_property
     def pinned(self) -> NDArray[np.bool_]:
         """Lines at corners, at edges of the body, and beside those of a pattern (m, 2)."""
@@ -91,10 +101,11 @@ class Contacts:
     @property
     def neutral(self) -> bool:
         """Whether a line at an edge of the body costs nothing to move inwards."""
-        edges = np.isin(self.x, self.motion.profile.indenter.walls) & self.wide
-        off = np.abs(self.behind - self.depth)[edges].min(initial=math.inf)
-        adheres = self.motion.scene.work_of_adhesion > 0
-        return bool(adheres and off <= 2 * ROUNDING * self.motion.rests.size)
+        walls = self.motion.profile.indenter.walls
+        if not (self.motion.scene.work_of_adhesion and walls):
+            return False
+        off = np.abs(self.behind - self.depth)[np.isin(self.x, walls) & self.wide]
+        return bool((off <= 2 * ROUNDING * self.motion.rests.size).any())
 
     @property
     def wide(self) -> NDArray[np.bool_]:
@@ -142,7 +153,7 @@ def estimated(
     """
     (energy, force), width = found.errors, np.diff(lines, axis=1).sum()
     off = moves > 0
-    force += push(scene, depth, lines[off]) @ moves[off]
+    force += float(push(scene, depth, lines[off]) @ moves[off])
     parts = (
         moves.sum() / width + ROUNDING if width else 0.0,
         force / (found.force_scale or 1.0) + 4 * ROUNDING,
@@ -166,7 +177,7 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
     size = lift + _steepest(contacts)  # of the terms that cancel in D
-    beyond = contacts.motion.penetration(contacts.lines, depth)
+    beyond = 0.0 if contacts.alone else contacts.motion.penetration(contacts.lines, depth)
     return Certificate(
         penetration=max(0.0, through / size, beyond / lift),
         stationarity=max(each.residual for each in contacts.free),
@@ -212,7 +223,8 @@ def _unstable(contacts: Contacts) -> float:
     scene, (lines, loose, rates) = contacts.motion.scene, contacts.rates
     if scene.hysteretic or not scene.work_of_adhesion:
         return 0.0  # held by another work of adhesion than what moves it; or the energy is convex
-    span, steepest = scene.elastocapillary_length, np.abs(rates).max(axis=(1, 2))
+    steepest = np.abs(rates).max(axis=(1, 2))
+    span = np.full(steepest.shape, scene.elastocapillary_length)
     if scene.axisymmetric:
         radius = np.where(loose, lines, 0.0).max(axis=1)
         span = np.where(radius > 0, np.minimum(radius, span), span)

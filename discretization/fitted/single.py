@@ -17,7 +17,7 @@ from energy.axis import Radial
 
 Array = NDArray[np.float64]
 _UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once
-_BEYOND = 1e-3  # of l and of the width: so far beyond its lines a contact is judged
+_ASIDE = 1e-3  # of l and of the width: so far beyond its lines a contact is judged
 
 
 def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
@@ -29,7 +29,7 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     alone = Alone.of(scene)
     lines, size = alone.lines(depth), alone.size(depth) or 1.0
     if lines:
-        state = state_of(motion_of(alone, *lines, depth), lines, depth, branch)
+        state = state_of(motion_of(alone, lines, depth), lines, depth, branch)
         if branch != "global" or state.energy <= 0 or depth > alone.touch:
             return state
     elif abs(float(alone.rest(1, alone.apex)) - depth) <= _UNDECIDED * size:
@@ -38,25 +38,26 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     return detached(scene, depth, branch, alone.surfaces, Certificate.undeformed(pressed))
 
 
-def motion_of(alone: Alone, left: float, right: float, depth: float) -> Motion:
-    """What judges a contact between two lines: its profile is convex, few samples resolve it.
+def motion_of(alone: Alone, ends: tuple[float, ...], depth: float) -> Motion:
+    """What judges a contact with these ends: its profile is convex, few samples resolve it.
 
     They are the ends, a little beyond the lines, and what cuts it into smooth parts. The size of
     depths is the sum of the terms that cancel in D - d: d, f, and what f' and w add to D.
     """
     scene, sides = alone.scene, np.array(alone.sides)
     indenter, length = scene.indenter, scene.elastocapillary_length
-    lines = np.array([left, right])[-sides.size :]
+    lines = np.array(ends)[-sides.size :]
     f = np.asarray(indenter.height(lines), float)
     rest, bare = (alone.rest(sides, lines, adhesive=adheres) for adheres in (True, False))
     terms = abs(depth) + np.abs(f) + np.abs(bare - f) + np.abs(bare - rest)
     profile = Radial(indenter) if scene.axisymmetric else indenter
-    beyond = _BEYOND * min(length, max(right - left, _BEYOND * length))
-    ends = np.clip([left - beyond, right + beyond], *profile.extent)
-    inner = breaks(profile)
-    inner = inner[(inner > ends[0]) & (inner < ends[1])]
-    x = np.unique(np.concatenate([ends, inner]))
-    x = np.sort(np.append(x, inner[np.isin(inner, profile.corners)]))  # corners twice
+    aside = _ASIDE * min(length, max(ends[1] - ends[0], _ASIDE * length))
+    lo, hi = max(ends[0] - aside, profile.extent[0]), min(ends[1] + aside, profile.extent[1])
+    x, inner = np.array([lo, hi]), breaks(profile)
+    if inner.size:
+        inner = inner[(inner > lo) & (inner < hi)]
+        corners = inner[np.isin(inner, profile.corners)]  # twice
+        x = np.sort(np.concatenate([x, np.unique(inner), corners]))
     twice = x[1:] == x[:-1]
     slope = profile.slope_beside(x, np.append(1, twice) - np.append(twice, 1))
     samples = Resolved(profile, x, np.asarray(profile.height(x), float), slope)

@@ -54,7 +54,7 @@ def test_composed_profiles_agree_on_both_discretisations():
 
 def between(scene, left, right, depth=1e-3):
     """The contact between two lines at a depth, and what judges it."""
-    return motion_of(Alone.of(scene), left, right, depth), (left, right), depth
+    return motion_of(Alone.of(scene), (left, right), depth), (left, right), depth
 
 
 def judged(scene, a):
