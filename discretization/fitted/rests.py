@@ -218,8 +218,11 @@ class Rests:
         known = np.where(np.isfinite(z), z, self.profile.lowest)
         f, f1 = (np.asarray(read(known), float) for read in (indenter.height, indenter.slope))
         facing = At(*(part[:, :, ::-1][..., other] for part in (z, f)))
-        at = z[..., moved], f[..., moved], f1[..., moved]
-        rest = self._of(_SIDES[:, None], *at, facing, way)
+        at = z[..., moved]
+        at[..., 3:][np.isinf(facing.x[..., 3:])] = (
+            math.inf
+        )  # nothing moves beside the line of a tail
+        rest = self._of(_SIDES[:, None], at, f[..., moved], f1[..., moved], facing, way)
         if not rates:
             return rest[..., 0], None
         with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
