@@ -55,9 +55,8 @@ class LatticeTail:
 
         [u_left sinh(rate·q) + u_right sinh(rate·p)]/sinh(rate·(p + q)), p from left, q from right.
         """
-        nowhere = np.full(np.shape(z), math.inf)
-        p, u = (nowhere, 0.0) if left is None else (z - left.x, depth - left.f)
-        q, v = (nowhere, 0.0) if right is None else (right.x - z, depth - right.f)
+        p, u = (math.inf, 0.0) if left is None else (z - left.x, depth - left.f)
+        q, v = (math.inf, 0.0) if right is None else (right.x - z, depth - right.f)
         near, far, _ = shares(self.rate, p, q)
         once, other = np.exp(-self.rate * p), np.exp(-self.rate * q)
         steep = once * (1 + other * other) * u - other * (1 + once * once) * v

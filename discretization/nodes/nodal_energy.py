@@ -65,8 +65,8 @@ class NodalEnergy:
         self.contact = np.asarray(contact, bool)
         self.first = first
         nodes = first + np.arange(self.contact.size)
-        pulls = (float(lattice.pull(nodes[end], side)) for end, side in ((0, -1), (-1, 1)))
-        self.pulls = np.array([*pulls]) * tails  # of the tails, over u
+        pulls = lattice.pull(nodes[0], -1), lattice.pull(nodes[-1], 1)
+        self.pulls = np.array(pulls, float) * tails  # of the tails, over u
         self.cells = lattice.cell * np.broadcast_to(lattice.weight(nodes), nodes.shape)
         self.links = lattice.cell * np.broadcast_to(lattice.weight(nodes + 0.5), nodes.shape)[:-1]
         bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
@@ -181,10 +181,8 @@ class NodalEnergy:
         found, before = self.balance(u), math.inf
         for turn in range(_NEWTON):
             step, rounding = self._step(found.force, self.hessian(u)), _ROUNDING * found.scale
-            after = self.balance(u + step)
-            while after.energy > found.energy + rounding:
+            while (after := self.balance(u + step)).energy > found.energy + rounding:
                 step = step / 2
-                after = self.balance(u + step)
             u = u + step
             if np.abs(step).max() <= _ROUNDING * np.abs(u).max():
                 return u

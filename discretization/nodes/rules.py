@@ -25,6 +25,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,6 @@ from discretization.certificate import EPSILON
 from discretization.nodes.lattice import Lattice, shares
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int_]
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
 _TIE = 64 * EPSILON  # of depths at which something happens
 
@@ -59,20 +59,15 @@ class Rules:
         By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
         last node there is no link to pass (n,).
         """
-        found = {}
+        found, every = {}, self.first + np.arange(self.f.size)
         for side in (1, -1):
-            nodes, f, work = self.nodes[::side], self.f[::side], self.work[::side]
+            nodes, f, work = every[::side], self.f[::side], self.work[::side]
             _, rest, stiffness = self.lattice.beside(nodes[:-1], side)
             depths = f[:-1] + (np.diff(f) - np.sqrt(2 * work / stiffness)) / rest
             found[side] = np.append(depths, math.inf)
         if self.lattice.axis == 0:
             found[-1][:-1] = -math.inf  # a contact around the axis is never opened there
         return found
-
-    @property
-    def nodes(self) -> Nodes:
-        """The lattice's numbers of the nodes."""
-        return self.first + np.arange(self.f.size)
 
     @functools.cached_property
     def torn(self) -> Array:
@@ -116,21 +111,18 @@ class Rules:
         """Depth at which a free node between two contacts (None: none there) touches, and which."""
         if self.clear and (left is None or right is None):
             return math.inf, -1
-        lo, hi = -1 if left is None else left, self.f.size if right is None else right
-        if hi - lo < 2:
+        nodes = np.arange(0 if left is None else left + 1, self.f.size if right is None else right)
+        if not nodes.size:
             return math.inf, -1
-        rest, shape = self._surface(left, right, lo + 1, hi)
-        depths = (self.f[lo + 1 : hi] - shape) / rest
+        rest, shape = self._surface(left, right, nodes)
+        depths = (self.f[nodes] - shape) / rest
         best = int(np.argmin(depths))
-        return float(depths[best]), lo + 1 + best
+        return float(depths[best]), int(nodes[best])
 
-    def _surface(
-        self, left: int | None, right: int | None, start: int, stop: int
-    ) -> tuple[Array, Array]:
-        """1 - a - b and a f_i + b f_j at free nodes start..stop-1 between two contacts."""
+    def _surface(self, left: int | None, right: int | None, nodes: Any) -> tuple[Any, Any]:
+        """1 - a - b and a f_i + b f_j at free nodes between two contacts."""
         lo, f_left = (-math.inf, 0.0) if left is None else (left, self.f[left])
         hi, f_right = (math.inf, 0.0) if right is None else (right, self.f[right])
-        nodes = np.arange(start, stop)
         near, far, rest = shares(self.lattice.log_decay, nodes - lo, hi - nodes)
         return rest, near * f_left + far * f_right
 
@@ -160,6 +152,5 @@ class Rules:
         It is where the node would touch; less what rounding makes of that, so that a node that
         has just touched stays.
         """
-        rest, shape = (float(part[0]) for part in self._surface(left, right, node, node + 1))
-        height = float(self.f[node])
-        return (height - shape - _ROUNDING * (abs(height) + abs(shape))) / rest
+        (rest, shape), height = self._surface(left, right, node), self.f[node]
+        return float((height - shape - _ROUNDING * (abs(height) + abs(shape))) / rest)
