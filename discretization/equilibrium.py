@@ -9,16 +9,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from discretization import plots, readings
 from discretization.certificate import Certificate, Proof
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At
 from energy import Assumption, Scene
+from energy.arrays import Array, Mask
 from energy.validity import assumptions
 
-Array = NDArray[np.float64]
 QUANTITIES = ("half_width", "force", "energy")
 
 
@@ -71,7 +71,7 @@ class Equilibrium:
     spacing: float = math.nan
     contacts: Array = field(default_factory=lambda: np.empty((0, 2)))
     nodes: Array = field(default_factory=lambda: np.empty((0, 2)))
-    pinned: NDArray[np.bool_] = field(default_factory=lambda: np.empty((0, 2), bool))
+    pinned: Mask = field(default_factory=lambda: np.empty((0, 2), bool))
     force: float = 0.0
     energy: float = 0.0
     scales: dict[str, float] = field(default_factory=lambda: {"force": 0.0, "energy": 0.0})
@@ -199,7 +199,7 @@ class Equilibrium:
         return np.where(self.at_axis, math.nan, found)
 
     @property
-    def at_axis(self) -> NDArray[np.bool_]:
+    def at_axis(self) -> Mask:
         """Which ends of contacts (m, 2) are the axis, and no lines."""
         return (self.contacts == 0) & self.scene.axisymmetric & np.array([True, False])
 
@@ -236,7 +236,7 @@ class Equilibrium:
         """Positions, or distances from the axis."""
         return np.abs(np.asarray(x, float)) if self.scene.axisymmetric else np.asarray(x, float)
 
-    def inside(self, x: Array) -> NDArray[np.bool_]:
+    def inside(self, x: Array) -> Mask:
         """Whether x is in contact."""
         left = np.searchsorted(self.contacts[:, 0], x, side="right") - 1  # -1: none
         return x <= np.append(self.contacts[:, 1], math.nan)[left]

@@ -4,12 +4,10 @@ The indenter starts out of contact, touches, and follows the programme; contact 
 in energy at once. Every step is cut at the events it meets, each located by root finding.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from discretization.paths.branch import Point
 from discretization.paths.control import Control
@@ -19,10 +17,10 @@ from discretization.profile import resolve
 from discretization.readings import resolution, tell
 from discretization.routes import usable
 from energy import Scene
+from energy.arrays import Array
 from energy.checks import array, positive
 from energy.description import alike, described
 
-Array = NDArray[np.float64]
 METHODS = ("fitted", "lattice")
 _SHALLOW = 1e-12  # of the thickness: the first depth that is tried where nothing adheres
 

@@ -1,7 +1,5 @@
 """Find the equilibrium of a scene at a depth with the cheapest method that answers."""
 
-from __future__ import annotations
-
 import warnings
 
 from discretization.certificate import AccuracyWarning

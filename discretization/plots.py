@@ -15,16 +15,16 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from energy import Assumption
+from energy.arrays import Array
 from energy.units import Unit, prefixed
 from energy.units import quantity as written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#7F7F7F"  # Okabe-Ito, and grey
 SOFT, RIGID = "#f3d9b1", "#b8c4cc"
 JUMPS = ("touch", "jump-in", "jump", "detachment", "pull-off")

@@ -9,8 +9,6 @@ between to a part of what a contact line notices, √(2w/γ₁), or of how the s
 Corners are kept twice, with the slope on either side, and the local extremes of f are samples, too.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 import warnings
@@ -18,14 +16,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning
 from discretization.roots import crossings
 from energy import Indenter, Scene
+from energy.arrays import Array, Mask
 from energy.axis import Radial
 
-Array = NDArray[np.float64]
 MOST = 200_000  # samples
 _FIRST = 512  # samples of the first pass
 _TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
@@ -225,7 +222,7 @@ def _read(indenter: Indenter, x: Array, side: Any) -> Array:
 
 def _unpredicted(
     indenter: Indenter, lo: Array, hi: Array, low: Array, high: Array, tolerance: float
-) -> NDArray[np.bool_]:
+) -> Mask:
     """Intervals within which the cubic does not predict the slope."""
     width, off = hi - lo, np.zeros(lo.size)
     secant = (high[0] - low[0]) / width

@@ -26,13 +26,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON, ROUNDING
 from discretization.profile import Resolved, breaks
 from energy import Indenter, Scene, terms
+from energy.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 Density = Callable[[Array], Array]  # of places (n, p): several densities (m, n, p)
 Beside = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
 NONE: Beside = 0.0, 0.0, 0.0, 0.0
@@ -61,7 +60,7 @@ class Sums(NamedTuple):
     sizes: Array
     off: Array
 
-    def among(self, own: NDArray[np.bool_]) -> Sums:
+    def among(self, own: Mask) -> Sums:
         """Of some panels."""
         return Sums(*(part[:, own] for part in self))
 

@@ -16,23 +16,20 @@ and by up to its own size outside, where the energy may be wrong by orders of ma
 state: an `Equilibrium`; history: a `History`. Both are built on this module, not it on them.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from html import escape
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning
 from discretization.profile import breaks
 from discretization.quadrature import in_contact, summed
 from energy import Assumption, Scene, terms
+from energy.arrays import Array
 from energy.validity import Deformation
 
-Array = NDArray[np.float64]
 OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
 _UNRESOLVED = "not resolved: use smaller spacing"
 STORED, ACTING = ("springs", "surface", "adhesion"), ("pressure", "lines")
@@ -205,7 +202,7 @@ def state_text(state: Any) -> str:
     return "\n".join(lines + [f"validity     {a}" for a in state.validity])
 
 
-def path_columns(history: Any) -> dict[str, NDArray[np.float64]]:
+def path_columns(history: Any) -> dict[str, Array]:
     """Columns (n,) of a data frame: what is imposed, and the state at every step.
 
     left, right: the outermost contact lines, nan when detached; contacts: how many there are.

@@ -1,15 +1,13 @@
 """Zero and least value of a function between two points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from energy.arrays import Array, Indices
+
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
 _HALVINGS = 200  # secants, and halvings where those are slow
@@ -74,7 +72,7 @@ def least(
 
 
 def crossings(
-    h: Callable[[Array, NDArray[np.int64]], Array],
+    h: Callable[[Array, Indices], Array],
     lo: Array,
     hi: Array,
     guess: Array,

@@ -4,8 +4,6 @@ Questions are the two branches of `minimise`, "adhered" and "global", the "searc
 contacts by a method of its own, and the load "path"; they are asked of the fitted mesh or of nodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NoReturn
 

@@ -1,7 +1,5 @@
 """Rotational symmetry: the profile f(r), r >= 0, turned about the axis r = 0."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

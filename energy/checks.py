@@ -1,14 +1,13 @@
 """Argument checks: every error names the argument, its value and the remedy."""
 
-from __future__ import annotations
-
 import difflib
 import math
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from energy.arrays import Array
 
 LARGEST = 1e60  # products of a few such numbers still have a float; no unit system needs more
 
@@ -34,7 +33,7 @@ def finite(name: str, value: float) -> float:
     return number
 
 
-def array(name: str, values: Any) -> NDArray[np.float64]:
+def array(name: str, values: Any) -> Array:
     """Return values as a new array of floats; ValueError unless real and not beyond computing."""
     try:
         raw = np.asarray(values)

@@ -1,7 +1,5 @@
 """A scene as plain data and back, so that a file can say what it belongs to."""
 
-from __future__ import annotations
-
 from dataclasses import fields, is_dataclass
 from typing import Any
 

@@ -26,11 +26,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from energy.arrays import Array
 from energy.checks import array, finite, not_a_class
 
-Array = NDArray[np.float64]
 UNBOUNDED = (-math.inf, math.inf)
 _BESIDE = 8 * float(np.finfo(float).eps)  # of |x| and the corners: beyond what rounding moves them
 _LEAST = 1e-150  # beside a corner at 0, in any unit: a profile may square it or divide by it

@@ -1,18 +1,16 @@
 """The elastic layer: a bed of independent springs, Eqs. (2) and (3), or its exact response."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from energy.arrays import Array
 from energy.checks import finite, option, positive
 
-Array = NDArray[np.float64]
 RESPONSES = ("springs", "layer")
 _SERIES = 1.6  # 2qh, up to which sinh 2qh - 2qh is summed, as its terms cancel
 _TERMS = [1 / math.factorial(n) for n in range(3, 33, 2)]

@@ -1,21 +1,18 @@
 """Measured profiles from the files people have."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energy import units
+from energy.arrays import Array
 from energy.checks import positive
 from energy.sampled import Sampled
 from energy.text_table import Layout, TextTable, read_table
 
-Array = NDArray[np.float64]
 TEXT = (".txt", ".csv", ".dat", ".tsv", ".xyz", ".asc", ".prn")
 NAMES = ("x", "z")
 

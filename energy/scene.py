@@ -7,8 +7,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from energy.arrays import Array
 from energy.axis import about_axis, check_rings, difference
 from energy.checks import not_a_class, option
 from energy.indenter import Indenter, as_indenter
@@ -128,7 +129,7 @@ class Scene:
         """Whether the profile is turned about r = 0."""
         return self.geometry == "axisymmetric"
 
-    def measure(self, x: ArrayLike) -> NDArray[np.float64]:
+    def measure(self, x: ArrayLike) -> Array:
         """What an integral over x counts with: 1, or 2πr for r = x with rotational symmetry."""
         x = np.asarray(x, float)
         return 2 * math.pi * x if self.axisymmetric else np.ones_like(x)

@@ -7,8 +7,6 @@ energies are per length of the contact line and per dx. A new energy term is a f
 and a line in the discretisations' nodal energy.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The lines of a text file and their cells: encoding, delimiter, decimal mark."""
 
-from __future__ import annotations
-
 import codecs
 import csv
 import re

@@ -6,8 +6,6 @@ of the data as the first line with the cells of most rows; the header as the lin
 with or without a row of units. A file that can be read in more than one way is refused.
 """
 
-from __future__ import annotations
-
 import codecs
 import re
 from collections.abc import Sequence
@@ -16,9 +14,9 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energy import units
+from energy.arrays import Array
 from energy.text_lines import (
     DELIMITERS,
     NUMBER,
@@ -115,7 +113,7 @@ class TextTable:
         listed = ", ".join(repr(cell) for cell in self.header.cells)
         return f"its line {self.header.line} names {count} columns: {listed}"
 
-    def numbers(self, place: int) -> NDArray[np.float64]:
+    def numbers(self, place: int) -> Array:
         """A column (n,). ValueError naming file, line and cell of what is no finite number."""
         name = self.columns[place][0] or f"column {place + 1}"
         return np.array([self._number(row, place, name) for row in self.rows])

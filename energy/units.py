@@ -1,7 +1,5 @@
 """Units: as the headers of measured data write them, and with the prefix that suits a figure."""
 
-from __future__ import annotations
-
 import re
 from typing import NamedTuple
 

@@ -25,8 +25,9 @@ import numpy as np
 from discretization import History
 from discretization.plots import draw_path, units
 from energy import cards
+from energy.arrays import Array
 from energy.units import quantity
-from studies.shared import Array, command, loops
+from studies.shared import command, loops
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, Figure, canvas
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK

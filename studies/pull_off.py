@@ -26,7 +26,8 @@ from scipy.optimize import brentq
 
 from discretization import load_path, minimise
 from energy import Scene
-from studies.shared import Array, command, loops
+from energy.arrays import Array
+from studies.shared import command, loops
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK

@@ -23,12 +23,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization import Equilibrium, History, load_path, minimise
 from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
+from energy.arrays import Array, Indices
 from energy.units import prefixed, quantity
-from studies.shared import Array, command
+from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, MARKERS, RIGID, SOFT, Figure, canvas, shades
 from studies.shared.table import Columns, Table
@@ -93,7 +93,7 @@ class Loop:
     lowest: dict[int, Equilibrium]
 
     @property
-    def contacts(self) -> NDArray[np.int_]:
+    def contacts(self) -> Indices:
         """Number of contacts at every step."""
         held = ~np.isnan(self.path.contacts[:, 0])
         return np.where(held, [len(inner) // 2 + 1 for inner in self.path.inner], 0)

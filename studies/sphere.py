@@ -23,7 +23,8 @@ import numpy as np
 
 from discretization import load_path
 from energy import Circle, ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
-from studies.shared import Array, command
+from energy.arrays import Array
+from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, GREEN, GREY, LINE, ORANGE, Figure, canvas, plain_ticks
 from studies.shared.table import Columns, Table

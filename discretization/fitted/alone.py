@@ -25,7 +25,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import ROUNDING, NotCertifiedError
 from discretization.fitted.rests import TIE
@@ -33,8 +32,8 @@ from discretization.roots import bracketed, crossings, least
 from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene
+from energy.arrays import Array, Indices, Mask
 
-Array = NDArray[np.float64]
 _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
 _LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
 _KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need not be known better
@@ -232,7 +231,7 @@ class Way:
             end, lost = min(low + _LOST * size, start), True
         return cls(alone, way, (start, end), first, first, lost)._moved(~held)
 
-    def _moved(self, moves: NDArray[np.bool_]) -> Way:
+    def _moved(self, moves: Mask) -> Way:
         """With the lines that move at the end, which is no further than the next corner."""
         (start, end), last, stops = self.depths, self.first.copy(), [(math.inf, -1, math.nan)]
         for i in (own := np.flatnonzero(moves).tolist()):
@@ -269,7 +268,7 @@ class Way:
         line, goal = np.repeat(moves, depths.size), np.tile(depths, moves.size)
         start, end = self.first[line], self.last[line]
 
-        def off(x: Array, own: NDArray[np.int64]) -> Array:
+        def off(x: Array, own: Indices) -> Array:
             beside = np.where(x == end[own], -self.way, self.way)
             rest = self.alone.rest(sides[line[own]], x, beside, way=self.way)
             return np.asarray(rest - goal[own])

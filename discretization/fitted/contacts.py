@@ -20,15 +20,12 @@ TIE of the largest, no less than makes that pass:
     force         dU/dd against k∫u dx
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
@@ -37,8 +34,8 @@ from discretization.fitted.rests import margins
 from discretization.quadrature import Interval, refined
 from discretization.surfaces.protocol import Free
 from energy import Scene
+from energy.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
@@ -69,7 +66,7 @@ class Contacts:
         return len(self.lines) == 2 and scene.indenter.convex and around
 
     @functools.cached_property
-    def pinned(self) -> NDArray[np.bool_]:
+    def pinned(self) -> Mask:
         """Lines at corners, at edges of the body, and beside those of a pattern (m, 2)."""
         profile = self.motion.profile
         edges = profile.edges, np.nextafter(profile.edges, -math.inf)
@@ -84,7 +81,7 @@ class Contacts:
         return [rests.surfaces.free(*pair, self.depth) for pair in ends]
 
     @functools.cached_property
-    def rates(self) -> tuple[Array, NDArray[np.bool_], Array]:
+    def rates(self) -> tuple[Array, Mask, Array]:
         """Lines (n, 2) of the free surfaces, which of them are free, the changes of D (n, 2, 2)."""
         rests, lines = self.motion.rests, np.array(free(self.lines))
         held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
@@ -108,7 +105,7 @@ class Contacts:
         return bool((off <= 2 * ROUNDING * self.motion.rests.size).any())
 
     @property
-    def wide(self) -> NDArray[np.bool_]:
+    def wide(self) -> Mask:
         """Which contacts (m, 1) are more than a point."""
         return self.x[:, :1] < self.x[:, 1:]
 
@@ -209,7 +206,7 @@ def _at_lines(contacts: Contacts) -> tuple[float, float]:
     return through, max(closing, float(opening[contacts.wide[:, 0]].max(initial=-math.inf)))
 
 
-def _rounding(lines: Array, loose: NDArray[np.bool_]) -> Array:
+def _rounding(lines: Array, loose: Mask) -> Array:
     """How far outwards of contacts a free line (n, 2) may be off by rounding."""
     with np.errstate(invalid="ignore"):
         return np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * (1, -1)

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.pressed import Lines, Pressed, pairs
@@ -26,8 +25,8 @@ from discretization.fitted.rests import TIE, Rests
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import Surfaces
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _MOST = 100_000  # changes on one way: a profile of a million corners has fewer
 
 

@@ -8,22 +8,19 @@ steps are tried, until the surface just touches, where a contact begins, or unti
 fixed depth: then they are followed from sample to sample.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.resting import Pair, Resting
 from discretization.fitted.rests import TIE, Rests
 from discretization.roots import bracketed
 from discretization.surfaces.protocol import At
+from energy.arrays import Array, Indices
 
-Array = NDArray[np.float64]
 Lines = tuple[float, ...]
 _STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
 _TOUCHED = 1e-9  # of the same: the penetration at which a contact has begun
@@ -210,7 +207,7 @@ def pairs(lines: Sequence[float]) -> list[Pair]:
     return list(zip(lines[::2], lines[1::2], strict=True))
 
 
-def _dips(z: Array, v: Array, v1: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
+def _dips(z: Array, v: Array, v1: Array, at: Indices) -> tuple[Array, Array]:
     """The least v of the cubics between samples `at` and the next, and how far it may be off."""
     width, fall, rise = z[at + 1] - z[at], -v1[at], v1[at + 1]
     t = fall / (fall + rise)

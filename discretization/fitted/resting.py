@@ -6,22 +6,19 @@ they go to the first places where D >= d, receding (way -1) to the first where D
 are found at once by Newton's method.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.rests import TIE, Rests, margins, solved
 from discretization.fitted.stops import first_stop
 from discretization.fitted.tension import Pull, pull
 from discretization.surfaces.protocol import At
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 Pair = tuple[float, float]
 MET = 1e-9  # of l: lines closer than that have met
 PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap

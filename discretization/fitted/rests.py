@@ -7,21 +7,18 @@ a part of themselves; so where the slope is smooth between the lines of a narrow
 ∫f' dx instead, rounded by a part of itself.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON, TOLERANCE
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import At, Surfaces
 from energy import Scene
+from energy.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
 _DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
 _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
@@ -70,7 +67,7 @@ class Rests:
             found[near] = _ROUNDED[self.scene.axisymmetric] * self.length * rounded * steep[near]
         return np.asarray(EPSILON * found)
 
-    def _narrow(self, q: Any, p: Any) -> NDArray[np.bool_]:
+    def _narrow(self, q: Any, p: Any) -> Mask:
         """Whether lines are close to each other, with at most one sample between, and no corner."""
         low, high = np.minimum(q, p), np.maximum(q, p)
         found = np.asarray((high - low < _NARROW * self.length) & (low < high))
@@ -250,7 +247,7 @@ class Rests:
         return np.asarray(part * np.minimum(width, self.length))
 
 
-def solved(rate: Array, off: Array, free: NDArray[np.bool_]) -> Array:
+def solved(rate: Array, off: Array, free: Mask) -> Array:
     """The solution (n, j, 2) of rate · step = off for the free lines of each surface, else 0."""
     (a, b), (c, e), det = _of_free(rate, free)
     r, s = off.T
@@ -259,7 +256,7 @@ def solved(rate: Array, off: Array, free: NDArray[np.bool_]) -> Array:
     return np.where(free[:, None], found.T, 0.0)
 
 
-def margins(rate: Array, free: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], Array]:
+def margins(rate: Array, free: Mask) -> tuple[Mask, Array]:
     """Whether free lines are stable at all depths (n,), and the stiffness (n, j), nan without any.
 
     D must grow outwards of every line, and with both lines free their matrix be definite.
@@ -269,7 +266,7 @@ def margins(rate: Array, free: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], Ar
     return np.asarray(stable), np.where(free.any(axis=1), np.abs(det), math.nan).T
 
 
-def _of_free(rate: Array, free: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+def _of_free(rate: Array, free: Mask) -> tuple[Array, Array, Array]:
     """Rows of the matrices (n, j, 2, 2), each (2, j, n), and their determinants; ±1 if not free."""
     both = free[:, None, :, None] & free[:, None, None]
     one, other = np.where(both, rate, np.diag([1.0, -1.0])).transpose(2, 3, 1, 0)

@@ -6,15 +6,12 @@ rest on the fitted mesh, the adhered state, and none. Spacings are halved until 
 lower state.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import warnings
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import Equilibrium
@@ -25,8 +22,8 @@ from discretization.nodes.lattice import Lattice
 from discretization.profile import Resolved, resolve
 from discretization.surfaces import surfaces_of
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _PER_LENGTH = 16  # nodes per l of the first lattice
 _PER_WAVE = 16  # and per wave: from where the slope turns round to where it does so likewise
 _NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count

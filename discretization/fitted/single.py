@@ -1,9 +1,6 @@
 """The state of a scene that can only have one contact."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
@@ -15,7 +12,6 @@ from discretization.profile import Resolved, breaks
 from energy import Scene
 from energy.axis import Radial
 
-Array = NDArray[np.float64]
 _UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once
 _ASIDE = 1e-3  # of l and of the width: so far beyond its lines a contact is judged
 

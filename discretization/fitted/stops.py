@@ -5,19 +5,16 @@ Between samples a maximum is looked for wherever one could reach 0, so that a st
 next to where it disappears.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.profile import Resolved
 from discretization.roots import bracketed
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 Function = Callable[..., Any]  # of x, numbers or arrays, and f(x) and f'(x) if they are known
 _BLOCK = 32  # samples read at once, four times as many each time
 _LEAST = 8  # samples on a way that ends at another line, however short it is

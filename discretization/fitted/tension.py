@@ -5,19 +5,16 @@ gap opens. Between two lines v = u - g obeys l² v'' = v + g + l² f'' with v = 
 there is no gap where nothing pulls, and one around every place that does.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON
 from discretization.profile import Resolved
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _PARTS = 8  # of an interval between samples, of each of which the mean pull is taken
 _CLOSER = 2  # times the parts around the largest pull are taken apart again
 _SHORT = 1e-9  # of l: in shorter intervals f' is not known well enough

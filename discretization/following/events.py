@@ -3,15 +3,12 @@
 How far they move smoothly is found by trials.py, what they do there as for a state (motion.py).
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.fitted.alone import Alone, Way
 from discretization.fitted.contacts import Contacts
@@ -21,8 +18,8 @@ from discretization.fitted.rests import TIE
 from discretization.following.smooth import Piece
 from discretization.following.trials import Enclosing, Trials, Tried
 from discretization.routes import one_contact
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
 
 

@@ -12,20 +12,17 @@ d = start + (end - start)(2t - t²) at Gauss-Lobatto points t: next to where an 
 disappears a line moves as the root of the distance in depth, which is smooth in t.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.fitted.rests import Rests, margins, solved
 from discretization.quadrature import Integrals
 from discretization.surfaces.network import polynomial, rounded
+from energy.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 DEGREE = 12  # of the Lobatto rule in t
 _SHORTEST = 2.0**-10  # of a way: parts of it whose energy does not balance are halved to that
 _MOST = 512  # such parts
@@ -90,13 +87,13 @@ class Smooth:
 
     def over(
         self, which: tuple[int, ...], lines: Array, start: float, end: float
-    ) -> tuple[Piece, NDArray[np.bool_]]:
+    ) -> tuple[Piece, Mask]:
         """Lines (n, 2) of these surfaces, at rest at one depth, to another; which move smoothly."""
         lines, depths = self.rests.snapped(lines), way_of(start, end)
         x, good = self.followed(lines, depths, 1 if end >= start else -1)
         return Piece(which, depths[None], x), good
 
-    def balanced(self, piece: Piece, good: NDArray[np.bool_]) -> tuple[Piece, NDArray[np.bool_]]:
+    def balanced(self, piece: Piece, good: Mask) -> tuple[Piece, Mask]:
         """The same in parts on which energies balance; where they do not, a part is halved.
 
         Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short ones.
@@ -126,7 +123,7 @@ class Smooth:
         every[own] = smooth
         return Piece(piece.which, np.array([depths for depths, _ in done]), whole), every
 
-    def _balance(self, lines: Array, depths: Array, way: int) -> NDArray[np.bool_]:
+    def _balance(self, lines: Array, depths: Array, way: int) -> Mask:
         """Whether energies balance (n,), lines (n, j, 2) at the depths (j,) of a part."""
         points, weights, _ = rounded(DEGREE)
         energy, size, force = self.parts(lines, depths, way)
@@ -137,7 +134,7 @@ class Smooth:
 
     def followed(
         self, lines: Array, depths: Array, way: int, guess: Array | None = None
-    ) -> tuple[Array, NDArray[np.bool_]]:
+    ) -> tuple[Array, Mask]:
         """Lines (n, j, 2) at depths (j,), by Newton's method; whether they are in equilibrium."""
         inner, rests = np.isfinite(lines), self.rests.ahead(lines, way)
         free = inner & (way * (rests - depths[-1]) < 0)
@@ -166,12 +163,12 @@ class Smooth:
         x: Array,
         depths: Array,
         way: int,
-        free: NDArray[np.bool_],
+        free: Mask,
         room: Array,
         size: Array,
         last: Array,
-        active: NDArray[np.bool_],
-    ) -> tuple[Array, NDArray[np.bool_]]:
+        active: Mask,
+    ) -> tuple[Array, Mask]:
         """Move the free lines of active surfaces to rest, x (n, j, 2) in place.
 
         The changes of D (n, j, 2, 2), and which surfaces have come to rest. size: of positions;
@@ -231,18 +228,14 @@ class Smooth:
         return total
 
 
-def _settled(
-    now: Array, last: Array, size: Array, worse: Array, even: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def _settled(now: Array, last: Array, size: Array, worse: Array, even: Mask) -> Mask:
     """Whether steps of this size, after others, are rounding, or the next one will be."""
     rounding = (now <= _ROUNDED * size * 4.0**worse) | even
     fast = (now * now <= _STILL * size * last) & np.isfinite(last)
     return np.asarray((now <= _STILL * size) | ((last / 2 <= now) & rounding) | fast)
 
 
-def _stepped(
-    x: Array, rate: Array, off: Array, free: NDArray[np.bool_], room: Array
-) -> tuple[Array, NDArray[np.bool_]]:
+def _stepped(x: Array, rate: Array, off: Array, free: Mask, room: Array) -> tuple[Array, Mask]:
     """Free lines after a step of Newton's method within their rooms; which would have passed those.
 
     x, off (n, j, 2), rate (n, j, 2, 2), free (n, 2), room (2, n, 1, 2).

@@ -9,23 +9,20 @@ function of its position is a smooth one that has an extreme value. So the next 
 where that would be; one in the middle, where that does not help.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.motion import Motion
 from discretization.fitted.rests import TIE
 from discretization.following.smooth import Piece, Smooth
 from discretization.quadrature import Integrals
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]
 _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is known to run out

@@ -36,15 +36,12 @@ where its forces are not those of the nodes. So has a state without contact, whe
 nodes the indenter is in its surface.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
@@ -52,8 +49,8 @@ from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Row, heights
 from discretization.profile import resolve
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 Solver = Callable[..., Equilibrium]  # on_lattice
 LEAST, SPARSE = 4, 16  # links of a resolved contact; per l
 UNEVEN = 0.02  # of δ₀: by which heights may depart from the line through their neighbours

@@ -1,14 +1,11 @@
 """From contact nodes to an equilibrium: totals, certificate, and lines between the nodes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
@@ -19,8 +16,8 @@ from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import surface
 from discretization.nodes.row import Contacts, Row
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
 _UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 

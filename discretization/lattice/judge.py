@@ -17,21 +17,18 @@ precision leaves in a nodal force, 32 ε (kΔx + 4t) δ, in their sum, and in a 
 32 ε δ; for these |u| at the lowest node counts for δ, too.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON, Certificate
 from discretization.lattice.line import LINKS, Advances
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
+from energy.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 _TINY = float(np.finfo(float).tiny)
 
 
@@ -49,7 +46,7 @@ class State:
     u: Array
     g: Array
     passed: Advances
-    closes: NDArray[np.bool_]
+    closes: Mask
 
     @property
     def size(self) -> float:

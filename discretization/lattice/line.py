@@ -23,21 +23,17 @@ each other are found in turns. Of the energy of both moves together each adds it
 one half way, which is exact for a quadratic energy.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON
 from discretization.nodes.row import Contacts, Row
+from energy.arrays import Array, Mask, Nodes
 
-Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 Lines = tuple[float, ...]  # x of all lines
 LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
 _HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
@@ -76,9 +72,9 @@ class Corner(NamedTuple):
     """
 
     zeta: Array
-    before: NDArray[np.bool_]
-    beyond: NDArray[np.bool_]
-    smooth: NDArray[np.bool_]
+    before: Mask
+    beyond: Mask
+    smooth: Mask
 
 
 @functools.lru_cache
@@ -164,7 +160,7 @@ def placed(excess: Array, corner: Corner) -> Array:
     return np.where(np.isnan(at), zeta, np.maximum(held, -0.5))
 
 
-def _middle(at: Array, outside: NDArray[np.bool_]) -> Nodes:
+def _middle(at: Array, outside: Mask) -> Nodes:
     """The node between the two nearest links on one side of corners at ζ; 0 where there is none."""
     middle = np.where(outside, np.ceil(at) + 1, np.floor(at) - 1)
     return np.nan_to_num(middle).astype(int)

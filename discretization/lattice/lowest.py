@@ -33,14 +33,12 @@ Rings around an axis. There ū is not known: v = -u is the drop below the flat s
 that v is at least -max(g, 0) instead of 0. Nodes of that height are certain.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
@@ -51,10 +49,8 @@ from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import pressed, surface
 from discretization.nodes.row import Row
 from energy import Scene
+from energy.arrays import Array, Mask, Nodes
 
-Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 _TIE = 1e-12  # of wΔx: what more contact may cost
 _FEW = 32  # nodes after which it is looked again which starts are needed
 _FAR = 600.0  # decay lengths

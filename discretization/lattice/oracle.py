@@ -16,20 +16,17 @@ That of w > 0 fixes z; its displacements and multipliers are those of the convex
 v_i = g_i/G where z_i = 1. No other module may import cvxpy.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
+from energy.arrays import Array, Mask
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 MOST_INTEGERS = 100
 PRESSES = 1e-6  # of the largest multiplier, at least kΔxG: less is a solver's noise
 CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10}

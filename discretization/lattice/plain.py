@@ -13,8 +13,6 @@ with finite slopes, and those of independent springs (γ₁ = 0), come from here
 rest of the package knows free surfaces in closed form, is faster, and has the same answer.
 """
 
-from __future__ import annotations
-
 import bisect
 import functools
 import math
@@ -22,7 +20,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE
 from discretization.equilibrium import Equilibrium
@@ -34,8 +31,8 @@ from discretization.nodes.lattice import Lattice, LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
 from energy import terms
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
 MOST = 400_000  # nodes of a free surface
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over

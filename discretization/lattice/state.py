@@ -3,8 +3,6 @@
 Contacts of a convex profile are alone all the way, and found without following the path.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import replace

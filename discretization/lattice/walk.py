@@ -11,8 +11,6 @@ release energy or leave another number of contacts. A line that moves link by li
 their own releases nothing, so that a branch walked there and back has no loop area.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math
@@ -20,11 +18,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.nodes.row import Contacts, Row
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 End = int | None  # the contact node on one side of a free surface; None: none there
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
 

@@ -4,17 +4,14 @@ A half-width, or radius, a is measured from the lowest point of a profile that i
 that, or turned about an axis.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _TIP = 1e-12  # of h: half-width of a contact at the lowest point alone
 _NEAR = 1e-6  # of h: places by which it is seen whether f' is a whole power beside 0
 _SMOOTH = 1e-9  # by how much of a power it may differ

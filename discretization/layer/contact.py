@@ -23,24 +23,20 @@ force on the line and a line that advances takes the surface along. What is stor
 ½ whole (∫p u dm + m S u(a)), and whole γ₁/2 ∫f'² dm of the surface in contact.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import k0e, k1e, kve
 
 from discretization.layer import elements as inside
 from discretization.layer.body import Body
 from discretization.layer.elements import Elements, Swept
 from discretization.layer.poles import Poles, poles
+from energy.arrays import Array, Complex
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 _INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
 _LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
 

@@ -7,8 +7,6 @@ is left of the elements is tridiagonal. Interior elements need not resolve 1/√
 there and about f''/τ.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math
@@ -16,12 +14,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.surfaces.network import rounded
+from energy.arrays import Array, Complex
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 DEGREE = 12
 _RATIO = 1 / 3  # of elements to the next ones outwards
 _NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line

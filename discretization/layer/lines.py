@@ -9,8 +9,6 @@ What a contact takes does not depend on the depth. A state looks at a few half-w
 it off a table over all of them.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable, Iterator
@@ -18,14 +16,13 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.layer.body import Body
 from discretization.layer.contact import Contacts, each
 from discretization.roots import bracketed, least
 from discretization.surfaces.network import coefficients, polynomial, rounded
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
 _SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _CLOSED = 1e-8  # of the half-width below which adhesion rules: a contact that has closed up

@@ -1,13 +1,10 @@
 """States of one contact of a layer on nodes: which contact, its certificate and error estimate."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
@@ -18,8 +15,8 @@ from discretization.readings import with_surface
 from discretization.surfaces.protocol import At, alone
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene, SurfaceEnergies
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _FIRST, _MOST = 32, 4096  # nodes on each side that are tried
 _SPARE = 4  # links beyond the line, for polynomials
 _LEAST = 8  # nodes of a contact whose error is known

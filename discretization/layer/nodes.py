@@ -25,15 +25,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.special import i0e, j0, k0e, sici
 
 from discretization.layer.body import Body
 from discretization.roots import bracketed
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _ORDER = 8  # Gauss points of a panel
 _TURN = 2.0  # of q times the largest distance: panels
 _SAME = 1e-8  # waves over which two places are one

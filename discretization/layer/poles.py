@@ -15,22 +15,18 @@ A sum that is bounded for q -> ∞ leaves to tension alone what happens at a con
 displacement has a kink, and nothing of the layer may compete with γ₁u'².
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.roots import bracketed
 from energy import ElasticLayer
+from energy.arrays import Array, Complex
 from energy.layer import relative_stiffness
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 _FLOW = 3.0  # k₁ of an incompressible layer, over G/h³
 _DIGITS = 2.0  # of the tolerance that one of the layer's own pairs of poles is good for
 _BEYOND = 1.5  # times the last of them, where the others begin

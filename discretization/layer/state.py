@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
@@ -24,8 +23,8 @@ from discretization.surfaces.network import on_elements
 from discretization.surfaces.protocol import At, alone
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
 _STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
 _BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings

@@ -23,12 +23,10 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energy import Indenter, Scene
+from energy.arrays import Array
 from energy.checks import positive
-
-Array = NDArray[Any]
 
 
 def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:

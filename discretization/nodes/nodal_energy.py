@@ -1,21 +1,18 @@
 """The lattice's energy as a function of all displacements: what the shortcuts are checked by."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import solveh_banded
 
 from discretization.certificate import NotCertifiedError
 from discretization.nodes.lattice import Lattice
 from energy import terms
+from energy.arrays import Array, Nodes
 
-Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 _SETTLED = 5  # steps that do not lower the energy are the last, too

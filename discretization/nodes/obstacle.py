@@ -18,17 +18,13 @@ The last level holds the exact contact set: u >= g, multipliers >= 0, zero where
 free (ties are decided by rounding). The cost is some passes over the nodes, whatever l/Δx.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.nodes.lattice import Lattice, shares
+from energy.arrays import Array, Nodes
 
-Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 _BLOCK = 16  # nodes of a block, blocks of a larger one
 _SLACK = 1 - 1e-12  # on bounds: rounding drops no node, the sign of its multiplier decides
 

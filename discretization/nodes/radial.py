@@ -31,22 +31,19 @@ integral over t > 0,
 whose sums over equidistant t converge exponentially (NIST DLMF 14.12.6).
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import k0e, k1e
 
 from discretization.nodes.lattice import Lattice, LatticeTail
 from energy import Scene
+from energy.arrays import Array
 from energy.axis import Radial
 
-Array = NDArray[Any]
 _AXIS = 1 / 8  # weight of the node on the axis
 _KNOWN = 1 << 14  # nodes that are kept; those further out take the integrals
 _NEGLIGIBLE, _POINTS = 40.0, 65  # exponent beyond which the integrands are left out; points

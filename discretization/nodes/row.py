@@ -14,14 +14,12 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.rules import Rules
 from energy import Indenter, Scene
+from energy.arrays import Array, Nodes
 
-Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 MOST = 10**7  # nodes that are looked through, or kept
 _ENDLESS = 1 << 31  # nodes of a profile without ends

@@ -20,20 +20,17 @@ contacts only grow, retracted, they only shrink. Where another node would be in 
 line has passed a link, the line waits until that node touches.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON
 from discretization.nodes.lattice import Lattice, shares
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
 _TIE = 64 * EPSILON  # of depths at which something happens
 

@@ -1,19 +1,16 @@
 """What a load path is made of, states and events, and what it needs to know of a discretisation."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.quadrature import summed
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 Pinned = tuple[str, str]
 _ROUNDING = 2e-16  # of the sum of what P is made of
 _KNOWN = 1e-14  # of ∫|P dd|: as well as it is known

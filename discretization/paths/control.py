@@ -15,13 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre
-from numpy.typing import NDArray
 
 from discretization.paths.branch import Leg
 from discretization.roots import crossings
 from discretization.surfaces.network import coefficients, on_elements, rounded
+from energy.arrays import Array, Indices
 
-Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn
 _DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
 _FINEST = 1 / 256  # of a leg: parts that short are not halved again
@@ -141,7 +140,7 @@ class Curve(NamedTuple):
             found[own] = self._crossings(values[own], first + k[own])
         return found
 
-    def _crossings(self, values: Array, k: NDArray[np.int64]) -> Array:
+    def _crossings(self, values: Array, k: Indices) -> Array:
         """t at which C is each value (n,), between the samples k - 1 and k."""
         low, high = self.t[k - 1], self.t[k]
         wider = _WIDER * (high - low)  # the samples are only as good as the polynomial

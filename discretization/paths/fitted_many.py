@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.alone import Way
@@ -25,8 +24,8 @@ from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AT_ONCE = 256  # depths
 _NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to where they disappear

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization import plots, readings
 from discretization.paths.branch import Branch, Event, Leg, PullOff, Snapshot, legs
@@ -24,9 +23,9 @@ from discretization.paths.load_path import LoadPath
 from discretization.paths.springs import SpringsBranch
 from discretization.routes import route
 from energy import Scene
+from energy.arrays import Array
 from energy.description import alike, described, rebuilt
 
-Array = NDArray[np.float64]
 _NOISE = 1e-13  # of the largest force: a force is no less than another by less
 _TITLE = "elastocap load path"
 _NOTES = (

@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import detached
@@ -29,8 +28,7 @@ from discretization.nodes.row import Contacts, Row, positions
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.routes import route
 from energy import Scene
-
-Array = NDArray[np.float64]
+from energy.arrays import Array
 
 
 @dataclass(eq=False)

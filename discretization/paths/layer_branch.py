@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE
 from discretization.layer.body import Body
@@ -24,8 +23,8 @@ from discretization.layer.state import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.roots import crossings
 from energy import Scene
+from energy.arrays import Array, Indices
 
-Array = NDArray[np.float64]
 _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the same
 _STEP = 1 / 12  # of log₂ a
 
@@ -41,7 +40,7 @@ class Slide(Leg):
         if one != other:
             way, rise = 1 if other > one else -1, (e - d) / (other - one)
 
-            def short(x: Array, own: NDArray[np.int64]) -> Array:
+            def short(x: Array, own: Indices) -> Array:
                 side = np.where(x == other, -way, way)  # of a corner at which the line ends
                 return np.asarray(branch.lines[way].rest_depth(x, side) - depths[own])
 

@@ -1,18 +1,15 @@
 """A load path under way: from one value of the control to the next, cut at the events it meets."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.paths.branch import Branch, Event, Leg, Pinned, Point, Snapshot
 from discretization.paths.control import Control, Curve
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _LONGER = 2.0  # legs than the one before
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
 _SHORTEST = 2.0**-39  # of a leg that is refused: beyond the known profile there is none

@@ -18,7 +18,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium, detached
@@ -29,8 +28,8 @@ from discretization.quadrature import NONE, Integrals, Interval, refined
 from discretization.roots import crossings
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
+from energy.arrays import Array, Mask
 
-Array = NDArray[np.float64]
 _TIE = 1e-14  # of the level and δ₀: how far above the level a lowest point may lie by rounding
 _APART = 1e-15  # of the depths: two places that close are one
 
@@ -217,7 +216,7 @@ class SpringsBranch(Branch):
 def _judged(
     profile: Resolved,
     lines: Array,
-    pinned: NDArray[np.bool_],
+    pinned: Mask,
     depth: float,
     level: float,
     lift: float,
@@ -234,9 +233,7 @@ def _judged(
     return Certificate(through, 0.0, torn, float(off) / lift, force)
 
 
-def _moves(
-    scene: Scene, lines: Array, pinned: NDArray[np.bool_], depth: float, found: Interval
-) -> Array:
+def _moves(scene: Scene, lines: Array, pinned: Mask, depth: float, found: Interval) -> Array:
     """How far lines (m, 2) may be off: rounding of the heights times the condition of the lines."""
     height, slope = scene.indenter.height(lines), np.abs(scene.indenter.slope(lines))
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -10,8 +10,6 @@ and pull, their shape. One class answers for each geometry and energy, in units 
 They are solved on spectral elements (network.py) whose errors are rounding.
 """
 
-from __future__ import annotations
-
 from discretization.surfaces.finite_line import FiniteSurfaces
 from discretization.surfaces.menisci import MeniscusSurfaces
 from discretization.surfaces.protocol import Surfaces

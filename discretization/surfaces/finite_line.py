@@ -17,15 +17,12 @@ The exponentials minimise F to rounding, which `residual` measures. As ∂F/∂h
 u²/2 + cos φ - 1, the same at every node, that is also ∂F/∂L.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.surfaces.finite_range import (
     DEGREE,
@@ -41,8 +38,8 @@ from discretization.surfaces.finite_range import (
 )
 from discretization.surfaces.network import on_elements, rounded
 from discretization.surfaces.protocol import At, Free, Surfaces, alone
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
 _INVERSE = 8  # steps of Newton's method to it
 

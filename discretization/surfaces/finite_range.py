@@ -16,8 +16,6 @@ as its least energy among functions that may jump is. Lines more than 40 l apart
 other.
 """
 
-from __future__ import annotations
-
 import bisect
 import functools
 import math
@@ -25,12 +23,11 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.roots import crossings
 from discretization.surfaces.network import rounded
+from energy.arrays import Array, Indices
 
-Array = NDArray[np.float64]
 DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of these ends:
 _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the middle
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
@@ -49,7 +46,7 @@ class Mesh(NamedTuple):
     ends: Array
     nodes: Array
     weights: Array
-    own: NDArray[np.int64]
+    own: Indices
 
 
 def mesh_of(T: Array) -> Mesh:
@@ -78,7 +75,7 @@ def rate(p: Any) -> Any:
 
 
 # p at both lines of gaps with these numbers (k,) and ranges T (k, 1)
-Ends = Callable[[Array, NDArray[np.int64]], tuple[Array, Array]]
+Ends = Callable[[Array, Indices], tuple[Array, Array]]
 
 
 def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
@@ -88,7 +85,7 @@ def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
     from either line, L <= T <= L + 1 + 2 ln(steepest).
     """
 
-    def off(T: Array, own: NDArray[np.int64]) -> Array:
+    def off(T: Array, own: Indices) -> Array:
         """(x - L)/T."""
         mesh, (start, end) = mesh_of(T), ends(T[:, None], own)
         grown = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
@@ -108,7 +105,7 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
     p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, FAR))
 
-    def ends(T: Array, own: NDArray[np.int64]) -> tuple[Array, Array]:
+    def ends(T: Array, own: Indices) -> tuple[Array, Array]:
         """At the other line at most upright: what would turn over falls short of it."""
         return p[own], np.clip(rise[own] / np.tanh(T / 2) - p[own], -STEEPEST, STEEPEST)
 

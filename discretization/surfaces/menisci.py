@@ -18,23 +18,20 @@ as for a line contact, because on the mesh, to rounding,
     d(s F)/ds = ±s (1 - cos φ - u₀²/2)   at a given u₀.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1
-from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from discretization.roots import crossings
 from discretization.surfaces.network import Family, band, chebyshev, on_elements, rounded
 from discretization.surfaces.protocol import ANY, At, Free, Surfaces, alone
 from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, rough, stiffness
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
 STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind resolves them
 LEAST = {1: 2.0**-40, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is known

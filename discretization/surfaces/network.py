@@ -26,9 +26,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import Legendre, legendre
 from numpy.polynomial.chebyshev import chebpts1
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from energy.arrays import Array
+
 FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
 _LONGEST = 0.5  # l: of an element, which rounding then resolves
 _COVERED = 4.0  # l: beside a line, by elements

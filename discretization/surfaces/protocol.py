@@ -12,18 +12,15 @@ A line advances where D < d and recedes where D > d. Small and finite slopes, li
 rotational symmetry differ in the answers that `Surfaces` leaves open, and nowhere else.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energy import Scene
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 ANY = -1e200  # below every depth
 MET = 1e-13  # elastocapillary lengths: lines that have met are no closer than that
 

@@ -9,20 +9,17 @@ beside the line and of the far field beyond them, which is eliminated exactly, a
 family (network.py).
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.special import i0e, i1e, k0e, k1e
 
 from discretization.surfaces.network import FAR, Family, Network, band, on_elements, rounded
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _DEGREE = 12  # the least whose errors are rounding
 _POINTS, _OCTAVES = 28, 3.0  # of a piece of radii: the polynomial is then exact to rounding
 _COVERED, _DISC = 4.0, 6  # l: beside a line, by elements; by how many inside it

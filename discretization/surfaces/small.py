@@ -12,19 +12,16 @@ The square in ∂U/∂x = m (γ₁/2 r² - w) is left because on the mesh, to ro
 where a line at s moves away from its contact, S its reaction per length: it is what `_off` checks.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.surfaces.network import Line
 from discretization.surfaces.protocol import ANY, MET, Free, Surfaces
 from discretization.surfaces.rings import BESIDE, Axis
+from energy.arrays import Array
 
-Array = NDArray[np.float64]
 _STEP = 1e-30  # of a width, along the imaginary axis
 # on elements of the least degree whose errors are rounding
 _NETS: dict[str, Line | Axis] = {"line": Line(10), "axisymmetric": Axis()}

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Values: TypeAlias = float | NDArray[np.float64]
+from energy.arrays import Array
+
+Values: TypeAlias = float | Array
 """What a card returns: a float for numbers, an array for arrays."""
 
 

@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 
 from energy import Scene
+from energy.arrays import Array
 from energy.layer import second_order
 from energy.validity import MUCH_LESS
 from studies import scenes
 from studies.applicability.record import TOLERANCES, Point, Record
 from studies.scenes.file import load
-from studies.shared import Array
 from studies.shared.figures import (
     COLOURS,
     GREY,

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from energy.arrays import Array
 from studies.applicability.figures import worst_on_path
 from studies.applicability.record import TOLERANCES, Record
-from studies.shared import Array
 from studies.shared.table import Table, markdown
 
 

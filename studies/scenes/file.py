@@ -54,10 +54,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energy
 from energy import ElasticLayer, Indenter, Scene, SurfaceEnergies
+from energy.arrays import Array
 from energy.checks import nearest
 from studies.scenes import curve_file
 from studies.scenes.curve_file import Reading
@@ -84,7 +84,7 @@ class Programme:
     """A load path's control ("depths", "forces" or "drives"), its values (n,) and the machine."""
 
     control: str
-    values: NDArray[np.float64]
+    values: Array
     machine_stiffness: float | None
 
 
@@ -99,7 +99,7 @@ class SceneFile:
     title: str
     source: str
     scene: Scene
-    depths: NDArray[np.float64]
+    depths: Array
     options: dict[str, Any]
     programme: Programme | None = None
     measured: Reading = field(default_factory=Reading)
@@ -208,7 +208,7 @@ def _wedge_angle(table: Table) -> float:
     return math.radians(table.number("delta_degrees"))
 
 
-def _depths(file: Table) -> NDArray[np.float64]:
+def _depths(file: Table) -> Array:
     if "depth" not in file.table and "path" in file.table:
         return np.empty(0)
     if "opening" in file.table:
@@ -236,7 +236,7 @@ def _programme(path: Path, content: Any, options: Mapping[str, Any]) -> Programm
     return Programme(control, _legs(table, control), stiffness)
 
 
-def _legs(table: Table, control: str) -> NDArray[np.float64]:
+def _legs(table: Table, control: str) -> Array:
     """The turning points joined by `steps` steps each; a range as it is."""
     values = table.spread(control)
     if isinstance(table.table[control], Mapping):

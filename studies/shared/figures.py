@@ -12,7 +12,7 @@ from discretization.plots import BLUE, GREEN, GREY, ORANGE
 from discretization.plots import RIGID as RIGID
 from discretization.plots import SOFT as SOFT
 from discretization.plots import canvas as canvas
-from studies.shared import Array
+from energy.arrays import Array
 from studies.shared.table import replacing
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from discretization import AccuracyWarning, Equilibrium, History, load_path, minimise
 from discretization.lattice.state import on_lattice
 from energy import Scene
-from studies.shared import Array
+from energy.arrays import Array
 
 
 class Mesh(ABC):

@@ -20,7 +20,7 @@ import numpy as np
 
 from discretization import Lattice
 from energy import ElasticLayer, Parabola, Sampled, Scene, SurfaceEnergies
-from studies.shared import Array
+from energy.arrays import Array
 
 RADIUS = 10.0
 WAVES_SPACING = 1 / 25  # in l

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from discretization import load_path
 from energy import Scene
-from studies.shared import Array
+from energy.arrays import Array
 
 RTOL = 1e-4  # asked of the paths, whose forces are then right to some 1e-6
 BEYOND = 1.01  # times δ₀ below touching nothing holds

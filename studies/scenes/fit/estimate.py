@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from energy import Assumption, Scene
+from energy.arrays import Array
 from studies.scenes.fit.force_curve import BASELINE, Curve, Data, noise
 from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, sought
@@ -23,7 +24,6 @@ from studies.scenes.fit.verdict import (
     unsuited,
 )
 from studies.scenes.run import violations
-from studies.shared import Array
 
 UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
 LOOSE, CONDITION = 1.0, 100.0

@@ -8,11 +8,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import find_peaks
 from scipy.special import chdtri
 
-from studies.shared import Array
+from energy.arrays import Array, Indices, Mask
 
 CLEAR = 5.0  # times the noise: a force, or a way back, that is there
 ROUNDING = 1e-9  # of a way back, relative to the range of depths
@@ -58,7 +57,7 @@ def turning_points(depth: Array) -> tuple[int, ...]:
     return tuple(sorted(np.concatenate(turns).tolist()))
 
 
-def loading(depth: Array) -> NDArray[np.bool_]:
+def loading(depth: Array) -> Mask:
     """Whether a point lies on a branch of growing depth (n,); a turning point ends its branch."""
     ends = [0, *turning_points(depth), depth.size - 1]
     grows = np.zeros(depth.size, bool)
@@ -67,7 +66,7 @@ def loading(depth: Array) -> NDArray[np.bool_]:
     return grows
 
 
-def free_parts(curve: Curve) -> NDArray[np.bool_]:
+def free_parts(curve: Curve) -> Mask:
     """Points before and after all contact whose force is a line but for noise (n,)."""
     free, n = np.zeros(curve.force.size, bool), curve.force.size
     turns = turning_points(curve.depth)
@@ -102,7 +101,7 @@ def _flat(depth: Array, force: Array) -> int:
     return count if flat else 0
 
 
-def baseline(curve: Curve, free: NDArray[np.bool_]) -> Array:
+def baseline(curve: Curve, free: Mask) -> Array:
     """The forces that a free line may have, for level, slope and drift of 1 (n, q).
 
     The drift, over the number of the point, only where there are free points on both sides of the
@@ -129,7 +128,7 @@ class Mark(NamedTuple):
 class Leg(NamedTuple):
     """Points in contact on one way in or out (by their indices); turn: drive at which it begins."""
 
-    points: NDArray[np.intp]
+    points: Indices
     turn: float
 
 
@@ -182,8 +181,8 @@ class Data:
     curve: Curve
     flat: Curve
     columns: Array
-    used: NDArray[np.bool_]
-    free: NDArray[np.bool_]
+    used: Mask
+    free: Mask
     contacts: tuple[Contact, ...]
     sigma: float
     size: float

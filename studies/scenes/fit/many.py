@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from energy.arrays import Array
 from energy.units import prefixed
 from studies.scenes.curve_file import INSTRUMENT, Reading, count, read_curve
 from studies.scenes.file import load
@@ -16,7 +17,6 @@ from studies.scenes.fit.estimate import UNITS, fit
 from studies.scenes.fit.model import parameters_of, scene_with
 from studies.scenes.sweep.store import Record
 from studies.scenes.sweep.study import sweep, table
-from studies.shared import Array
 from studies.shared.batches import tell
 from studies.shared.command import Output
 from studies.shared.figures import BLUE, Figure, canvas

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import optimize
 
 from discretization import NotCertifiedError
 from energy import Scene, SurfaceEnergies
+from energy.arrays import Array, Mask
 from studies.scenes.fit.branches import Branch, retraction, touching, ways
 from studies.scenes.fit.force_curve import Data
-from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
@@ -228,7 +227,7 @@ class Model:
         own = optimize.approx_fprime(x, self.off, self.ranges[2])
         return np.concatenate([own, self.data.lines], axis=1)
 
-    def apart(self, x: Array) -> NDArray[np.bool_]:
+    def apart(self, x: Array) -> Mask:
         """Which points (n,) can have no contact: before it, or below all of it."""
         (_, ends), data = self.forces(x), self.data
         before = ~np.logical_or.accumulate(data.used) & (data.curve.drive < ends["touch"])

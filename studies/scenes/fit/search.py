@@ -8,8 +8,8 @@ import numpy as np
 from scipy import optimize
 from scipy.special import stdtrit
 
+from energy.arrays import Array
 from studies.scenes.fit.model import Model
-from studies.shared import Array
 
 BLUNT = 100.0, 10.0  # straight ends of branches at first
 FINE, ROUGH = 1e-6, 1e-2  # gains at last, and where straight ends or HOPELESS noise are left

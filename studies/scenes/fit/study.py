@@ -45,8 +45,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energy.arrays import Array, Mask
 from energy.text_lines import DELIMITERS, NUMBER
 from energy.units import prefixed
 from studies.scenes.curve_file import MEASURED, read_curve
@@ -55,7 +55,7 @@ from studies.scenes.fit import many, trials
 from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.model import DEFAULT, NAMES
-from studies.shared import Array, command
+from studies.shared import command
 from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
 from studies.shared.table import Table
 
@@ -90,7 +90,7 @@ def plot(found: Fit, title: str) -> Figure:
     return figure
 
 
-def _points(axes: Any, found: Fit, x: Array, y: Array, aside: NDArray[np.bool_]) -> None:
+def _points(axes: Any, found: Fit, x: Array, y: Array, aside: Mask) -> None:
     """What was measured on the way in and out, out of contact, and what was not used."""
     data, grows = found.model.data, loading(found.model.data.curve.drive)
     for chosen, colour, marker, name in (

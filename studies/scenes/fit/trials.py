@@ -25,11 +25,11 @@ import numpy as np
 
 from discretization import load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+from energy.arrays import Array
 from studies.scenes.fit.branches import Branch
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import astray
-from studies.shared import Array
 from studies.shared.batches import Progress, each, tell
 from studies.shared.command import Output
 from studies.shared.table import Columns, Table

@@ -10,9 +10,9 @@ import numpy as np
 
 from discretization import Equilibrium, NotCertifiedError, minimise
 from energy import Scene
+from energy.arrays import Array
 from studies.scenes.fit.model import Model, parameters_of, scene_with
 from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless, sought
-from studies.shared import Array
 
 TIMES = 2.0  # residual over noise: found between 0.5 and 1.4 where the model is right
 RUNS = -3.5  # standard deviations below the mean number of runs: one in 4000 curves of pure noise

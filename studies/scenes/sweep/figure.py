@@ -4,12 +4,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energy.arrays import Array, Mask
 from energy.units import Unit, prefixed
 from studies.scenes.grid import UNITS, Value
 from studies.scenes.sweep.store import Record
-from studies.shared import Array
 from studies.shared.figures import BLUE, GREY, Figure, canvas, shades
 
 STATE = (("force", "force P", "N"), ("half_width", "half-width a", "m"))
@@ -85,7 +84,7 @@ class Values(NamedTuple):
 
     table: Array
     error: Array
-    detached: NDArray[np.bool_]
+    detached: Mask
 
     @property
     def attached(self) -> Array:
