@@ -162,7 +162,7 @@ class Equilibrium:
         return 2 * self.half_width
 
     @functools.cached_property
-    def free(self) -> list[tuple[At | None, At | None]]:
+    def free_surfaces(self) -> list[tuple[At | None, At | None]]:
         """The lines of every free surface from left to right, None infinitely far away."""
         x = self.contacts.ravel()
         f = np.asarray(self.scene.indenter.height(x), float)
@@ -181,8 +181,8 @@ class Equilibrium:
         f1 = self.scene.indenter.slope_beside(self.contacts, own)
         if not (self.scene.gamma1 and self.contacts.size):
             return sides * f1, np.zeros_like(f1)
-        at = [np.array([line.x for line in pair if line]) for pair in self.free]
-        parts = zip(at, self.free, strict=True)
+        at = [np.array([line.x for line in pair if line]) for pair in self.free_surfaces]
+        parts = zip(at, self.free_surfaces, strict=True)
         u1 = [self.surfaces.shape(x, *pair, self.depth)[1] for x, pair in parts]
         return sides * f1, sides * np.concatenate(u1).reshape(-1, 2)
 
@@ -226,7 +226,8 @@ class Equilibrium:
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
         free = ~inside & ~np.isnan(x)
         part = np.searchsorted(self.contacts[:, 0], x)
-        for i, pair in enumerate(self.free if self.scene.gamma1 and self.contacts.size else ()):
+        tense = self.scene.gamma1 and self.contacts.size
+        for i, pair in enumerate(self.free_surfaces if tense else ()):
             own = free & (part == i)
             if own.any():
                 u[own] = self.surfaces.shape(x[own], *pair, self.depth)[0]

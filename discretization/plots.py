@@ -138,7 +138,7 @@ def legs(history: Any) -> list[tuple[str, list[Any]]]:
     found: list[tuple[str, list[Any]]] = []
     for part in history.parts:
         if not isinstance(part, list):
-            found += [("jump", _held(history, part))] if part.kind in JUMPS else []
+            found += [("jump", _under_control(history, part))] if part.kind in JUMPS else []
             continue
         free = all(math.isnan(state.left) for state in part)
         kind = "free" if free else "loading" if part[-1].depth > part[0].depth else "unloading"
@@ -148,7 +148,7 @@ def legs(history: Any) -> list[tuple[str, list[Any]]]:
     return [(kind, states) for kind, states in found if len(states) > 1]
 
 
-def _held(history: Any, event: Any) -> list[Any]:
+def _under_control(history: Any, event: Any) -> list[Any]:
     """A jump along the line of the control: before, under the load at its end, after."""
     before, after, stiffness = event.before, event.after, history.machine_stiffness
     if history.control == "depth":

@@ -74,7 +74,7 @@ def _of_free(state: Any) -> Array:
     """Springs and surface (2,) of all free surfaces."""
     scene, found = state.scene, np.zeros(2)
     far, least = _FAR * scene.elastocapillary_length, 0.0 if scene.axisymmetric else -math.inf
-    for left, right in state.free:
+    for left, right in state.free_surfaces:
 
         def density(x: Array, pair: Any = (left, right)) -> Array:
             u, slope = state.surfaces.shape(x, *pair, state.depth)

@@ -224,7 +224,7 @@ def answer(params: Parameters, loops: Sequence[Loop]) -> str:
         f"{loop.fraction[at]:.0%} of the width for l = {loop.tension:g} × the shortest wavelength"
         for loop in (loops[0], loops[-1])
     )
-    return f"Pressed to the deepest, in {', in '.join(told)}."
+    return f"FreePart to the deepest, in {', in '.join(told)}."
 
 
 def lowest_is_lowest(loop: Loop) -> bool:

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import ROUNDING, NotCertifiedError
-from discretization.fitted.rests import TIE
+from discretization.fitted.rest_depths import TIE
 from discretization.roots import bracketed, crossings, least
 from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At, Free, Surfaces
@@ -67,7 +67,7 @@ class Alone:
         """A displacement to measure others by: the largest of these depths, and δ₀."""
         return max(map(abs, depths)) + self.scene.opened.critical_separation
 
-    def rest(
+    def rest_depth(
         self, side: Any, x: Any, beside: Any = None, *, way: int = 1, adhesive: bool = True
     ) -> Any:
         """D of a line at x that advances (way 1) or recedes (-1); or D₀ without adhesion.
@@ -85,11 +85,11 @@ class Alone:
         edge = np.isin(x, indenter.walls) & np.equal(x, end) & np.greater(beside, 0)
         return np.where(edge, math.inf, found)
 
-    def free(self, side: int, x: float, depth: float) -> Free:
+    def solve(self, side: int, x: float, depth: float) -> Free:
         """The free surface beyond a line. ValueError where it would turn over."""
         line = At(x, float(self.scene.indenter.height(x)))
         left, right = (line, None) if side > 0 else (None, line)
-        return self.surfaces.free(left, right, depth)
+        return self.surfaces.solve(left, right, depth)
 
     def lines(self, depth: float) -> tuple[float, ...]:
         """Both ends of the contact, 0 at the axis; () where it has let go."""
@@ -109,13 +109,13 @@ class Alone:
     def _lowest(self, way: int) -> tuple[float, float]:
         """The same for one way, about an axis by golden sections in log r."""
         if not self.scene.axisymmetric:
-            ahead = self.rest(np.array(self.sides), self.apex, 1, way=way)
+            ahead = self.rest_depth(np.array(self.sides), self.apex, 1, way=way)
             return self.apex, min(self.touch, *ahead.tolist())
         outer = self.find(1, self.touch, way)
         if not outer:
             return 0.0, self.touch
-        last = float(self.rest(1, outer, -1, way=way))
-        deep, value = least(lambda t: self.rest(1, outer * math.exp(-t), way=way), 0.0, _DEEP)
+        last = float(self.rest_depth(1, outer, -1, way=way))
+        deep, value = least(lambda t: self.rest_depth(1, outer * math.exp(-t), way=way), 0.0, _DEEP)
         places = (outer * math.exp(-deep), float(value)), (outer, last), (0.0, self.touch)
         return min(places, key=lambda found: found[1])
 
@@ -131,10 +131,10 @@ class Alone:
                 return math.nan
 
         def h(x: float, beside: int | None = None) -> float:
-            return float(self.rest(side, x, beside, way=way)) - depth
+            return float(self.rest_depth(side, x, beside, way=way)) - depth
 
         places = np.append(start, self.corners(side, start))
-        beyond = self.rest(side, places, 1, way=way) - depth
+        beyond = self.rest_depth(side, places, 1, way=way) - depth
         tie = _NEUTRAL * (abs(h(start)) + self.size(depth))
         for inside, x, held in zip([start, *places], places.tolist(), beyond > tie, strict=False):
             if held:
@@ -157,7 +157,7 @@ class Alone:
             if h(x) > 0:
                 return inside, x
             if depth < indenter.height(x):  # pulled up, and further out even more
-                self.free(side, x, depth)
+                self.solve(side, x, depth)
         raise ValueError(
             f"depth = {depth!r} spreads the contact to x = {x!r}, where the profile is not known "
             "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends "
@@ -196,7 +196,7 @@ def lowest_point(indenter: Indenter, size: float) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class LoneTrack:
     """The lines of the contact at the start of a way and at its end.
 
     lost: whether the contact is lost at the end.
@@ -210,11 +210,13 @@ class Way:
     lost: bool = False
 
     @classmethod
-    def of(cls, alone: Alone, lines: tuple[float, ...], start: float, end: float) -> Way | None:
+    def of(
+        cls, alone: Alone, lines: tuple[float, ...], start: float, end: float
+    ) -> LoneTrack | None:
         """The way towards a depth up to its first event; None where that is a jump of a line."""
         way, first = (1 if end >= start else -1), np.array(lines[-len(alone.sides) :])
         sides, size, lost = np.array(alone.sides), alone.size(start, end), False
-        ahead = alone.rest(sides, first, way, way=way)
+        ahead = alone.rest_depth(sides, first, way, way=way)
         (place, low), axis = alone.lowest[way], alone.scene.axisymmetric
         if axis and way > 0 and first[0] < place:
             return None
@@ -231,18 +233,18 @@ class Way:
             end, lost = min(low + _LOST * size, start), True
         return cls(alone, way, (start, end), first, first, lost)._moved(~held)
 
-    def _moved(self, moves: Mask) -> Way:
+    def _moved(self, moves: Mask) -> LoneTrack:
         """With the lines that move at the end, which is no further than the next corner."""
         (start, end), last, stops = self.depths, self.first.copy(), [(math.inf, -1, math.nan)]
         for i in (own := np.flatnonzero(moves).tolist()):
             side = self.alone.sides[i] * self.way
             passed = self.alone.corners(side, float(self.first[i]))
             passed = passed[side * passed <= side * self._place(i, end)]
-            rest = self.alone.rest(self.alone.sides[i], passed, -self.way, way=self.way)
+            rest = self.alone.rest_depth(self.alone.sides[i], passed, -self.way, way=self.way)
             later, tie = self.way * (rest - start), TIE * self.alone.size(start, end)
             stops += [(later[k], i, passed[k]) for k in np.flatnonzero(later > tie)[:1]]
-        first_stop, stopped, corner = min(stops)
-        end = self.way * float(min(self.way * end, self.way * start + first_stop))
+        first_zero, stopped, corner = min(stops)
+        end = self.way * float(min(self.way * end, self.way * start + first_zero))
         for i in own:
             last[i] = corner if i == stopped else self._place(i, end)
         lost = self.lost and end == self.depths[1]
@@ -270,7 +272,7 @@ class Way:
 
         def off(x: Array, own: Indices) -> Array:
             beside = np.where(x == end[own], -self.way, self.way)
-            rest = self.alone.rest(sides[line[own]], x, beside, way=self.way)
+            rest = self.alone.rest_depth(sides[line[own]], x, beside, way=self.way)
             return np.asarray(rest - goal[own])
 
         span = self.depths[1] - self.depths[0]

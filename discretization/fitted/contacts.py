@@ -28,14 +28,16 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import ROUNDING, Certificate
-from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.fitted.motion import Lines, Motion, free
-from discretization.fitted.rests import margins
+from discretization.equilibrium import QUANTITIES, Equilibrium
+from discretization.fitted.motion import Lines, Motion, free_parts
+from discretization.fitted.rest_depths import margins
 from discretization.quadrature import Interval, refined
-from discretization.surfaces.protocol import Free
+from discretization.roots import least
+from discretization.surfaces.protocol import At, Free
 from energy import Scene
 from energy.arrays import Array, Mask
 
+_NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
@@ -74,18 +76,18 @@ class Contacts:
         return np.isin(self.x, held)
 
     @functools.cached_property
-    def free(self) -> list[Free]:
+    def surfaces(self) -> list[Free]:
         """The free surfaces. ValueError if one would turn over."""
         rests = self.motion.rests
-        ends = [(rests.at(q), rests.at(p)) for q, p in free(self.lines)]
-        return [rests.surfaces.free(*pair, self.depth) for pair in ends]
+        ends = [(rests.at(q), rests.at(p)) for q, p in free_parts(self.lines)]
+        return [rests.surfaces.solve(*pair, self.depth) for pair in ends]
 
     @functools.cached_property
     def rates(self) -> tuple[Array, Mask, Array]:
         """Lines (n, 2) of the free surfaces, which of them are free, the changes of D (n, 2, 2)."""
-        rests, lines = self.motion.rests, np.array(free(self.lines))
+        rests, lines = self.motion.rests, np.array(free_parts(self.lines))
         held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
-        _, rates = rests.rest_depths(lines[:, None], rests.rooms(lines, 1), 1, True)
+        _, rates = rests.with_rates(lines[:, None], rests.between_corners(lines, 1), 1, True)
         assert rates is not None
         return lines, np.isfinite(lines) & ~held, rates[:, 0]
 
@@ -112,12 +114,12 @@ class Contacts:
     @property
     def pulls(self) -> Array:
         """What the free surfaces pull at both lines of each contact, S (m, 2)."""
-        return _of_contacts(np.array([each.pulls for each in self.free]))
+        return _of_contacts(np.array([each.pulls for each in self.surfaces]))
 
     def totals(self) -> Interval:
         """Energy and force."""
-        energy, area = np.sum([(each.energy, each.area) for each in self.free], axis=0).tolist()
-        pulls = [pull for each in self.free for pull in each.pulls]
+        energy, area = np.sum([(each.energy, each.area) for each in self.surfaces], axis=0).tolist()
+        pulls = [pull for each in self.surfaces for pull in each.pulls]
         beside = energy, sum(pulls), area, sum(map(abs, pulls))
         return refined(self.motion.scene, self.depth, self.x, beside)
 
@@ -169,16 +171,16 @@ def push(scene: Scene, depth: float, x: Array) -> Array:
 def certify(contacts: Contacts, found: Interval) -> Certificate:
     """Judge contacts with these totals."""
     scene, depth = contacts.motion.scene, contacts.depth
-    lift = contacts.motion.rests.lift(depth)
-    if lift * scene.elastocapillary_length == 0:
+    scale = contacts.motion.rests.displacement_scale(depth)
+    if scale * scene.elastocapillary_length == 0:
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
-    size = lift + _steepest(contacts)  # of the terms that cancel in D
-    beyond = 0.0 if contacts.alone else contacts.motion.penetration(contacts.lines, depth)
+    size = scale + _steepest(contacts)  # of the terms that cancel in D
+    beyond = 0.0 if contacts.alone else penetration(contacts)
     return Certificate(
-        penetration=max(0.0, through / size, beyond / lift),
-        stationarity=max(each.residual for each in contacts.free),
-        opening=_tension(contacts, lift),
+        penetration=max(0.0, through / size, beyond / scale),
+        stationarity=max(each.residual for each in contacts.surfaces),
+        opening=_tension(contacts, scale),
         neighbours=max(0.0, gain / size, _unstable(contacts)),
         force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
     )
@@ -215,7 +217,8 @@ def _rounding(lines: Array, loose: Mask) -> Array:
 def _unstable(contacts: Contacts) -> float:
     """1 where D falls outwards of a free line, or of both of a gap together; else 0.
 
-    Where D is least a line is found to the root of its rounding, where it changes by _FLAT.
+    Where D is least the line of a lone contact is found to the root of its rounding, where D
+    changes by _FLAT.
     """
     scene, (lines, loose, rates) = contacts.motion.scene, contacts.rates
     if scene.hysteretic or not scene.work_of_adhesion:
@@ -225,14 +228,41 @@ def _unstable(contacts: Contacts) -> float:
     if scene.axisymmetric:
         radius = np.where(loose, lines, 0.0).max(axis=1)
         span = np.where(radius > 0, np.minimum(radius, span), span)
-    slack = np.maximum(_FALLING * steepest, _FLAT * contacts.motion.rests.size / span)
+    slack = _FALLING * steepest
+    if contacts.alone:
+        slack = np.maximum(slack, _FLAT * contacts.motion.rests.size / span)
     aside = np.diag([1, -1]) * slack[:, None, None]
     with np.errstate(over="ignore"):
         stable = margins(rates[:, None], loose)[0] | margins((rates + aside)[:, None], loose)[0]
     return 0.0 if stable.all() else 1.0
 
 
-def _tension(contacts: Contacts, lift: float) -> float:
+def penetration(contacts: Contacts) -> float:
+    """max (g - u) [length] between the lines and beyond them, as deep as it is found to be.
+
+    At samples of the profile, and between those next to one that is the highest around.
+    """
+    motion, depth, worst = contacts.motion, contacts.depth, 0.0
+    for lines in free_parts(contacts.lines):
+        left, right = map(motion.rests.at, lines)
+
+        def deep(x: Array, left: At | None = left, right: At | None = right) -> Array:
+            u = motion.surfaces.shape(x, left, right, depth)[0]
+            return np.asarray(depth - motion.profile.indenter.height(x) - u)
+
+        inner = motion.profile.x[motion.profile.beyond(*lines)]
+        x, v = np.array([lines[0], *inner, lines[1]]), np.array([0.0, *deep(inner), 0.0])
+        x, v = x[np.isfinite(x)], v[np.isfinite(x)]
+        steps = np.abs(np.diff(v))
+        peak = (v[1:-1] >= v[:-2]) & (v[1:-1] >= v[2:])
+        peak &= v[1:-1] > -_NEAR * np.maximum(steps[:-1], steps[1:])
+        if peak.any():
+            v = np.append(v, -least(lambda z: -deep(z), x[:-2][peak], x[2:][peak])[1])
+        worst = max(worst, float(v.max(initial=0.0)))
+    return worst
+
+
+def _tension(contacts: Contacts, scale: float) -> float:
     """Largest force that would open a contact, over kδl."""
     motion, scene, x = contacts.motion, contacts.motion.scene, contacts.x
     unit, corners = scene.stiffness * scene.elastocapillary_length, motion.profile.corners
@@ -240,9 +270,9 @@ def _tension(contacts: Contacts, lift: float) -> float:
     over = (motion.profile.falls(scene.slopes) - motion.holds(corners))[inside % 2 == 1]
     lone = ~contacts.wide[:, 0] & (scene.measure(x[:, 0]) > 0)
     pulls = contacts.pulls.sum(axis=1)[lone] / scene.measure(x[lone, 0])
-    bare = (motion.resting.pull(*part, contacts.depth).force for part in motion.bare(x))
+    bare = (motion.search.pull(*part, contacts.depth).force for part in motion.bare(x))
     worst = max([0.0, *(scene.gamma1 * over), *-pulls, *(unit * force for force in bare)])
-    return float(worst) / (unit * lift)
+    return float(worst) / (unit * scale)
 
 
 def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
@@ -254,37 +284,3 @@ def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     place = _POSITION * np.where(free, np.abs(lines), 0.0)
     moves = _of_contacts(np.abs(np.linalg.pinv(own)).sum(axis=2) * off + place)
     return estimated(scene, contacts.depth, contacts.x, moves, found)
-
-
-def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilibrium:
-    """The certified state with these lines.
-
-    NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
-    """
-    scene = motion.scene
-    if not lines:
-        lift = max(abs(depth), scene.opened.critical_separation) or 1.0
-        apart = Certificate.undeformed(motion.penetration(lines, depth) / lift)
-        return _demanded(detached(scene, depth, branch, motion.surfaces, apart))
-    contacts = Contacts(motion, lines, depth)
-    found = contacts.totals()
-    state = equilibrium(
-        contacts.x,
-        found,
-        scene=scene,
-        depth=depth,
-        pinned=contacts.pinned,
-        certificate=certify(contacts, found),
-        surfaces=motion.surfaces,
-        errors=errors(contacts, found),
-        branch=branch,
-        neutral=contacts.neutral,
-    )
-    return _demanded(state)
-
-
-def _demanded(state: Equilibrium) -> Equilibrium:
-    """The state. NotCertifiedError if its certificate failed."""
-    name = f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts"
-    state.certificate.demand(name, "try another depth: this one may be that of an event")
-    return state

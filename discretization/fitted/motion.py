@@ -2,10 +2,10 @@
 
 A state is the tuple of its lines from left to right, (left, right, left, right, ...); () is
 detached. In contact u = d - f is prescribed, so the free surfaces (two tails, and a gap between
-neighbouring contacts) do not feel each other, and each is followed by itself. Pressed (pressed.py),
-lines advance to the first place where they rest, a contact begins where the free surface touches
-the profile, and lines that meet close their gap. Retracted, lines recede to the first place where
-they rest, and contacts whose lines meet are gone.
+neighbouring contacts) do not feel each other, and each is followed by itself. Pressed
+(free_part.py), lines advance to the first place where they rest, a contact begins where the free
+surface touches the profile, and lines that meet close their gap. Retracted, lines recede to the
+first place where they rest, and contacts whose lines meet are gone.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from itertools import pairwise
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.pressed import Lines, Pressed, pairs
-from discretization.fitted.resting import MET, Pair, Resting
-from discretization.fitted.rests import TIE, Rests
+from discretization.fitted.free_part import FreePart, Lines, pairs
+from discretization.fitted.line_search import MET, LineSearch, Pair
+from discretization.fitted.rest_depths import TIE, RestDepths
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import Surfaces
 from energy import Scene
@@ -37,14 +37,14 @@ class Motion:
     scene: Scene
     profile: Resolved
     surfaces: Surfaces
-    rests: Rests
+    rests: RestDepths
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, surfaces: Surfaces, depth: float) -> Motion:
         """With these free surfaces, for depths up to this one."""
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
         size = size or scene.layer.h  # of no adhesion at touching itself
-        return cls(scene, profile, surfaces, Rests(scene, profile, surfaces, size))
+        return cls(scene, profile, surfaces, RestDepths(scene, profile, surfaces, size))
 
     @property
     def gradual(self) -> bool:
@@ -53,14 +53,14 @@ class Motion:
         return scene.indenter.convex and not scene.axisymmetric and scene.pattern is None
 
     @functools.cached_property
-    def resting(self) -> Resting:
+    def search(self) -> LineSearch:
         """What finds where lines come to rest."""
-        return Resting(self.rests)
+        return LineSearch(self.rests)
 
     @functools.cached_property
-    def surface(self) -> Pressed:
+    def free_part(self) -> FreePart:
         """What moves the lines of one free surface."""
-        return Pressed(self.resting)
+        return FreePart(self.search)
 
     def adhered(self, depth: float) -> Lines:
         """The state of the path that touches first and then moves to this depth."""
@@ -79,16 +79,7 @@ class Motion:
 
     def penetration(self, lines: Lines, depth: float) -> float:
         """How far the profile sticks through the free surfaces, at worst [length]."""
-        return max(0.0, *(-self.surface.least(pair, depth)[0] for pair in free(lines)))
-
-    def neutral(self, lines: Lines, depth: float) -> bool:
-        """Whether a line at an edge of the body costs nothing to move inwards."""
-        if not lines or not self.scene.work_of_adhesion:
-            return False
-        ends = np.array([(lines[-1], math.inf), (-math.inf, lines[0])])
-        off = np.abs(self.rests.ahead(ends, -1) - depth)
-        at_edge = np.isin(ends, self.profile.indenter.walls) & (lines[0] < lines[-1])
-        return bool((at_edge & (off <= TIE * self.rests.size)).any())
+        return max(0.0, *(-self.free_part.least(pair, depth)[0] for pair in free_parts(lines)))
 
     def first(self) -> Lines:
         """The state at first touch."""
@@ -103,8 +94,8 @@ class Motion:
         Where a contact begins is known to _TOUCHED only: lines that went too far for it recede.
         """
         found: list[float] = []
-        for pair in free(lines):
-            found += pair if pair in still else self.surface.lines(*pair, start, end)
+        for pair in free_parts(lines):
+            found += pair if pair in still else self.free_part.advance(*pair, start, end)
         return self.relaxed(tuple(found[1:-1]), end)
 
     def relaxed(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
@@ -135,13 +126,13 @@ class Motion:
 
     def _torn(self, left: float, right: float, depth: float) -> Lines:
         """The lines of a gap that opens in a contact by itself; () if nowhere."""
-        torn = self.resting.torn(left, right, depth, self.holds(self.profile.corners))
+        torn = self.search.torn(left, right, depth, self.holds(self.profile.corners))
         if torn.size:
             aside = MET * self.scene.elastocapillary_length
             return float(torn[0]) - aside, float(torn[0]) + aside
         for start, end in self.bare(np.array([[left, right]])):
-            found = self.resting.pull(start, end, depth)
-            if found.force > self.resting.least_pull(depth):
+            found = self.search.pull(start, end, depth)
+            if found.force > self.search.least_pull(depth):
                 return found.ends
         return ()
 
@@ -172,7 +163,7 @@ class Motion:
     def retracted(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
         """Lines taken to a smaller depth; still: free surfaces that are left as they are."""
         while lines:
-            surfaces, inner = np.array(free(lines)), (-math.inf, *lines, math.inf)
+            surfaces, inner = np.array(free_parts(lines)), (-math.inf, *lines, math.inf)
             behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
             loose = (behind - depth > TIE * self.rests.size).any(axis=1)
             for i in np.flatnonzero(loose).tolist():
@@ -181,7 +172,7 @@ class Motion:
                     continue
                 least = inner[2 * i - 1] if i else -math.inf
                 most = inner[2 * i + 2] if 2 * i + 2 < len(inner) else math.inf
-                surfaces[i] = self.resting.apart(q, p, least, most, depth)
+                surfaces[i] = self.search.recede(q, p, least, most, depth)
             held: list[float] = []
             for left, right in pairs(surfaces.ravel().tolist()[1:-1]):
                 corners = [x for x in (left, right) if x in self.profile.corners]
@@ -211,6 +202,6 @@ class Motion:
         return bool(u - depth + f > TIE * size)
 
 
-def free(lines: Sequence[float]) -> list[Pair]:
+def free_parts(lines: Sequence[float]) -> list[Pair]:
     """Both lines of every free surface, infinite where there is none."""
     return pairs((-math.inf, *lines, math.inf))

@@ -2,20 +2,21 @@
 
 The profile is resolved on its own scale first. "adhered" is the end of the path from first touch
 (motion.py), and "global" what has the least energy of: the lowest contacts of a lattice, moved to
-rest on the fitted mesh, the adhered state, and none. Spacings are halved until that leads to no
-lower state.
+rest on the fitted mesh, the adhered state, and none. Lattices are halved until two of them lead to
+the same state.
 """
 
 import contextlib
 import math
+import operator
 import warnings
 from collections.abc import Iterator
 
 import numpy as np
 
-from discretization.certificate import AccuracyWarning, NotCertifiedError
-from discretization.equilibrium import Equilibrium
-from discretization.fitted.contacts import state_of
+from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
+from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted.contacts import Contacts, certify, equilibrium, errors
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
@@ -41,18 +42,18 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     AccuracyWarning where the profile is not resolved, or a finer lattice might lead to a lower one.
     """
     motion = Motion.of(scene, resolve(scene, depth), surfaces_of(scene), depth)
-    lowest = state_of(motion, motion.adhered(depth), depth, branch)
+    adhered = state_of(motion, motion.adhered(depth), depth, branch)
     if branch == "adhered" or not scene.work_of_adhesion:
-        return lowest
-    discs = scene.axisymmetric and scene.indenter.convex
-    for i, candidates in enumerate([_discs(motion, depth)] if discs else _lowest(motion, depth)):
-        before = lowest.energy
+        return adhered
+    discs, found = scene.axisymmetric and scene.indenter.convex, list[Equilibrium]()
+    for candidates in [_discs(motion, depth)] if discs else _lowest(motion, depth):
+        states = [adhered]
         for lines in candidates:
             with contextlib.suppress(NotCertifiedError):
-                state = state_of(motion, lines, depth, branch)
-                lowest = min(lowest, state, key=lambda each: each.energy)
-        if discs or (i and before - lowest.energy <= _SAME * lowest.scales["energy"]):
-            return lowest
+                states.append(state_of(motion, lines, depth, branch))
+        found.append(min(states, key=_energy))
+        if discs or (len(found) > 1 and _alike(*found[-2:])):
+            return min(found, key=_energy)
     warnings.warn(
         f"the lowest energy at depth = {depth!r} is not the same on lattices each with half the "
         "spacing of the last: the state found may not be the lowest; give a spacing, or a smoother "
@@ -60,7 +61,16 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
         AccuracyWarning,
         stacklevel=3,
     )
-    return lowest
+    return min(found, key=_energy)
+
+
+_energy = operator.attrgetter("energy")
+
+
+def _alike(one: Equilibrium, other: Equilibrium) -> bool:
+    """Whether two lattices have led to the same state."""
+    same = len(one.contacts) == len(other.contacts)
+    return same and abs(one.energy - other.energy) <= _SAME * other.scales["energy"]
 
 
 def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
@@ -94,8 +104,8 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
     """
     x = motion.profile.x
     beyond = motion.rests.ahead(np.column_stack([x, np.full(x.size, math.inf)]), 1)[:, 0]
-    rests = np.flatnonzero((beyond[:-1] < depth) & (beyond[1:] >= depth)) + 1
-    found = {motion.settled((0.0, end), depth) for end in x[rests].tolist()}
+    ends = x[1:][(beyond[:-1] < depth) & (beyond[1:] >= depth)]
+    found = {motion.settled((0.0, end), depth) for end in ends.tolist()}
     return {(), *found}
 
 
@@ -118,3 +128,37 @@ def _turns(x: Array, slope: Array, least: float) -> list[float]:
         elif way <= 0 and value - slope[low] > least:
             found, way, high = [*found, float(x[low])], 1, i
     return found
+
+
+def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilibrium:
+    """The certified state with these lines.
+
+    NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
+    """
+    scene = motion.scene
+    if not lines:
+        scale = max(abs(depth), scene.opened.critical_separation) or 1.0
+        apart = Certificate.undeformed(motion.penetration(lines, depth) / scale)
+        return _demanded(detached(scene, depth, branch, motion.surfaces, apart))
+    contacts = Contacts(motion, lines, depth)
+    found = contacts.totals()
+    state = equilibrium(
+        contacts.x,
+        found,
+        scene=scene,
+        depth=depth,
+        pinned=contacts.pinned,
+        certificate=certify(contacts, found),
+        surfaces=motion.surfaces,
+        errors=errors(contacts, found),
+        branch=branch,
+        neutral=contacts.neutral,
+    )
+    return _demanded(state)
+
+
+def _demanded(state: Equilibrium) -> Equilibrium:
+    """The state. NotCertifiedError if its certificate failed."""
+    name = f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts"
+    state.certificate.demand(name, "try another depth: this one may be that of an event")
+    return state

@@ -5,9 +5,9 @@ import numpy as np
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.alone import Alone
-from discretization.fitted.contacts import state_of
 from discretization.fitted.motion import Motion
-from discretization.fitted.rests import Rests
+from discretization.fitted.rest_depths import RestDepths
+from discretization.fitted.several import state_of
 from discretization.profile import Resolved, breaks
 from energy import Scene
 from energy.axis import Radial
@@ -28,8 +28,8 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
         state = state_of(motion_of(alone, lines, depth), lines, depth, branch)
         if branch != "global" or state.energy <= 0 or depth > alone.touch:
             return state
-    elif abs(float(alone.rest(1, alone.apex)) - depth) <= _UNDECIDED * size:
-        alone.free(1, alone.apex, depth)
+    elif abs(float(alone.rest_depth(1, alone.apex)) - depth) <= _UNDECIDED * size:
+        alone.solve(1, alone.apex, depth)
     pressed = max(0.0, depth - alone.touch) / size
     return detached(scene, depth, branch, alone.surfaces, Certificate.undeformed(pressed))
 
@@ -44,7 +44,7 @@ def motion_of(alone: Alone, ends: tuple[float, ...], depth: float) -> Motion:
     indenter, length = scene.indenter, scene.elastocapillary_length
     lines = np.array(ends)[-sides.size :]
     f = np.asarray(indenter.height(lines), float)
-    rest, bare = (alone.rest(sides, lines, adhesive=adheres) for adheres in (True, False))
+    rest, bare = (alone.rest_depth(sides, lines, adhesive=adheres) for adheres in (True, False))
     terms = abs(depth) + np.abs(f) + np.abs(bare - f) + np.abs(bare - rest)
     profile = Radial(indenter) if scene.axisymmetric else indenter
     aside = _ASIDE * min(length, max(ends[1] - ends[0], _ASIDE * length))
@@ -57,5 +57,5 @@ def motion_of(alone: Alone, ends: tuple[float, ...], depth: float) -> Motion:
     twice = x[1:] == x[:-1]
     slope = profile.slope_beside(x, np.append(1, twice) - np.append(twice, 1))
     samples = Resolved(profile, x, np.asarray(profile.height(x), float), slope)
-    rests = Rests(scene, samples, alone.surfaces, float(terms.max()) or scene.layer.h)
+    rests = RestDepths(scene, samples, alone.surfaces, float(terms.max()) or scene.layer.h)
     return Motion(scene, samples, alone.surfaces, rests)

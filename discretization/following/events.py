@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.fitted.alone import Alone, Way
+from discretization.fitted.alone import Alone, LoneTrack
 from discretization.fitted.contacts import Contacts
-from discretization.fitted.motion import Motion, free
-from discretization.fitted.pressed import Lines
-from discretization.fitted.rests import TIE
+from discretization.fitted.free_part import Lines
+from discretization.fitted.motion import Motion, free_parts
+from discretization.fitted.rest_depths import TIE
 from discretization.following.smooth import Piece
 from discretization.following.trials import Enclosing, Trials, Tried
 from discretization.routes import one_contact
@@ -33,7 +33,7 @@ class Part(NamedTuple):
     lines: Lines
     after: Lines | None
     pieces: tuple[Piece, ...] = ()
-    alone: Way | None = None
+    alone: LoneTrack | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Events:
         """Smooth motion of all lines as far as it goes."""
         if known := self._gradual(lines, start, end):
             return known
-        trials, begin = self.trials, Tried(start, np.array(free(lines)), {})
+        trials, begin = self.trials, Tried(start, np.array(free_parts(lines)), {})
         everything = set(range(len(begin.lines)))
         found = trials.tried(begin, everything, end)
         if not found.failed:
@@ -74,13 +74,13 @@ class Events:
         """The same of a contact that stays alone; None where that is not all that happens."""
         if self._alone is None or len(lines) != 2 or start == end:
             return None
-        way = Way.of(self._alone, lines, start, end)
+        way = LoneTrack.of(self._alone, lines, start, end)
         if way is None:
             return None
         end = way.depths[1]
         if way.lost:
             return Part(end, way.ends, (), alone=way)
-        beside = Contacts(self.motion, way.ends, end).free  # ValueError if one turns over
+        beside = Contacts(self.motion, way.ends, end).surfaces  # ValueError if one turns over
         return Part(end, way.ends, None, alone=way) if beside else None
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
@@ -90,7 +90,7 @@ class Events:
         disappears. So what they do is found a little further on, and followed back to the event.
         """
         way, size = math.copysign(1.0, end - low), self.motion.rests.size
-        surfaces, moved = np.array(free(part.lines)), set(failed)
+        surfaces, moved = np.array(free_parts(part.lines)), set(failed)
         behind = self.motion.rests.ahead(surfaces, int(way)) - part.depth
         with np.errstate(invalid="ignore"):
             late = np.isfinite(surfaces) & (way * behind < -TIE * size)
@@ -98,7 +98,7 @@ class Events:
         for ahead in _AHEAD[int(self.motion.scene.hysteretic) :]:  # there is no way back then
             depth = part.depth + way * min(ahead * size, abs(end - part.depth))
             after = self._after(part.lines, moved, low, depth)
-            there = np.array(free(after))
+            there = np.array(free_parts(after))
             new = ~(there[:, None] == surfaces).all(axis=2).any(axis=1)
             smooth = self.trials.smooth
             back, good = smooth.balanced(*smooth.over((), there[new], depth, part.depth))
@@ -112,7 +112,7 @@ class Events:
 
     def _after(self, lines: Lines, moved: set[int], low: float, high: float) -> Lines:
         """What the lines of some free surfaces do between two depths."""
-        still = frozenset(pair for i, pair in enumerate(free(lines)) if i not in moved)
+        still = frozenset(pair for i, pair in enumerate(free_parts(lines)) if i not in moved)
         if high < low:
             return self.motion.relaxed(lines, high, still)
         return self.motion.pressed(lines, low, high, still)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.fitted.rests import Rests, margins, solved
+from discretization.fitted.rest_depths import RestDepths, margins, solved
 from discretization.quadrature import Integrals
 from discretization.surfaces.network import polynomial, rounded
 from energy.arrays import Array, Mask
@@ -82,7 +82,7 @@ def way_of(start: float, end: float, parts: int = 1) -> Array:
 class Smooth:
     """Smooth motion of the lines of free surfaces."""
 
-    rests: Rests
+    rests: RestDepths
     integrals: Integrals
 
     def over(
@@ -143,7 +143,7 @@ class Smooth:
         size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.rests.length
         x = np.repeat(lines[:, None, :], depths.size, axis=1) if guess is None else guess
         last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
-        room, active = self.rests.rooms(lines, way), free.any(axis=1) & good
+        room, active = self.rests.between_corners(lines, way), free.any(axis=1) & good
         rates, found = self._newton(x, depths, way, free, room, size, last, active)
         stable, _ = margins(rates, free)
         good &= stable & (found | ~free.any(axis=1))
@@ -180,7 +180,7 @@ class Smooth:
             own = np.flatnonzero(active)
             if not own.size:
                 break
-            value, fresh = self.rests.rest_depths(x[own], room[:, own], way, not near)
+            value, fresh = self.rests.with_rates(x[own], room[:, own], way, not near)
             if fresh is not None:
                 rates[own] = fresh
             off = np.where(free[own, None], value - depths[:, None], 0.0)
@@ -214,7 +214,7 @@ class Smooth:
         """Energy, sum of its terms' absolute values, and force (3, n, j) of surfaces (n, j, 2)."""
         (n, j, _), inner = lines.shape, np.isfinite(lines[:, 0])
         x, parts = lines.transpose(0, 2, 1)[inner], np.zeros((3, n, 2, j))
-        d, work = np.broadcast_to(depths, x.shape), self.rests.work(way)
+        d, work = np.broadcast_to(depths, x.shape), self.rests.w(way)
         parts[:, inner] = self.integrals.contact(x.ravel(), d.ravel(), work).reshape(3, -1, j)
         parts[::2, :, 1] *= -1
         total = parts.sum(axis=2)

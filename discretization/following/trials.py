@@ -18,12 +18,12 @@ import numpy as np
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.motion import Motion
-from discretization.fitted.rests import TIE
+from discretization.fitted.rest_depths import TIE
 from discretization.following.smooth import Piece, Smooth
 from discretization.quadrature import Integrals
 from energy.arrays import Array
 
-Rooms = dict[tuple[str, int], float]
+Reserves = dict[tuple[str, int], float]
 _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is known to run out
 _WORTH = 1 / 8  # of the range: an aim that may be off by more is not worth a trial
@@ -35,14 +35,14 @@ _PATIENCE = 3  # trials after which more must be known, else the middle is tried
 class Tried(NamedTuple):
     """Free surfaces (n, 2) at a depth.
 
-    rooms: what is left until something happens, by what and to which; turn: the first depth at
+    reserves: what is left until something happens, by what and to which; turn: the first depth at
     which a line would turn back; pieces: of the way there. failed: surfaces to which something
     happens; known: something known to one of these, else shorter ways may succeed.
     """
 
     depth: float
     lines: Array
-    rooms: Rooms
+    reserves: Reserves
     turn: float = math.nan
     pieces: tuple[Piece, ...] = ()
     failed: frozenset[int] = frozenset()
@@ -70,42 +70,42 @@ class Trials:
         piece, smooth = self.smooth.over(tuple(kept), low.lines[kept], low.depth, end)
         lines[kept] = self.motion.rests.snapped(piece.lines[:, -1])
         lost = set(np.array(kept)[~smooth].tolist())
-        reach, rooms = self.motion.rests.reach(lines[kept], end, way), Rooms()
+        reach, reserves = self.motion.rests.reach(lines[kept], end, way), Reserves()
         for i, both in zip(kept, reach.tolist(), strict=True):
-            rooms["left", i], rooms["right", i] = both
-        failed = self._touching(low, lines, which - lost, end, rooms) if way > 0 else set()
-        failed |= self._ending(lines, which - lost - failed, end, rooms)
+            reserves["left", i], reserves["right", i] = both
+        failed = self._touching(low, lines, which - lost, end, reserves) if way > 0 else set()
+        failed |= self._ending(lines, which - lost - failed, end, reserves)
         turn = turning(piece.depths[0], piece.lines[smooth])
         if not (lost or failed):
             piece, smooth = self.smooth.balanced(piece, smooth)
             lost = set(np.array(kept)[~smooth].tolist())
         pieces = (*low.pieces, piece)
-        return Tried(end, lines, rooms, turn, pieces, frozenset(lost | failed), bool(failed))
+        return Tried(end, lines, reserves, turn, pieces, frozenset(lost | failed), bool(failed))
 
     def _touching(
-        self, low: Tried, lines: Array, which: set[int], depth: float, rooms: Rooms
+        self, low: Tried, lines: Array, which: set[int], depth: float, reserves: Reserves
     ) -> set[int]:
         """Free surfaces that touch the profile or close as they are pressed."""
-        surface, found = self.motion.surface, set()
+        surface, found = self.motion.free_part, set()
         for i in which:
             (q, p), (left, right) = low.lines[i].tolist(), lines[i].tolist()
-            rooms["clear", i] = (
+            reserves["clear", i] = (
                 surface.least((left, right), depth)[0] + TIE * self.motion.rests.size
             )
             if (
-                rooms["clear", i] < 0
-                or self.motion.resting.closed(left, right, depth)
+                reserves["clear", i] < 0
+                or self.motion.search.closed(left, right, depth)
                 or surface.overtakes(q, p, (left, right), low.depth, depth)
             ):
                 found.add(i)
         return found
 
-    def _ending(self, lines: Array, which: set[int], depth: float, rooms: Rooms) -> set[int]:
+    def _ending(self, lines: Array, which: set[int], depth: float, reserves: Reserves) -> set[int]:
         """Free surfaces beside contacts that close, are pulled or open."""
         found = set()
         for j in which & {i - 1 for i in which}:
             (before, left), (right, beyond) = lines[j : j + 2].tolist()
-            rooms["width", j] = right - left
+            reserves["width", j] = right - left
             if left > right or self.motion.opens(left, right, (before, beyond), depth):
                 found |= {j, j + 1}
         return found
@@ -199,8 +199,8 @@ def runs_out(older: Tried, low: Tried, high: Tried) -> float:
     By the secant through `low` and the nearer of the other two.
     """
     ahead, behind, found = high.depth - low.depth, low.depth - older.depth, [low.turn - low.depth]
-    for key, room in low.rooms.items():
-        other, before = high.rooms.get(key, math.nan), older.rooms.get(key, math.nan)
+    for key, room in low.reserves.items():
+        other, before = high.reserves.get(key, math.nan), older.reserves.get(key, math.nan)
         if before > room > 0 and (abs(behind) < abs(ahead) or not other < 0):
             found.append(behind * room / (before - room))
         elif other < 0 < room:

@@ -33,7 +33,7 @@ class Change(NamedTuple):
     ends: tuple[End, ...]
 
 
-class Way(NamedTuple):
+class Track(NamedTuple):
     """How contacts come to a depth, or to an event before it.
 
     trace: the depth at which contacts become others, and these, in the order of the way; first its
@@ -85,10 +85,10 @@ class Walk:
         """What has become of contacts at rest once they have come from one depth to another."""
         sign = 1 if depth >= start else -1
         if not self.row.clear:
-            way = self.way(nodes, start, depth)
-            while way.at is not None:
-                way = self.way(way.after, way.at, depth)
-            return way.after
+            track = self.track(nodes, start, depth)
+            while track.at is not None:
+                track = self.track(track.after, track.at, depth)
+            return track.after
         ((first, last),), passed = nodes, self._passed(nodes, sign)
         left, right = (np.sum(p <= depth if sign > 0 else p < -depth).item() for p in passed)
         first, last, touch = first - sign * left, last + sign * right, self.row.touch
@@ -105,7 +105,7 @@ class Walk:
             found.append(np.maximum.accumulate(sign * ahead))
         return found
 
-    def way(self, nodes: Contacts, start: float, end: float) -> Way:
+    def track(self, nodes: Contacts, start: float, end: float) -> Track:
         """The way to another depth, up to the first event."""
         ends, trace, sign = ends_of(nodes), [(start, nodes)], 1 if end >= start else -1
         depth, changes = start, 0
@@ -114,11 +114,11 @@ class Walk:
             last = change.depth > end if sign > 0 else change.depth <= end
             if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
                 after = contacts_of(ends)
-                if self._happens(trace[-1][1], after, changes, depth):
-                    return Way(trace, depth, after)
+                if self._is_jump(trace[-1][1], after, changes, depth):
+                    return Track(trace, depth, after)
                 trace += [(depth, after)] if changes else []
                 if last:
-                    return Way(trace, None, after)
+                    return Track(trace, None, after)
                 changes = 0
                 if slid := self._slid(after, depth, end):
                     trace += slid
@@ -215,7 +215,7 @@ class Walk:
             return Change(depth, (first, node - 1, node + 1, last))
         return _NEVER
 
-    def _happens(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
+    def _is_jump(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
         """Whether changes at one depth are an event: they release energy, or contacts differ.
 
         Energy that is not lost to adhesion hysteresis anyway. Without adhesion the energy is

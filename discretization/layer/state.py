@@ -167,7 +167,7 @@ class Layer:
             for q, part in zip(QUANTITIES, parts, strict=True)
         }
 
-    def free(self, beside: Array, order: int = 0) -> Array:
+    def displaced(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
         contact, a = self.contact, np.full(beside.size, self.a)
         found = decayed(self.body.power, contact.poles.decays, a, beside, order)
@@ -185,7 +185,7 @@ class Layer:
     def through(self) -> float:
         """How far the free surface is inside the indenter at most."""
         beside = self.ahead[self.ahead <= self.body.edge - self.a]
-        inside = self.depth - self.body.height(self.a + beside) - self.free(beside)
+        inside = self.depth - self.body.height(self.a + beside) - self.displaced(beside)
         return float(inside.max(initial=0.0))
 
     def shape(
@@ -194,7 +194,7 @@ class Layer:
         """u and u' of the free surface at positions beside a line."""
         side = 1 if left is not None else -1
         beside = side * (z - alone(left, right).x)
-        return self.free(beside), side * self.free(beside, 1)
+        return self.displaced(beside), side * self.displaced(beside, 1)
 
     def pressure(self, state: Any, x: Array) -> Array:
         """p in contact at positions, sums of the fields of the poles."""
@@ -206,7 +206,11 @@ class Layer:
         """Energy and force in parts; γ₁/2 ∫u'² outside by the trapezoidal rule in ln x."""
         x, body = self.ahead, self.body
         beside = (
-            body.scene.gamma1 / 2 * self.free(x, 1) ** 2 * body.whole * (self.a + x) ** body.power
+            body.scene.gamma1
+            / 2
+            * self.displaced(x, 1) ** 2
+            * body.whole
+            * (self.a + x) ** body.power
         )
         return with_surface(state, float(self.contact.stretched[0] + _APART * (x @ beside)))
 

@@ -148,8 +148,8 @@ class Lattice:
 
         It pulls at an end displaced by u, the other one by u', with tB (u - u') + t(1 - A - B) u.
         """
-        _, far, rest = shares(self.log_decay, 1.0, links - 1.0)
-        return self.link * far, self.link * rest
+        _, far, remainder = shares(self.log_decay, 1.0, links - 1.0)
+        return self.link * far, self.link * remainder
 
     def beside(self, node: Any, side: int, other: Any = None) -> tuple[Any, Any, Any]:
         """B, 1 - A - B and S of the free node next to lines at these nodes.

@@ -228,7 +228,9 @@ class Row:
         """
         at, d, u = self.first + nodes, depth[:, None], depth[:, None] - self.f[nodes]
         left, right = nodes[:, ::2], nodes[:, 1::2]
-        found = (self._held(right + 1, right, d) - self._held(left, left, d)).sum(axis=2)
+        found = (self._in_contact(right + 1, right, d) - self._in_contact(left, left, d)).sum(
+            axis=2
+        )
         for end, side in ((0, -1), (-1, 1)):
             pull = self.lattice.pull(at[:, end], side) * u[:, end]
             found += np.array([pull * u[:, end] / 2, pull])
@@ -241,7 +243,7 @@ class Row:
         """Length or area of contacts, weighted with the pattern's factor."""
         return float(sum(self.bonds[first:last].sum() for first, last in nodes))
 
-    def _held(self, before: Nodes, node: Nodes, depth: Array) -> Array:
+    def _in_contact(self, before: Nodes, node: Nodes, depth: Array) -> Array:
         """Energy and force of the springs up to node ends, and of the links up to nodes."""
         (count, h, squares), links = self.sums[0][:, before], self.sums[1][node]
         d, spring = depth - self.lowest, self.lattice.spring
@@ -260,9 +262,9 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: f
         own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + side))
         holds = after <= top + scene.critical_separation * (1 + 1e-9)
         if lattice.slopes == "small":
-            _, rest, stiffness = lattice.beside(nodes, side)
+            _, remainder, stiffness = lattice.beside(nodes, side)
             bonds = strongest * lattice.cell * lattice.weight(nodes + side / 2)
-            holds = own + (after - own - np.sqrt(2 * bonds / stiffness)) / rest <= top
+            holds = own + (after - own - np.sqrt(2 * bonds / stiffness)) / remainder <= top
     i = int(np.append(holds, False).argmin())
     return where.lowest + side * min(most, int(np.append(ahead, most)[i]) + _SPARE)
 

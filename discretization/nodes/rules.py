@@ -59,8 +59,8 @@ class Rules:
         found, every = {}, self.first + np.arange(self.f.size)
         for side in (1, -1):
             nodes, f, work = every[::side], self.f[::side], self.work[::side]
-            _, rest, stiffness = self.lattice.beside(nodes[:-1], side)
-            depths = f[:-1] + (np.diff(f) - np.sqrt(2 * work / stiffness)) / rest
+            _, remainder, stiffness = self.lattice.beside(nodes[:-1], side)
+            depths = f[:-1] + (np.diff(f) - np.sqrt(2 * work / stiffness)) / remainder
             found[side] = np.append(depths, math.inf)
         if self.lattice.axis == 0:
             found[-1][:-1] = -math.inf  # a contact around the axis is never opened there
@@ -79,11 +79,11 @@ class Rules:
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
         after, f = node + side, self.f
-        far, rest, whole = self.lattice.beside(self.first + node, side, self.first + other)
+        far, remainder, whole = self.lattice.beside(self.first + node, side, self.first + other)
         first, last = sorted((node, other if abs(other - node) == 2 else after))
         work = float(self.work[first:last].sum())
         rise = f[after] - f[node] + far * (f[node] - f[other])
-        return float(f[node] + (rise - math.sqrt(2 * work / whole)) / rest)
+        return float(f[node] + (rise - math.sqrt(2 * work / whole)) / remainder)
 
     def passes_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
@@ -111,8 +111,8 @@ class Rules:
         nodes = np.arange(0 if left is None else left + 1, self.f.size if right is None else right)
         if not nodes.size:
             return math.inf, -1
-        rest, shape = self._surface(left, right, nodes)
-        depths = (self.f[nodes] - shape) / rest
+        remainder, shape = self._surface(left, right, nodes)
+        depths = (self.f[nodes] - shape) / remainder
         best = int(np.argmin(depths))
         return float(depths[best]), int(nodes[best])
 
@@ -120,8 +120,8 @@ class Rules:
         """1 - a - b and a f_i + b f_j at free nodes between two contacts."""
         lo, f_left = (-math.inf, 0.0) if left is None else (left, self.f[left])
         hi, f_right = (math.inf, 0.0) if right is None else (right, self.f[right])
-        near, far, rest = shares(self.lattice.log_decay, nodes - lo, hi - nodes)
-        return rest, near * f_left + far * f_right
+        near, far, remainder = shares(self.lattice.log_decay, nodes - lo, hi - nodes)
+        return remainder, near * f_left + far * f_right
 
     def tears(self, first: int, last: int) -> tuple[float, int]:
         """Depth below which a node inside a contact is torn open, and which."""
@@ -149,5 +149,5 @@ class Rules:
         It is where the node would touch; less what rounding makes of that, so that a node that
         has just touched stays.
         """
-        (rest, shape), height = self._surface(left, right, node), self.f[node]
-        return float((height - shape - _ROUNDING * (abs(height) + abs(shape))) / rest)
+        (remainder, shape), height = self._surface(left, right, node), self.f[node]
+        return float((height - shape - _ROUNDING * (abs(height) + abs(shape))) / remainder)

@@ -173,7 +173,7 @@ class Leg:
         pushed = scene.stiffness * (size + branch.holding_range)
         return _ROUNDING * pushed * (width**2 if scene.axisymmetric else width)
 
-    def work(self) -> float:
+    def external_work(self) -> float:
         """∫P dd from the start to the end, on parts halved until that changes it no more."""
         span = self.end.depth - self.start.depth
 

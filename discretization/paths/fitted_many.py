@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.alone import Way
-from discretization.fitted.contacts import state_of
-from discretization.fitted.motion import Motion, free
-from discretization.fitted.rests import TIE
+from discretization.fitted.alone import LoneTrack
+from discretization.fitted.motion import Motion, free_parts
+from discretization.fitted.rest_depths import TIE
+from discretization.fitted.several import state_of
 from discretization.following.events import Events
 from discretization.following.smooth import Piece, Smooth
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -85,11 +85,11 @@ class Track:
 class Tracked(Leg):
     """A leg of lines that move smoothly."""
 
-    track: Way | Track
+    track: LoneTrack | Track
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        if isinstance(self.track, Way):
+        if isinstance(self.track, LoneTrack):
             rows = self.track.at(depths).tolist()
         else:
             rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
@@ -97,7 +97,7 @@ class Tracked(Leg):
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
-        if not roughly or isinstance(self.track, Way):
+        if not roughly or isinstance(self.track, LoneTrack):
             return super().forces(depths)
         lines = self.track.lines(depths, roughly=True)
         return np.asarray(self.branch.events.trials.smooth.many(lines, depths)[1])
@@ -144,7 +144,7 @@ class FittedMany(Branch):
         if part.after is not None:
             after = Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
-        first = np.array(free(point.lines or ()))
+        first = np.array(free_parts(point.lines or ()))
         track = part.alone or Track(self.events.trials.smooth, first, part.pieces)
         return Tracked(self, point, end, after, jumps, track)
 
@@ -170,7 +170,7 @@ class FittedMany(Branch):
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points with as many lines as each other."""
-        lines = np.array([free(point.lines or ()) for point in points])
+        lines = np.array([free_parts(point.lines or ()) for point in points])
         return self.events.trials.smooth.many(lines, np.array([point.depth for point in points]))
 
     def opened(self, before: Point, after: Point) -> float:

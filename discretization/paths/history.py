@@ -148,7 +148,7 @@ class History:
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
         jumps = (self.hold.work(e.before.depth, e.after.depth, e.control) for e in self.events)
-        return sum(leg.work() for leg in self._legs()) + sum(jumps)
+        return sum(leg.external_work() for leg in self._legs()) + sum(jumps)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.

@@ -33,7 +33,7 @@ from energy.arrays import Array
 
 @dataclass(eq=False)
 class Links(Leg):
-    """A leg on which lines pass links, each at a depth of its own; trace: that of its `Way`."""
+    """A leg on which lines pass links, each at a depth of its own; trace: that of its `Track`."""
 
     trace: Sequence[tuple[float, Contacts]]
 
@@ -44,7 +44,7 @@ class Links(Leg):
         last = np.searchsorted(changed, way * depths, side="right") - 1
         return list(self.branch.points([self.trace[i][1] for i in last], depths, self.start))
 
-    def work(self) -> float:
+    def external_work(self) -> float:
         """∫P dd from the start to the end: P is linear between changes."""
         depths = np.array([depth for depth, _ in self.trace] + [self.end.depth])
         nodes = np.array([nodes for _, nodes in self.trace]).reshape(len(self.trace), -1)
@@ -136,7 +136,7 @@ class LatticeBranch(Branch):
 
         Or to where an outermost line leaves or reaches what holds it.
         """
-        trace, at, then = self.walk.way(point.memory, point.depth, goal)
+        trace, at, then = self.walk.track(point.memory, point.depth, goal)
         stop, held = goal if at is None else at, self._holds(point.memory)
         for i, (depth, nodes) in enumerate(trace):
             if self._holds(nodes) != held:
@@ -152,7 +152,7 @@ class LatticeBranch(Branch):
         return Links(self, point, end, after, after is not None and not lost, trace)
 
     @functools.cached_property
-    def _held(self) -> tuple[dict[int, str], dict[int, str]]:
+    def _pinning(self) -> tuple[dict[int, str], dict[int, str]]:
         """What holds a left and a right line on some nodes."""
         body, row = self.seen.indenter, self.row
         (lo, hi), (tip, _) = body.extent, self._on_nodes(((row.touch, row.touch),))
@@ -163,7 +163,7 @@ class LatticeBranch(Branch):
 
     def _holds(self, nodes: Contacts) -> Pinned:
         """What holds the outermost lines of contacts."""
-        left, right = self._held
+        left, right = self._pinning
         return left.get(nodes[0][0], ""), right.get(nodes[-1][1], "")
 
     def pinned(self, point: Point) -> Pinned:

@@ -80,7 +80,7 @@ class Surfaces:
             raise ValueError(self.refusal(left, right, depth))
         return self._unit * self.scene.elastocapillary_length * found[0], self._unit * found[1]
 
-    def free(self, left: At | None, right: At | None, depth: float) -> Free:
+    def solve(self, left: At | None, right: At | None, depth: float) -> Free:
         """One free surface. ValueError if it would turn over."""
         found, unit = self.solved(*self._lines(left, right, depth)), self._unit
         if found is None:

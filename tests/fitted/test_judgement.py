@@ -9,8 +9,9 @@ import pytest
 from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
-from discretization.fitted.contacts import Contacts, certify, errors, state_of
+from discretization.fitted.contacts import Contacts, certify, errors, penetration
 from discretization.fitted.motion import Motion
+from discretization.fitted.several import state_of
 from discretization.fitted.tension import pull
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of
@@ -85,15 +86,14 @@ def test_an_unstable_pair_of_lines_is_no_equilibrium():
 
 
 def test_penetration_between_the_points_is_found():
-    """At points half a lattice's node apart, next to the largest of very many."""
+    """Next to the largest of very many."""
     state = minimise(wavy(), 2.3 * DELTA0)
     missing = replace(state, contacts=np.delete(state.contacts, 6, axis=0))
     many = np.linspace(state.contacts[6, 0] - L, state.contacts[6, 1] + L, 200_001)
     deepest = (state.depth - state.scene.indenter.height(many) - missing.displacement(many)).max()
-    found = motion_of(state.scene, state.depth).penetration(
-        tuple(missing.contacts.ravel().tolist()), state.depth
-    )
-    assert found == pytest.approx(deepest, rel=1e-4, abs=0)
+    lines = tuple(missing.contacts.ravel().tolist())
+    found = penetration(Contacts(motion_of(state.scene, state.depth), lines, state.depth))
+    assert found == pytest.approx(deepest, rel=1e-8, abs=0)
 
 
 def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
@@ -117,7 +117,7 @@ def test_a_gap_is_judged_over_the_displacement_of_both_its_lines():
     surfaces = surfaces_of(adhesive(Parabola(0.02)))
     for part in (0.0, 1e-7, 1e-5, 1e-3):
         one, other = At(0.0, -part * DELTA0), At(9.5 * L, -0.3 * DELTA0)
-        assert surfaces.free(one, other, 0.0).residual <= 1e-12
+        assert surfaces.solve(one, other, 0.0).residual <= 1e-12
 
 
 MOVED = 1e-6  # of the width of the contact or gap on the other side of a line

@@ -60,7 +60,7 @@ def test_the_steep_free_surface_obeys_its_own_first_integral():
 def test_a_gap_of_any_width_moves_its_lines_by_what_it_pulls(geometry):
     """Where it hardly displaces one of them, too: without adhesion a tip has just touched there."""
     scene = replace(plain(Parabola(1.0), w=0.0), geometry=geometry)
-    free = surfaces_of(scene).free
+    free = surfaces_of(scene).solve
     for width in (1e-6, 1e-2, 1.0, 30.0, 39.5, 40.5, 59.0, 90.0):
         for u, v in ((0.1, 1e-13), (1e-13, 0.1), (0.1, 0.1)):
             assert free(At(2.0, -u), At(2.0 + width, -v), 0.0).residual <= 1e-12

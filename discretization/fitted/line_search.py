@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
-from discretization.fitted.rests import TIE, Rests, margins, solved
-from discretization.fitted.stops import first_stop
+from discretization.fitted.first_zero import first_zero
+from discretization.fitted.rest_depths import TIE, RestDepths, margins, solved
 from discretization.fitted.tension import Pull, pull
 from discretization.surfaces.protocol import At
 from energy.arrays import Array
@@ -31,10 +31,10 @@ _ALONG = np.arange(1, 9) / 8  # of a way: where a line is asked whether it rests
 
 
 @dataclass(frozen=True, eq=False)
-class Resting:
+class LineSearch:
     """Resting places of the lines of one free surface."""
 
-    rests: Rests
+    rests: RestDepths
 
     def pull(self, one: float, other: float, depth: float) -> Pull:
         """The largest pull of the profile in contact between two positions."""
@@ -59,7 +59,7 @@ class Resting:
 
         Gaps close continuously with it, and D is known the less the narrower they are.
         """
-        return PULLED * self.rests.lift(depth)
+        return PULLED * self.rests.displacement_scale(depth)
 
     def torn(self, one: float, other: float, depth: float, holds: Any = 0.0) -> Array:
         """The corners between two positions at which the slope falls by more than `holds` holds.
@@ -78,12 +78,12 @@ class Resting:
 
     # both lines of a free surface: advancing (way 1) and receding (way -1)
 
-    def together(self, q: float, p: float, depth: float) -> Pair | None:
+    def advance(self, q: float, p: float, depth: float) -> Pair | None:
         """Both lines of a free surface advance; None: they meet, or that of a tail leaves."""
         everywhere = -math.inf, math.inf
         return None if self.closed(q, p, depth) else self._turns(q, p, everywhere, depth, 1)
 
-    def apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
+    def recede(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
         """Both lines of a free surface recede, not beyond the other lines of their contacts.
 
         If nowhere, a line rests just beyond that.
@@ -123,19 +123,19 @@ class Resting:
             return x
         if way > 0:
             found, edge = (
-                self._stop(side, x, facing, facing, depth, way),
+                self._first_zero(side, x, facing, facing, depth, way),
                 profile.x[-1 if side > 0 else 0],
             )
             outside = found is None and math.isinf(facing) and edge in profile.indenter.walls
             return float(edge) if outside else found
         behind = profile.past(x, -side), *profile.at(x, -side)
-        rests = self.rests.rest(side, *behind, self.rests.at(facing), way)
+        rests = self.rests.rest_depth(side, *behind, self.rests.at(facing), way)
         if x == limit or rests - depth <= TIE * self.rests.size:
             return x
-        found = self._stop(side, x, limit, facing, depth, way, closed=math.isfinite(limit))
+        found = self._first_zero(side, x, limit, facing, depth, way, closed=math.isfinite(limit))
         return math.nextafter(limit, -side * math.inf) if found is None else found
 
-    def _stop(
+    def _first_zero(
         self,
         side: int,
         x: float,
@@ -150,9 +150,9 @@ class Resting:
 
         def h(x: Any, f: Any = None, f1: Any = None) -> Any:
             f, f1 = (indenter.height(x), indenter.slope(x)) if f is None else (f, f1)
-            return way * (self.rests.rest(side, x, f, f1, beyond, way) - depth)
+            return way * (self.rests.rest_depth(side, x, f, f1, beyond, way) - depth)
 
-        return first_stop(self.rests.profile, h, x, limit, closed)
+        return first_zero(self.rests.profile, h, x, limit, closed)
 
     def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
@@ -161,10 +161,10 @@ class Resting:
         """
         x, last, both = np.array(start), math.inf, np.ones((1, 2), bool)
         size = abs(start[0]) + abs(start[1]) + self.rests.length
-        room = self.rests.rooms(np.array([start]), way)
+        room = self.rests.between_corners(np.array([start]), way)
         for _ in range(_NEWTON):
             with np.errstate(over="ignore", invalid="ignore"):  # lines that have all but met
-                value, rates = self.rests.rest_depths(x[None, None], room, way, True)
+                value, rates = self.rests.with_rates(x[None, None], room, way, True)
             assert rates is not None
             if not margins(rates, both)[0].all():
                 return None
@@ -199,7 +199,7 @@ class Resting:
             passed = self.rests.profile.beyond(own, x)
             if passed.stop > passed.start or side * (other - x) <= 0:
                 break
-            stop = self._stop(-side, other, x if way > 0 else side * math.inf, x, depth, way)
+            stop = self._first_zero(-side, other, x if way > 0 else side * math.inf, x, depth, way)
             if stop is None or not self._moves(side, (own, x), (other, stop), depth, way):
                 break
             own, other = x, stop
@@ -209,7 +209,7 @@ class Resting:
         """Whether a line is nowhere at rest on its way, while the other one moves with it."""
         x, other = (start + (end - start) * _ALONG for start, end in (own, facing))
         height, slope = self.rests.profile.indenter.height, self.rests.profile.indenter.slope
-        rest = self.rests.rest(side, x, height(x), slope(x), At(other, height(other)), way)
+        rest = self.rests.rest_depth(side, x, height(x), slope(x), At(other, height(other)), way)
         return bool((way * (rest - depth) < 0).all())
 
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.resting import Pair, Resting
-from discretization.fitted.rests import TIE, Rests
+from discretization.fitted.line_search import LineSearch, Pair
+from discretization.fitted.rest_depths import TIE, RestDepths
 from discretization.roots import bracketed
 from discretization.surfaces.protocol import At
 from energy.arrays import Array, Indices
@@ -32,17 +32,17 @@ _HIGHER = 1 / 16  # of δ₀
 
 
 @dataclass(frozen=True, eq=False)
-class Pressed:
+class FreePart:
     """Free surfaces that are pressed."""
 
-    resting: Resting
+    search: LineSearch
 
     @property
-    def rests(self) -> Rests:
+    def rests(self) -> RestDepths:
         """Where lines rest."""
-        return self.resting.rests
+        return self.search.rests
 
-    def lines(self, left: float, right: float, start: float, end: float) -> Lines:
+    def advance(self, left: float, right: float, start: float, end: float) -> Lines:
         """The lines of a free surface with those of contacts that begin in it; () if it closes."""
         done: list[float] = []
         todo = [(left, right, start)]
@@ -65,7 +65,7 @@ class Pressed:
         """
         size, depth, high, passes = self.rests.size, low, end, _AGAIN
         for _ in range(_MOST):
-            moved = self.resting.together(q, p, depth)
+            moved = self.search.advance(q, p, depth)
             plain = moved is not None and not self.overtakes(q, p, moved, low, depth)
             least, place = self.least(moved, depth) if moved and plain else _UNKNOWN
             if moved and least >= -TIE * size:
@@ -103,11 +103,11 @@ class Pressed:
             if own.stop == own.start:
                 continue
             if not rests.scene.work_of_adhesion:
-                if self.resting.pulls(x, new, high):
+                if self.search.pulls(x, new, high):
                     return True
                 continue
             z, f, f1 = (column[own][::side] for column in (profile.x, profile.f, profile.slope))
-            found = rests.rest(side, z, f, f1, rests.at(old), 1)
+            found = rests.rest_depth(side, z, f, f1, rests.at(old), 1)
             passed = np.maximum.accumulate(np.append(low, found))[:-1]
             bare = rests.surfaces.rest_depth(side, z, f, f1, rests.at(facing), 0.0)
             if (bare <= np.minimum(passed, high) - TIE * rests.size).any():
@@ -116,7 +116,7 @@ class Pressed:
 
     def _creeping(self, q: float, p: float, depth: float) -> Lines:
         """Both lines of a free surface advance from sample to sample, until it touches."""
-        end = self.resting.together(q, p, depth)
+        end = self.search.advance(q, p, depth)
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least(end, depth)[1]
             return q, place, place, p

@@ -25,7 +25,7 @@ _ULPS = 4.0  # roundings of x: no maximum lies in between
 _NEAR = 2.0  # times its distance from the next samples, that a maximum may rise above them
 
 
-def first_stop(
+def first_zero(
     profile: Resolved, h: Function, start: float, limit: float, closed: bool = False
 ) -> float | None:
     """First x from `start` to `limit` with h >= 0; None if there is none.

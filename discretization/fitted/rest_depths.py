@@ -35,7 +35,7 @@ _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggaus
 
 
 @dataclass(frozen=True, eq=False)
-class Rests:
+class RestDepths:
     """Depths at which the lines of a profile with its free surfaces rest; size: of depths."""
 
     scene: Scene
@@ -48,7 +48,7 @@ class Rests:
         """l."""
         return self.scene.elastocapillary_length
 
-    def lift(self, depth: float) -> float:
+    def displacement_scale(self, depth: float) -> float:
         """Size of a state's depths: |d| or δ₀, at least what makes TIE of the largest pass."""
         delta = self.scene.opened.critical_separation
         return max(abs(depth), delta, TIE / TOLERANCE * self.size)
@@ -106,18 +106,18 @@ class Rests:
         """A line at x, or lines (n,); None at infinity."""
         return At(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
 
-    def work(self, way: int) -> float:
+    def w(self, way: int) -> float:
         """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
         return (self.scene if way > 0 else self.scene.opened).work_of_adhesion
 
-    def rest(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
         """D of a line that moves this way, numbers or arrays."""
-        w: Any = self.work(way)
+        w: Any = self.w(way)
         if self.scene.pattern is not None:
             w = w * self.scene.pattern.factor(x)
         return self.with_work(side, x, f, f1, facing, w)
 
-    def rooms(self, lines: Array, way: int) -> Array:
+    def between_corners(self, lines: Array, way: int) -> Array:
         """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
 
         A line at a corner is on that side of it to which it moves.
@@ -163,7 +163,9 @@ class Rests:
             if own.any():
                 beyond = At(facing.x[own], facing.f[own]) if paired[own][0] else None
                 place = side[own], x[own], f[own], f1[own], beyond
-                found[own] = self.rest(*place, way) if adhesive else self.with_work(*place, 0.0)
+                found[own] = (
+                    self.rest_depth(*place, way) if adhesive else self.with_work(*place, 0.0)
+                )
         return found
 
     def _beside(self, lines: Array, side: Any) -> tuple[Array, Array]:
@@ -193,7 +195,7 @@ class Rests:
         kept = self.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
         if profile.joints.size <= 2 and not kept:
             return np.full(lines.shape, math.nan)
-        lo, hi = self.rooms(lines, way)
+        lo, hi = self.between_corners(lines, way)
         x, facing = (
             np.where(outwards > 0, hi, lo),
             At(lines[:, ::-1], self._beside(lines, 1)[0][:, ::-1]),
@@ -204,7 +206,7 @@ class Rests:
         found = np.where(held > TIE * self.size, held, found)
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
 
-    def rest_depths(
+    def with_rates(
         self, x: Array, room: Array, way: int, rates: bool
     ) -> tuple[Array, Array | None]:
         """D of both lines (n, j, 2), and its changes (n, j, 2, 2): of the first with the second."""
