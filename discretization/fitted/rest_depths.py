@@ -21,6 +21,7 @@ from energy.arrays import Array, Mask
 
 TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
 _DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
+_FELT = 2.0**10  # roundings of a position: a step that is certainly felt
 _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
 _LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
@@ -246,7 +247,9 @@ class RestDepths:
         if self.scene.axisymmetric:
             radius = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
             width = np.minimum(width, np.maximum(radius, _LEAST * self.length))
-        return np.asarray(part * np.minimum(width, self.length))
+        x = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
+        least = np.minimum(_FELT * np.spacing(x), width / 4)  # where l is no length beside x
+        return np.asarray(np.maximum(part * np.minimum(width, self.length), least))
 
 
 def solved(rate: Array, off: Array, free: Mask) -> Array:

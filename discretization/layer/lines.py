@@ -146,7 +146,8 @@ class Lines:
         """A half-width so small, by slope and height, that a line there advances, if any does."""
         body, places = self.body, np.minimum(_PLACES * self.body.scene.layer.h, self.body.edge / 2)
         deep, rise = depth - body.touch, body.height(places) - body.touch
-        limits = ((self.excess, body.slope(places)), (deep, rise))
+        lifted = self.excess * max(body.scene.layer.h, body.scene.elastocapillary_length)
+        limits = ((self.excess, body.slope(places)), (lifted, rise), (deep, rise))
         flat = [values < _SMALL * limit for limit, values in limits if limit > 0]
         a = places[np.all(flat, axis=0)].max(initial=places[0]) if flat else 0.0
         return max(float(a), self.least)

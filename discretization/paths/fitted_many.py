@@ -24,7 +24,7 @@ from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of
 from energy import Scene
-from energy.arrays import Array
+from energy.arrays import Array, Mask
 
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AT_ONCE = 256  # depths
@@ -62,23 +62,32 @@ class Track:
         """Lines (n, k, 2) at depths on the way of a piece, in their order."""
         lines, guess = piece.lines, piece.drawn(depths, way)
         # lines that come free of a corner or an edge stay on the side they leave it to
-        guess = np.clip(guess, lines.min(axis=1)[:, None], lines.max(axis=1)[:, None])
+        ends = lines.min(axis=1)[:, None], lines.max(axis=1)[:, None]
+        guess = np.clip(guess, *ends)
         if roughly:
             return guess
-        rests, whole = self.smooth.rests, np.append(piece.start, depths)
+        whole = np.append(piece.start, depths)
         guess = np.concatenate([lines[:, :1], guess], axis=1)
         x, good = self.smooth.followed(lines[:, 0], whole, way, guess.copy())
-        x[~good] = guess[~good]
-        if not good.all():
-            lost = x[~good, 1:]
-            off = rests.ahead(lost.reshape(-1, 2), way).reshape(lost.shape) - depths[:, None]
-            off[~np.isfinite(lost) | (lost == lines[~good, :1])] = 0.0  # those that do not move
-            if (np.abs(off) > _NEAR * rests.size + rests.noise(lost)[..., None]).any():
+        lost = np.flatnonzero(~good)
+        if lost.size:  # next to where an equilibrium disappears rounding may make it unstable
+            near = np.where(np.isfinite(x), np.clip(x, *ends), guess)[lost]
+            still = self._at_rest(near, whole, way)[:, None, None]
+            x[lost] = np.where(still, near, guess[lost])
+            if not self._at_rest(x[lost], whole, way).all():
                 raise NotCertifiedError(
-                    f"the contacts between depth = {piece.start!r} and {depths[-1]!r} do not come "
-                    "to rest; try other depths, or method='lattice'"
+                    f"the contacts between depth = {piece.start!r} and {float(depths[-1])!r} do "
+                    "not come to rest; try other depths, or method='lattice'"
                 )
-        return rests.snapped(x[:, 1:])
+        return self.smooth.rests.snapped(x[:, 1:])
+
+    def _at_rest(self, lines: Array, depths: Array, way: int) -> Mask:
+        """Whether lines (n, k, 2) that move are at rest at depths (k,), as far as that is known."""
+        rests = self.smooth.rests
+        off = rests.ahead(lines.reshape(-1, 2), way).reshape(lines.shape) - depths[:, None]
+        off[~np.isfinite(lines) | (lines == lines[:, :1])] = 0.0  # those that do not move
+        known = _NEAR * rests.size + rests.noise(lines)[..., None]
+        return np.asarray((np.abs(off) <= known).all(axis=(1, 2)))
 
 
 @dataclass(eq=False)

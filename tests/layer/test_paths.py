@@ -26,6 +26,18 @@ def sized(path):
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_a_wedge_all_but_flat_for_its_adhesion_is_not_looked_for_at_infinity(geometry):
+    """Its slope is a fifth of √(2w/γ₁) wherever a line may be."""
+    scene = scene_of(Wedge(math.atan(0.2 * math.sqrt(2 * 0.01 / 0.7))), -0.5, geometry=geometry)
+    branch = LayerBranch.of(scene, 1e-6)
+    assert branch.first.lines[1] < 10.0
+    assert max(octave for _, octave in branch.table.panels) <= 10
+    path, state = load_path(scene, depths=[0.0, 0.05]), minimise(scene, 0.05)
+    assert path.half_width[-1] == pytest.approx(state.half_width, rel=1e-7)
+    assert abs(path.force[-1] - state.force) <= 1e-7 * state.scales["force"]
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("nu", [0.2, 0.5])
 def test_a_loop_loses_what_its_events_release(geometry, nu):
     scene = scene_of(Parabola(40.0), nu, geometry=geometry)

@@ -232,6 +232,6 @@ def run(thing, known):
 
 def test_the_returned_things_are_named():
     for function in (discretization.minimise, discretization.load_path):
-        returned = inspect.signature(function).return_annotation
+        returned = inspect.signature(function).return_annotation.__name__
         assert f"Returns\n-------\n{returned}\n" in inspect.getdoc(function)
     assert len(FIRST) == 20

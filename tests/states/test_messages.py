@@ -195,7 +195,6 @@ PATHS = [  # scene, options, words
     (SCENE, {"forces": [-1e9]}, r"forces\[0\] = -1000000000.0 is below the pull-off force"),
     (SCENE, {"depths": [0.1], "rtol": math.nan}, "rtol = nan"),
     (SCENE, {"depths": [0.1], "rtol": 2.0}, "rtol = 2.0 is outside"),
-    (SCENE, {"depths": [0.1], "every": 0}, "every = 0 is no number of steps"),
     (SCENE, {"drives": [0.1]}, "machine_stiffness = None with drives"),
     (SCENE, {"drives": [0.1], "machine_stiffness": 0.0}, "machine_stiffness = 0.0 must be posit"),
     (SCENE, {"depths": [0.1], "machine_stiffness": 3.0}, "machine_stiffness = 3.0 with depths"),
