@@ -27,9 +27,8 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import ROUNDING, NotCertifiedError
-from discretization.fitted.rest_depths import TIE
+from discretization.fitted.rest_depths import TIE, surfaces_of
 from discretization.roots import bracketed, crossings, least
-from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene
 from energy.arrays import Array, Indices, Mask

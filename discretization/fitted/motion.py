@@ -21,7 +21,7 @@ import numpy as np
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.free_part import FreePart, Lines, pairs
 from discretization.fitted.line_search import MET, LineSearch, Pair
-from discretization.fitted.rest_depths import TIE, RestDepths
+from discretization.fitted.rest_depths import TIE, RestDepths, surfaces_of
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import Surfaces
 from energy import Scene
@@ -40,8 +40,9 @@ class Motion:
     rests: RestDepths
 
     @classmethod
-    def of(cls, scene: Scene, profile: Resolved, surfaces: Surfaces, depth: float) -> Motion:
-        """With these free surfaces, for depths up to this one."""
+    def of(cls, scene: Scene, profile: Resolved, depth: float) -> Motion:
+        """For depths up to this one."""
+        surfaces = surfaces_of(scene)
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
         size = size or scene.layer.h  # of no adhesion at touching itself
         return cls(scene, profile, surfaces, RestDepths(scene, profile, surfaces, size))

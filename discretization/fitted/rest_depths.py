@@ -15,7 +15,10 @@ import numpy as np
 
 from discretization.certificate import EPSILON, TOLERANCE
 from discretization.profile import Resolved
+from discretization.surfaces.finite_line import FiniteSurfaces
+from discretization.surfaces.menisci import MeniscusSurfaces
 from discretization.surfaces.protocol import At, Surfaces
+from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 from energy.arrays import Array, Mask
 
@@ -33,6 +36,13 @@ _NARROW = 1e-2  # of l
 _ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
 # slope on a crest is a small sum of larger terms
 _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(4))
+
+
+def surfaces_of(scene: Scene) -> Surfaces:
+    """The free surfaces of a scene."""
+    if scene.slopes == "small":
+        return SmallSurfaces(scene)
+    return MeniscusSurfaces(scene) if scene.axisymmetric else FiniteSurfaces(scene)
 
 
 @dataclass(frozen=True, eq=False)

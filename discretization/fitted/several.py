@@ -21,7 +21,6 @@ from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
 from discretization.profile import Resolved, resolve
-from discretization.surfaces import surfaces_of
 from energy import Scene
 from energy.arrays import Array
 
@@ -41,7 +40,7 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
     AccuracyWarning where the profile is not resolved, or a finer lattice might lead to a lower one.
     """
-    motion = Motion.of(scene, resolve(scene, depth), surfaces_of(scene), depth)
+    motion = Motion.of(scene, resolve(scene, depth), depth)
     adhered = state_of(motion, motion.adhered(depth), depth, branch)
     if branch == "adhered" or not scene.work_of_adhesion:
         return adhered

@@ -17,7 +17,6 @@ from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import TIE
 from discretization.following.smooth import Piece
 from discretization.following.trials import Enclosing, Trials, Tried
-from discretization.routes import one_contact
 from energy.arrays import Array
 
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
@@ -38,20 +37,15 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Motion from event to event."""
+    """Motion from event to event; alone: the contact, if it stays alone."""
 
     motion: Motion
+    alone: Alone | None = None
 
     @functools.cached_property
     def trials(self) -> Trials:
         """What follows lines between events."""
         return Trials(self.motion)
-
-    @functools.cached_property
-    def _alone(self) -> Alone | None:
-        """The contact, if it stays alone."""
-        scene = self.motion.scene
-        return Alone.of(scene) if one_contact(scene) and scene.pattern is None else None
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
@@ -72,9 +66,9 @@ class Events:
 
     def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:
         """The same of a contact that stays alone; None where that is not all that happens."""
-        if self._alone is None or len(lines) != 2 or start == end:
+        if self.alone is None or len(lines) != 2 or start == end:
             return None
-        way = LoneTrack.of(self._alone, lines, start, end)
+        way = LoneTrack.of(self.alone, lines, start, end)
         if way is None:
             return None
         end = way.depths[1]

@@ -14,15 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.alone import LoneTrack
+from discretization.fitted.alone import Alone, LoneTrack
+from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import TIE
-from discretization.fitted.several import state_of
 from discretization.following.events import Events
 from discretization.following.smooth import Piece, Smooth
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
-from discretization.surfaces import surfaces_of
+from discretization.routes import one_contact
 from energy import Scene
 from energy.arrays import Array, Mask
 
@@ -118,18 +118,14 @@ class FittedMany(Branch):
 
     scene: Scene
     motion: Motion
+    events: Events
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> FittedMany:
         """deepest: the largest depth of the programme."""
-        surfaces = surfaces_of(scene)
-        motion = Motion.of(scene, resolve(scene, deepest), surfaces, deepest)
-        return cls(scene, motion)
-
-    @functools.cached_property
-    def events(self) -> Events:
-        """What follows lines from event to event."""
-        return Events(self.motion)
+        motion = Motion.of(scene, resolve(scene, deepest), deepest)
+        alone = one_contact(scene) and scene.pattern is None
+        return cls(scene, motion, Events(motion, Alone.of(scene) if alone else None))
 
     @property
     def resolution(self) -> float:
@@ -195,9 +191,8 @@ class FittedMany(Branch):
         """NotCertifiedError unless the contacts are in equilibrium."""
         if not point.lines:
             return
-        try:
-            state_of(self.motion, point.lines, point.depth, "adhered")
-        except NotCertifiedError as problem:
-            raise NotCertifiedError(
-                f"{problem}: the path stops before it; try other depths, or method='lattice'"
-            ) from None
+        contacts = Contacts(self.motion, point.lines, point.depth)
+        certify(contacts, contacts.totals()).demand(
+            f"the state at depth = {point.depth!r}",
+            "the path stops before it; try other depths, or method='lattice'",
+        )

@@ -9,16 +9,3 @@ and pull, their shape. One class answers for each geometry and energy, in units 
 
 They are solved on spectral elements (network.py) whose errors are rounding.
 """
-
-from discretization.surfaces.finite_line import FiniteSurfaces
-from discretization.surfaces.menisci import MeniscusSurfaces
-from discretization.surfaces.protocol import Surfaces
-from discretization.surfaces.small import SmallSurfaces
-from energy import Scene
-
-
-def surfaces_of(scene: Scene) -> Surfaces:
-    """The free surfaces of a scene."""
-    if scene.slopes == "small":
-        return SmallSurfaces(scene)
-    return MeniscusSurfaces(scene) if scene.axisymmetric else FiniteSurfaces(scene)

@@ -11,10 +11,10 @@ from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
 from discretization import NotCertifiedError, minimise
 from discretization.fitted.contacts import Contacts, certify, errors, penetration
 from discretization.fitted.motion import Motion
+from discretization.fitted.rest_depths import surfaces_of
 from discretization.fitted.several import state_of
 from discretization.fitted.tension import pull
 from discretization.profile import resolve
-from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At
 from energy import FlatPunch, Parabola, Profile
 
@@ -45,7 +45,7 @@ def test_a_reentrant_corner_stays_open_without_adhesion(fall):
 
 def motion_of(scene, depth, top=4 * DELTA0):
     """How lines move, over a profile that is known up to a depth."""
-    return Motion.of(scene, resolve(scene, top), surfaces_of(scene), depth)
+    return Motion.of(scene, resolve(scene, top), depth)
 
 
 def judged(state, lines):

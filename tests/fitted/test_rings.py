@@ -13,7 +13,7 @@ from truth import meniscus
 
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.surfaces import surfaces_of
+from discretization.fitted.rest_depths import surfaces_of
 from discretization.surfaces.protocol import At
 from energy import (
     Circle,

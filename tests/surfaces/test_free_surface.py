@@ -13,7 +13,7 @@ from truth import meniscus
 from truth.surfaces import Finite
 
 from discretization import minimise
-from discretization.surfaces import surfaces_of
+from discretization.fitted.rest_depths import surfaces_of
 from discretization.surfaces.finite_line import single
 from discretization.surfaces.finite_range import DEGREE, rest_displacement
 from discretization.surfaces.network import Line, endless
