@@ -29,9 +29,15 @@ BESIDE = 2.0**-40  # l: a line at the axis is asked for at this radius
 
 
 def stiffness(side: Any, s: Any) -> Any:
-    """S(s) beyond lines of radii s (side +1), or on the disc inside them (-1), to 2⁻⁴⁰ l."""
-    s = np.maximum(s, BESIDE)
-    return (_FAMILY.at(side, np.ravel(s)).reshape(np.shape(s)) / rough(side, s))[()]
+    """S(s) beyond lines of radii s (side +1), or on the disc inside them (-1).
+
+    Within 2⁻⁴⁰ l of the axis that of a ring or a disc without springs; at the axis as just there.
+    """
+    near = np.maximum(s, BESIDE)
+    found = _FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / rough(side, near)
+    part = np.where(np.greater(s, 0), np.minimum(s / BESIDE, 1.0), 1.0)
+    ring = found / (part * (1 - near * found * np.log(part)))
+    return np.where(np.greater(side, 0), ring, found * part)[()]
 
 
 def rough(side: Any, s: Any) -> Any:

@@ -39,6 +39,7 @@ class SmallSurfaces(Surfaces):
         """Linear in the heights and the slope."""
         net, excess, turned = self.net, steep - np.sqrt(2 * w), self.scene.axisymmetric
         off = np.maximum(s, BESIDE) if turned else s  # differences may look beyond the axis
+        off = np.where(np.isinf(width) & np.greater(s, 0), s, off)[()]
         found = net.between(side, off, width)
         u = (net.measure(off) * excess + found.tie * rise) / found.left
         if not turned or np.isfinite(width).all():
