@@ -37,9 +37,9 @@ class SmallSurfaces(Surfaces):
 
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """Linear in the heights and the slope."""
-        net, excess, turned = self.net, steep - np.sqrt(2 * w), self.scene.axisymmetric
-        off = np.maximum(s, BESIDE) if turned else s  # differences may look beyond the axis
-        off = np.where(np.isinf(width) & np.greater(s, 0), s, off)[()]
+        net, excess, turned, off = self.net, steep - np.sqrt(2 * w), self.scene.axisymmetric, s
+        if turned:  # differences may look beyond the axis
+            off = np.where(np.isinf(width) & np.greater(s, 0), s, np.maximum(s, BESIDE))[()]
         found = net.between(side, off, width)
         u = (net.measure(off) * excess + found.tie * rise) / found.left
         if not turned or np.isfinite(width).all():
