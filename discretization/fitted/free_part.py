@@ -60,8 +60,8 @@ class FreePart:
         """Where the lines of a surface are at the end, True; else what it falls into at what depth.
 
         At the depth `high` something has happened since `low`, or a step that long does not tell;
-        first nothing is known, and `low` itself is asked. passes: steps in a row since a step did
-        not tell.
+        first nothing is known, and `low` itself is asked. passes: how many steps in a row have
+        succeeded since one did not tell.
         """
         size, depth, high, passes = self.rests.size, low, end, _AGAIN
         for _ in range(_MOST):

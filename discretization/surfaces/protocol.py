@@ -22,7 +22,7 @@ from energy import Scene
 from energy.arrays import Array
 
 ANY = -1e200  # below every depth
-MET = 1e-13  # elastocapillary lengths: lines that have met are no closer than that
+NARROWEST = 1e-13  # elastocapillary lengths: gaps are taken to be at least that wide
 
 
 class At(NamedTuple):
@@ -65,7 +65,7 @@ class Surfaces:
         """
         length, width, rise = self.scene.elastocapillary_length, math.inf, 0.0
         if facing is not None:
-            width = np.maximum(side * (facing.x - x) / length, MET)
+            width = np.maximum(side * (facing.x - x) / length, NARROWEST)
             rise = (f - facing.f) / length
         work = w / self.scene.gamma1
         return f + length * self.at_rest(side, x / length, width, rise, side * f1, work)

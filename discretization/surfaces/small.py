@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from discretization.surfaces.network import Line
-from discretization.surfaces.protocol import ANY, MET, Free, Surfaces
+from discretization.surfaces.protocol import ANY, NARROWEST, Free, Surfaces
 from discretization.surfaces.rings import BESIDE, Axis
 from energy.arrays import Array
 
@@ -51,12 +51,12 @@ class SmallSurfaces(Surfaces):
 
     def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> tuple[Any, Any]:
         """Of the networks."""
-        found, v = self.net.between(side, s, np.maximum(width, MET)), u + rise
+        found, v = self.net.between(side, s, np.maximum(width, NARROWEST)), u + rise
         return found.energy(u, v, -rise), found.left * u + found.right * v
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free:
         """As all nodes are balanced, k∫u over it is what it pulls."""
-        found, v = self.net.between(side, s, max(width, MET)), u + rise
+        found, v = self.net.between(side, s, max(width, NARROWEST)), u + rise
         one, other = map(float, found.pulls(u, v, -rise))
         off = self._off(side, s, width, u, -rise, one)
         if width < math.inf:
