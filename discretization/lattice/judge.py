@@ -14,19 +14,23 @@ the displacements of a state, and by single moves away from it:
 
 δ is the largest of |d|, |u| at the lines and δ₀, so that no unit enters. Not counted is what double
 precision leaves in a nodal force, 32 ε (kΔx + 4t) δ, in their sum, and in a gap,
-32 ε δ; for these |u| at the lowest node counts for δ, too.
+32 ε δ; for these |u| at the lowest node counts for δ, too. In the sum of the forces every link's
+tension T enters twice, 4 ε √ΣT²; that of links beside a contact enters once, and is a difference of
+displacements, 2 ε t |u| each.
 """
 
+import functools
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from discretization.certificate import EPSILON, Certificate
-from discretization.lattice.line import LINKS, Advances
-from discretization.nodes.nodal_energy import NodalEnergy
-from discretization.nodes.row import Row
+from discretization.lattice.line import LINKS, Advances, advances, outwards
+from discretization.nodes.nodal_energy import Balance, NodalEnergy
+from discretization.nodes.obstacle import surface
+from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array, Mask
 
 _TINY = float(np.finfo(float).tiny)
@@ -37,18 +41,26 @@ class State:
     """Contacts on nodes of a row at a depth: the energy of the nodes looked at, u and g = d - f.
 
     g is -inf where there is no profile; passed: what lines that pass links change; closes (2m,):
-    the lines that may close the next link, after which the surface is not in the indenter.
+    the lines that may close the next link, after which the surface is not in the indenter; work: of
+    adhesion, for which they do.
     """
 
     row: Row
+    nodes: Contacts
     depth: float
+    work: float
     model: NodalEnergy
     u: Array
     g: Array
     passed: Advances
     closes: Mask
 
-    @property
+    @functools.cached_property
+    def balance(self) -> Balance:
+        """Energy and forces."""
+        return self.model.balance(self.u)
+
+    @functools.cached_property
     def size(self) -> float:
         """δ: the largest of |d|, |u| at the lines and δ₀."""
         lines = np.abs(self.u[np.flatnonzero(self.model.contact)[[0, -1]]])
@@ -67,82 +79,78 @@ class State:
         gap[0, ~self.closes] = math.nan
         return gap, stored, np.reshape(self.row.works, (2, 1)) * bonds
 
-    def pull(self, force: Array) -> float:
+    @property
+    def pull(self) -> float:
         """The largest pull per weight on contact nodes whose opening alone lowers the energy.
 
-        force (n,): on all nodes. The outermost nodes of contacts are not opened here, as these are
-        moves of a line; a lone node has no adhesion, unless it is a spring without tension.
+        The outermost nodes of contacts are not opened here, as these are moves of a line; a lone
+        node has no adhesion, unless it is a spring without tension.
         """
-        model, held = self.model, np.pad(self.model.contact, 1)
-        pulled = model.contact & (force < 0)
-        opens = pulled & ~(held[:-2] | held[2:]) & (model.lattice.gamma1 > 0)
-        inside = np.flatnonzero(pulled & held[:-2] & held[2:])
-        closing, opening = self.row.works
-        opens[inside] = model.released(self.u, inside, opening / closing if closing else 1.0) > 0
-        i = np.flatnonzero(opens)
-        return float((-force[i] / model.lattice.weight(model.first + i)).max(initial=0.0))
+        model, held, force = self.model, np.pad(self.model.contact, 1), self.balance.forces
+        (closing, opening), lat = self.row.works, model.lattice
+        pulled, more = model.contact & (force < 0), opening / closing if closing else 1.0
+        opens = pulled & ~(held[:-2] | held[2:]) & (lat.gamma1 > 0)
+        bonds = (
+            model.bonds if not lat.gamma1 else np.append(0, model.bonds) + np.append(model.bonds, 0)
+        )
+        may = force**2 > 2 * lat.k * model.cells * more * bonds  # were there the springs alone
+        inside = np.flatnonzero(pulled & held[:-2] & held[2:] & may)
+        if inside.size:
+            opens[inside] = model.released(self.u, inside, more) > 0
+        return float((-force / model.cells)[opens].max(initial=0.0)) * lat.cell
+
+    @functools.cached_property
+    def certificate(self) -> Certificate:
+        """See the module."""
+        model, lat, balance, delta = self.model, self.row.lattice, self.balance, self.size
+        (gap, stored, work), held, free = self.moves, model.contact, ~model.contact
+        size = max(delta, abs(self.depth - self.row.lowest))
+        if size == 0:  # touching, nothing deformed
+            return Certificate.undeformed()
+        noise, unit = (
+            32 * EPSILON * (lat.spring + 4 * lat.link) * size,
+            lat.spring * (delta or size),
+        )
+        unknown, relative = 32 * EPSILON * size, np.where(gap, np.abs(gap), 1.0)
+        closed = work[0] - stored[0] * (1 + unknown / relative[0]) ** 2
+        opened = stored[1] * (np.maximum(gap[1] - unknown, 0.0) / relative[1]) ** 2 - work[1]
+        gains = np.array([closed, opened]) / (work + stored + _TINY)
+        below = np.append((self.g - self.u)[free], -gap[0])
+        left = np.abs(balance.forces[free]) / model.cells[free] * lat.cell
+        beside = np.flatnonzero(held[1:] != held[:-1])
+        ties = lat.gamma1 / lat.spacing**2 * model.links[beside] @ np.abs(self.u[beside + 1])
+        rounding = EPSILON * (4 * balance.tension + 2 * float(ties))
+        apart = abs(balance.force - float(balance.forces[held].sum())) - rounding
+        return Certificate(
+            penetration=float(np.fmax.reduce(below, initial=0.0)) / (delta or size),
+            stationarity=max(0.0, float(left.max(initial=0.0)) - noise) / unit,
+            opening=max(0.0, self.pull - noise) / unit,
+            neighbours=float(np.fmax.reduce(gains, axis=None, initial=0.0)),
+            force=max(0.0, apart) / (balance.sizes or 1.0),
+        )
 
 
-class Totals(NamedTuple):
-    """U and P, P as the sum of the forces on contact nodes, and sums of the terms' sizes.
+def on_row(row: Row, nodes: Contacts, depth: float) -> State:
+    """Contacts between these first and last nodes of a row, from left to right, at a depth.
 
-    penetration, imbalance, opening: the largest g - u and |∂U/∂u_i| of free nodes, and
-    `State.pull`; rounding: what the sum of the forces may be off by.
+    In contact u = g = d - f; the free surfaces are exact. Of one contact of a convex profile its
+    own nodes, with tails beyond; of others all.
     """
-
-    energy: float
-    force: float
-    force_by_reactions: float
-    energy_scale: float
-    force_scale: float
-    penetration: float
-    imbalance: float
-    opening: float
-    rounding: float
-
-
-def totals(state: State) -> Totals:
-    """Energy and force of a state, and what is worst at its nodes.
-
-    Every link's tension T enters the sum of forces twice, 4 ε √ΣT²; that of links beside a contact
-    enters once, and is a difference of displacements, 2 ε t |u| each.
-    """
-    model, u, lattice, first = state.model, state.u, state.model.lattice, state.model.first
-    balance, held = model.balance(u), model.contact
-    force, ends = balance.force, model.pulls * u[[0, -1]]
-    free = np.flatnonzero(~held)
-    beside = np.flatnonzero(held[1:] != held[:-1])
-    ties = lattice.link * np.abs(u[beside + 1]) * lattice.weight(first + beside + 0.5)
-    unbalanced = np.abs(force[free] / lattice.weight(first + free))
-    return Totals(
-        energy=balance.energy,
-        force=balance.springs + float(ends.sum()),
-        force_by_reactions=float(force.sum() - force[free].sum()),
-        energy_scale=balance.scale,
-        force_scale=balance.sizes + float(np.abs(ends).sum()),
-        penetration=float((state.g[free] - u[free]).max(initial=0.0)),
-        imbalance=float(unbalanced.max(initial=0.0)),
-        opening=state.pull(force),
-        rounding=4 * EPSILON * balance.tension + 2 * EPSILON * float(ties.sum()),
-    )
-
-
-def judge(state: State, sums: Totals) -> Certificate:
-    """Of a state in contact, with these totals."""
-    lat, delta, (gap, stored, work) = state.row.lattice, state.size, state.moves
-    size = max(delta, abs(state.depth - state.row.lowest))
-    if size == 0:  # touching, nothing deformed
-        return Certificate.undeformed()
-    noise, unit = 32 * EPSILON * (lat.spring + 4 * lat.link) * size, lat.spring * (delta or size)
-    unknown, relative = 32 * EPSILON * size, np.where(gap, np.abs(gap), 1.0)
-    closed = work[0] - stored[0] * (1 + unknown / relative[0]) ** 2
-    opened = stored[1] * (np.maximum(gap[1] - unknown, 0.0) / relative[1]) ** 2 - work[1]
-    gains = np.array([closed, opened]) / (work + stored + _TINY)
-    apart = abs(sums.force - sums.force_by_reactions) - sums.rounding
-    return Certificate(
-        penetration=float(np.fmax.reduce(-gap[0], initial=sums.penetration)) / (delta or size),
-        stationarity=max(0.0, sums.imbalance - noise) / unit,
-        opening=max(0.0, sums.opening - noise) / unit,
-        neighbours=float(np.fmax.reduce(gains, axis=None, initial=0.0)),
-        force=max(0.0, apart) / (sums.force_scale or 1.0),
-    )
+    own = slice(nodes[0][0], nodes[-1][1] + 1) if row.clear else slice(0, row.size)
+    held = np.zeros(own.stop - own.start, bool)
+    for first, last in nodes:
+        held[first - own.start : last - own.start + 1] = True
+    work = row.works[0] * row.bonds[own.start : own.stop - 1] if row.scene.pattern else None
+    model, g = NodalEnergy(row.lattice, held, row.first + own.start, work), depth - row.f[own]
+    u, at = g, np.reshape(nodes, (1, -1))
+    passed, closes = advances(row, at, np.array([depth])), np.full(at.size, True)
+    if not row.clear:
+        every, lines = row.first + np.arange(row.size), np.unique(nodes)
+        u = np.where(held, g, surface(row.lattice, row.first + lines, depth - row.f[lines], every))
+        faced: list[Any] = [None, *at[0].tolist(), None]
+        for i, side in enumerate(outwards(at.size).tolist()):
+            left, right = (faced[i + 1] + side, faced[i + 1 + side])[::side]  # after the next link
+            closes[i] = row.rules[0].clears(left, right, depth)
+    link, both = -LINKS[0], np.repeat(at[0, 2::2] - at[0, 1:-1:2] == 2, 2)
+    passed.bonds[0, 1:-1, link] += np.where(both, passed.bonds[0, 1:-1, link + 1], 0.0)
+    return State(row, nodes, depth, row.works[0], model, u, g, passed, closes)

@@ -7,11 +7,11 @@ that passes link j, from ζ = j to j + 1, stores S v²/2 in the surface and gain
     e = v/|v| √(S v²/2) - √W,    over the root of the link's length or area.
 
 Between the nodes a line is where e, taken at the middles of the links, is zero: by the cubic
-through the links -2..1, or by the straight line through -1 and 0 where the profile or the pattern
-has a corner within two links. One that is less than a link away holds the line if e changes sign
-there by a jump; what is inside and what is outside then continue straight. U and P are interpolated
-between the same contact sets, beside a corner those on one side of it. Raw lattice values are off
-by up to Δx/2 in the line; these are off by O(Δx²).
+through the links -2..1. Where the profile or the pattern has a corner within two links, it is by
+the straight line through -1 and 0. A corner that is less than a link away holds the line if e
+changes sign there by a jump; what is inside and what is outside then continue straight. U and P are
+interpolated between the same contact sets, beside a corner those on one side of it. Raw lattice
+values are off by up to Δx/2 in the line; these are off by O(Δx²).
 
 Where opening takes another work of adhesion than closing there are two such positions, and a line
 between them stays where it last moved (a play operator):
@@ -64,17 +64,36 @@ class Advances(NamedTuple):
         return np.asarray(taken - np.sqrt(work * self.bonds / self.size))
 
 
-class Corner(NamedTuple):
+class Corners(NamedTuple):
     """The only corner within a link of each line, as ζ; nan: none, or several.
 
-    before, beyond: whether the two links next to it on each side are without another one; smooth:
-    whether all four links about the node are without any.
+    smooth: whether all four links about the node are without any.
     """
 
     zeta: Array
-    before: Mask
-    beyond: Mask
     smooth: Mask
+
+    def middle(self, outside: Mask | bool) -> Nodes:
+        """The node between the two nearest links on one side of the corner; 0 without a corner."""
+        middle = np.where(outside, np.ceil(self.zeta) + 1, np.floor(self.zeta) - 1)
+        return np.where(np.isnan(middle), 0, middle).astype(int)
+
+    def four(self, parts: Array, middle: Nodes) -> Array:
+        """Those of parts (..., 6) of the four links about a node, these first (4, ...).
+
+        The outer two are on a straight line with the others if they are not there, or near a
+        corner; one that is not there next to the node is like the other one.
+        """
+        links = (middle[..., None] - LINKS[0] + np.arange(-2, 2)) % LINKS.size
+        found = np.take_along_axis(parts, np.broadcast_to(links, (*parts.shape[:-1], 4)), -1)
+        first, before, beyond, last = np.moveaxis(found, -1, 0)
+        inner = np.where(np.isnan(before), beyond, before)
+        outer = np.where(np.isnan(beyond), before, beyond)
+        one = np.where(np.isnan(first), last - 3 * (outer - inner), first)
+        other = np.where(np.isnan(last), first + 3 * (outer - inner), last)
+        first = np.where(self.smooth & ~np.isnan(one), one, 2 * inner - outer)
+        last = np.where(self.smooth & ~np.isnan(other), other, 2 * outer - inner)
+        return np.array([first, inner, outer, last])
 
 
 @functools.lru_cache
@@ -88,184 +107,166 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
 
     zeta: where the lines are that inner lines face, if not on their nodes.
     """
-    lattice, sides = row.lattice, outwards(nodes.shape[1])
+    lattice, sides, columns = row.lattice, outwards(nodes.shape[1]), np.arange(nodes.shape[1]) + 1
     start = nodes[..., None] + sides[:, None] * LINKS
-    spans, end = np.diff(nodes, prepend=-1, append=row.size), row.size - 1
-    inside, outside = (np.repeat(spans[:, i::2], 2, axis=1)[..., None] for i in (1, 0))
-    there = (-inside <= LINKS) & (outside[:, 1:-1] > LINKS + 1)
-    start, after = (np.clip(at, 0, end) for at in (start, start + sides[:, None]))
-    own, beyond = (depth[:, None, None] - row.f[at] for at in (start, after))
-    rest, stiffness, felt = np.zeros((3, *start.shape))
-    for column, side in ((0, -1), (-1, 1)):
-        _, rest[:, column], stiffness[:, column] = lattice.beside(
-            row.first + start[:, column], side
-        )
-    if nodes.shape[1] > 2:
-        at, f = nodes * 1.0, row.f[nodes]
-        if zeta is not None:
-            at = nodes + sides * zeta
-            f = row.scene.indenter.height(lattice.x(row.first + at))
-        inner, swapped = np.s_[:, 1:-1], np.arange(1, nodes.shape[1] - 1) + sides[1:-1]
-        at, faced = at[:, swapped], depth[:, None] - f[:, swapped]
-        apart = np.maximum(np.abs(at[..., None] - start[inner]), _CLOSEST)
-        far, rest[inner], stiffness[inner] = lattice.beside(0, 1, apart)
-        felt[inner] = far * (faced[..., None] - own[inner])
-    gap = np.where(there, own - beyond - rest * own + felt, math.nan)
-    links = np.minimum(np.minimum(start, after), end - 1)
+    after = start + sides[:, None]
+    ends, u = np.empty((2, len(nodes), columns.size + 2))  # of all lines, and far out
+    ends[:, 0], ends[:, 1:-1], ends[:, -1] = -1, nodes, row.size
+    facing, other = (ends[:, columns + way * sides, None] for way in (1, -1))
+    there = (sides[:, None] * (facing - after) > 0) & (sides[:, None] * (start - other) >= 0)
+    there[row.first + nodes == lattice.axis] = False
+    if zeta is None:
+        f = row.f[nodes]
+    else:
+        ends[:, 1:-1] += sides * zeta
+        f = row.scene.indenter.height(lattice.x(row.first + ends[:, 1:-1]))
+    ends[:, 0], ends[:, -1], u[:, 1:-1] = -math.inf, math.inf, depth[:, None] - f
+    u[:, 0] = u[:, -1] = 0.0
+    faced = columns + sides
+    apart = np.maximum(np.abs(ends[:, faced, None] - start), _CLOSEST)
+    far, rest, stiffness = lattice.beside(row.first + start, sides[:, None], apart)
+    own, beyond = (depth[:, None, None] - row.f.take(at, mode="clip") for at in (start, after))
+    gap = own - beyond - rest * own + far * (u[:, faced, None] - own)
+    gap = np.where(there, gap, math.nan)
+    links = np.minimum(start, after)
     size = lattice.cell * lattice.weight(row.first + links + 0.5) * np.ones(links.shape)
-    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, row.bonds[links], size)
+    bonds = row.bonds.take(links, mode="clip")
+    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds, size)
 
 
-def corners(row: Row, nodes: Nodes) -> Corner:
+def corners(row: Row, nodes: Nodes) -> Corners:
     """The corners beside lines at these nodes (s, 2m)."""
-    sides = outwards(nodes.shape[1])
-    known = np.concatenate([[-math.inf], row.breaks, [math.inf]])
-    i = np.searchsorted(known, nodes - 1, "right")
-    last, at, following = (known[np.minimum(i + n, known.size - 1)] for n in (-1, 0, 1))
-    only = (at < nodes + 1) & (following >= nodes + 1)
-    zeta = np.where(only, sides * (at - nodes) - row.lattice.edge, math.nan)
-    clear = at >= last + 2, following >= at + 2
-    before, beyond = (np.where(sides > 0, *pair) for pair in (clear, clear[::-1]))
-    return Corner(zeta, before, beyond, (last <= nodes - 2) & (at >= nodes + 2))
+    known = np.append(row.breaks, math.nan)
+    first, beyond = known.searchsorted(nodes - 1, "right"), known.searchsorted(nodes + 1)
+    at = outwards(nodes.shape[1]) * (known[first] - nodes) - row.lattice.edge
+    near = known.searchsorted(nodes + 2) - known.searchsorted(nodes - 2, "right")
+    return Corners(np.where(beyond - first == 1, at, math.nan), near == 0)
 
 
-def _beside(parts: Array) -> tuple[Array, Array, Array, Array]:
-    """Those of the links -2..1, of an outer one that is not there as a parabola continues."""
-    first, before, beyond, last = np.moveaxis(parts[..., 1:5], -1, 0)
-    first = np.where(np.isnan(first), last - 3 * (beyond - before), first)
-    last = np.where(np.isnan(last), first + 3 * (beyond - before), last)
-    return first, before, beyond, last
-
-
-def placed(excess: Array, corner: Corner) -> Array:
+def placed(excess: Array, corner: Corners) -> Array:
     """ζ of lines with this excess at their links (..., 6); nan where e does not grow outwards."""
-    first, inner, outer, last = _beside(excess)
+    inside, at = _zero(excess, corner, outside=False), corner.zeta
+    if np.isnan(at).all():
+        return inside
+    held = np.where(inside < at, inside, np.fmax(_zero(excess, corner, outside=True), at))
+    return np.where(np.isnan(at), inside, held)
+
+
+def _zero(excess: Array, corner: Corners, *, outside: bool) -> Array:
+    """Where e is zero as it continues from one side of a corner.
+
+    Where it does not grow outwards there, it has its sign everywhere; without a corner nan.
+    """
+    middle = corner.middle(outside)
+    first, inner, outer, last = corner.four(excess, middle)
     with np.errstate(invalid="ignore", divide="ignore"):
         rise = np.where(outer > inner, outer - inner, math.nan)
-        t = np.minimum(np.maximum(-inner / rise, -0.5), 1.5)
+        far = np.where(np.isnan(corner.zeta), math.nan, -math.inf * (inner if outside else outer))
+        straight = np.where(np.isnan(rise), far, -(inner + outer) / (2 * rise))
         bend = (first - inner - outer + last) / (4 * rise)
         turn = (last - 3 * outer + 3 * inner - first) / (6 * rise)
-        smooth = corner.smooth & (np.abs(bend) <= 1) & (np.abs(turn) <= 1)
-        bend, turn = np.where(smooth, bend, 0.0), np.where(smooth, turn, 0.0)
-        t = 2 * t / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * t))
-        zeta, at, zeros = t - 0.5 + turn * t * (1 - t) * (t - 0.5), corner.zeta, []
-        if np.isnan(at).all():
-            return np.asarray(zeta)
-        for side, clear in enumerate((corner.before, corner.beyond)):
-            middle = _middle(at, np.full(at.shape, side > 0))
-            pair = _pair(excess, middle)
-            rise = np.where(clear & (pair[1] > pair[0]), pair[1] - pair[0], 0.0)
-            zeros.append(middle - np.where(rise, sum(pair) / 2, pair[1 - side]) / rise)
-        held = np.where(zeros[0] < at, zeros[0], np.fmax(zeros[1], at))
-    return np.where(np.isnan(at), zeta, np.maximum(held, -0.5))
+        t, s = straight + 0.5, 1 - bend
+        t = 2 * t / (s + np.sqrt(s * s + 4 * bend * t))
+        bent = t - 0.5 + turn * t * (1 - t) * (t - 0.5)
+        tame = np.fmax(np.maximum(np.abs(bend), np.abs(turn)), np.abs(straight)) <= 1
+    return np.asarray(middle + np.where(tame & ~np.isnan(bent), bent, straight))
 
 
-def _middle(at: Array, outside: Mask) -> Nodes:
-    """The node between the two nearest links on one side of corners at ζ; 0 where there is none."""
-    middle = np.where(outside, np.ceil(at) + 1, np.floor(at) - 1)
-    return np.nan_to_num(middle).astype(int)
-
-
-def _pair(parts: Array, middle: Nodes) -> tuple[Array, Array]:
-    """Those of the links before and beyond a node."""
-    links = np.stack([middle - 1, middle], axis=-1) - LINKS[0]
-    before, beyond = np.moveaxis(np.take_along_axis(parts, links, -1), -1, 0)
-    return before, beyond
-
-
-def _added(steps: Array, zeta: Array, corner: Corner) -> Array:
+def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
     """What contacts that end at ζ have more than those at their nodes; steps: over links."""
-    middle = _middle(corner.zeta, zeta > corner.zeta)
-    before, beyond = _pair(steps, middle)
-    before = np.where(np.isnan(before), beyond, before)
-    beyond = np.where(np.isnan(beyond), before, beyond)
-    whole = np.nan_to_num(steps).cumsum(axis=-1)
-    start, t = _pair(whole, middle)[0] - whole[..., -LINKS[0] - 1], zeta - middle
-    found = start + t * (before + beyond) / 2 + t * t * (beyond - before) / 2
-    first, before, beyond, last = _beside(steps)
-    odd = (first - before - beyond + last) / 12
-    even = (last - 3 * beyond + 3 * before - first) / 24
-    further = t * (t * t - 1) * (odd + t * even)
-    return np.nan_to_num(found + np.where(corner.smooth & np.isfinite(further), further, 0.0))
+    middle = corner.middle(zeta > corner.zeta)
+    first, before, beyond, last = corner.four(steps, middle)
+    whole = np.cumsum(np.nan_to_num(steps), axis=-1)
+    at = np.broadcast_to(middle[..., None] - LINKS[0] - 1, (*steps.shape[:-1], 1))
+    start, t = np.take_along_axis(whole, at, -1)[..., 0] - whole[..., -LINKS[0] - 1], zeta - middle
+    odd, even = (first - before - beyond + last) / 12, (last - first - 3 * (beyond - before)) / 24
+    curved = (beyond - before) / 2 * t + (t * t - 1) * (odd + t * even)
+    return np.nan_to_num(start + t * ((before + beyond) / 2 + curved))
 
 
-def offsets(row: Row, nodes: Nodes, depth: Array, before: Array | None = None) -> Array:
+def offsets(
+    row: Row,
+    nodes: Nodes,
+    depth: Array,
+    passed: Advances,
+    corner: Corners,
+    works: Sequence[float],
+    before: Array | None = None,
+) -> Array:
     """ζ of all lines (s, 2m) of s states with m contacts each, between these nodes (s, 2m).
 
-    before: how far they were, where a line resists both ways.
+    passed: what lines change that are on their nodes; works: of closing, and of opening; before:
+    how far lines were, where they resist both ways.
     """
-    zeta, beside = np.zeros(nodes.shape), corners(row, nodes)
-    works = row.works if before is not None else row.works[:1]
-    for _ in range(_TURNS if nodes.shape[1] > 2 else 1):
-        found, last = advances(row, nodes, depth, zeta), zeta
-        zeta = resting(row, nodes, [found.excess(work) for work in works], beside, before)
-        if np.abs(zeta - last).max() <= _SETTLED:
+    most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
+    least, zeta = np.full(nodes.shape, -_HALF), np.zeros(nodes.shape)
+    most[:, 1:-1], least[:, 1:-1] = 1.0, -1.0  # lines that face each other feel each other
+    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
+    for _ in range(_TURNS):
+        last, zeta = zeta, np.full(nodes.shape, -1.0) if before is None else before
+        for work, further in zip(works, (np.maximum, np.minimum), strict=False):
+            rests = placed(passed.excess(work), corner)
+            zeta = further(zeta, np.maximum(np.minimum(rests, most), least))
+        zeta[:, 1:-1][close] = 0.0
+        zeta = np.where(np.isnan(zeta), 0.0, zeta)
+        if nodes.shape[1] == 2 or np.abs(zeta - last).max() <= _SETTLED:
             break
+        passed = advances(row, nodes, depth, zeta)
     return zeta
 
 
-def resting(
-    row: Row, nodes: Nodes, excess: list[Array], corner: Corner, before: Array | None = None
-) -> Array:
-    """ζ with the excess of closing, and of opening where it differs, from where lines were."""
-    zeta = np.full(nodes.shape, -1.0) if before is None else before
-    most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
-    least = np.full(nodes.shape, -_HALF)
-    most[:, 1:-1], least[:, 1:-1] = 1.0, -1.0
-    for each, further in zip(excess, (np.maximum, np.minimum), strict=False):
-        rests = np.maximum(np.minimum(placed(each, corner), most), least)
-        zeta = further(zeta, rests)
-    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
-    zeta[:, 1:-1][close] = 0.0
-    return np.where(np.isnan(zeta), 0.0, zeta)
-
-
 def between(
-    row: Row, nodes: Nodes, depth: Array, known: Array | None = None
-) -> tuple[Advances, Array, Array]:
-    """ζ of lines, their x (s, 2m), and what passing links changes, with faced lines at ζ/2.
+    row: Row,
+    nodes: Nodes,
+    depth: Array,
+    passed: Advances,
+    known: Array | None = None,
+    work: float | None = None,
+) -> tuple[Array, Array]:
+    """x of lines (s, 2m), and U and P (2, s) that states have more than those on their nodes.
 
-    known: x of lines that resist both ways, where it has to be known.
+    passed: what lines change that are on their nodes; known: x of lines that resist both ways,
+    where it has to be known; work: of adhesion, by which they rest, if not w.
     """
-    zeta = offsets(row, nodes, depth) if known is None else offsets_of(row, nodes, known)
-    lines = positions(row, nodes, zeta) if known is None else known
-    return advances(row, nodes, depth, zeta / 2), zeta, lines
+    corner, lines = corners(row, nodes), known
+    if lines is None:
+        works = (row.works[0] if work is None else work,)
+        zeta = offsets(row, nodes, depth, passed, corner, works)
+        lines = positions(row, nodes, zeta, corner)
+    else:
+        zeta = offsets_of(row, nodes, lines)
+    if nodes.shape[1] > 2:
+        passed = advances(row, nodes, depth, zeta / 2)
+    steps = np.array([passed.stored - row.works[0] * passed.bonds, passed.force])
+    return lines, _added(steps, zeta, corner).sum(axis=-1)
 
 
-def positions(row: Row, nodes: Nodes, zeta: Array) -> Array:
+def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
     """x of lines that far from their nodes; of those at a corner that of the corner.
 
     As lines that face each other feel each other, one may be more than half a link from its node;
     where it has to tell the node, as a line that stays where it was, it is told within half a link.
     """
-    lattice, sides, told = row.lattice, outwards(nodes.shape[1]), zeta.copy()
-    if row.scene.hysteretic:
-        told[:, 1:-1] = _stretched(told[:, 1:-1], _SHORT)
-    x = lattice.x(row.first + nodes + sides * (told + lattice.edge))
-    held = np.argwhere(zeta == corners(row, nodes).zeta)
-    for at in map(tuple, held.tolist()):
-        x[at] = row.corners[np.abs(row.corners - x[at]).argmin()]
+    sides, held = outwards(nodes.shape[1]), zeta == corner.zeta
+    told = _stretched(zeta, _SHORT) if row.scene.hysteretic else zeta
+    x = row.lattice.x(row.first + nodes + sides * (told + row.lattice.edge))
+    if held.any():
+        x[held] = row.corners[np.abs(row.corners - x[held][:, None]).argmin(axis=1)]
     return np.clip(x, *row.scene.indenter.extent)
 
 
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
     """How far the lines at these positions are from their nodes, in links outwards."""
     off = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
-    zeta = outwards(nodes.shape[1]) * off
-    zeta[:, 1:-1] = _stretched(zeta[:, 1:-1], 1 / _SHORT)
-    return np.asarray(zeta)
+    return _stretched(outwards(nodes.shape[1]) * off, 1 / _SHORT)
 
 
 def _stretched(zeta: Array, factor: float) -> Array:
-    """What is beyond _NEARLY half a link, times a factor."""
-    beyond = np.maximum(np.abs(zeta) - _NEARLY, 0.0)
-    return np.asarray(zeta + (factor - 1) * np.copysign(beyond, zeta))
-
-
-def gained(row: Row, nodes: Nodes, found: Advances, zeta: Array) -> Array:
-    """U and P (2, s) that states have more with lines ζ further; found: with faced ones at ζ/2."""
-    corner, energy = corners(row, nodes), found.stored - row.works[0] * found.bonds
-    return np.array([_added(part, zeta, corner).sum(axis=1) for part in (energy, found.force)])
+    """What is beyond _NEARLY half a link, times a factor; of lines that others face."""
+    beyond = np.maximum(np.abs(zeta[:, 1:-1]) - _NEARLY, 0.0)
+    found = zeta.copy()
+    found[:, 1:-1] += (factor - 1) * np.copysign(beyond, zeta[:, 1:-1])
+    return found
 
 
 def moved(
@@ -277,12 +278,14 @@ def moved(
     bit if it has not moved; others come from the side on which their contacts were.
     """
     nodes, was = np.reshape(contacts, (len(contacts), -1)), np.array(before, int).reshape(1, -1)
-    sides, x = outwards(nodes.shape[1]), np.array(lines)
+    sides, x, corner = outwards(nodes.shape[1]), np.array(lines), corners(row, nodes)
     at = was + outwards(was.size) * offsets_of(row, was, x)
     at, x = (np.pad(part.ravel(), 1, constant_values=(-math.inf, math.inf)) for part in (at, x))
     facing = np.where(sides > 0, np.searchsorted(at, nodes, "right"), np.searchsorted(at, nodes))
     facing -= facing % 2 == (sides > 0)  # the next line, or that before: which faces the same way
     came = np.clip(sides * (at[facing] - nodes), -1.0, 1.0)
-    found = positions(row, nodes, offsets(row, nodes, depths, came))
+    passed = advances(row, nodes, depths)
+    zeta = offsets(row, nodes, depths, passed, corner, row.works, came)
+    found = positions(row, nodes, zeta, corner)
     near = np.abs(x[facing] - found) <= _ROUNDING * float(np.abs(found).max())
     return [*map(tuple, np.where(near, x[facing], found).tolist())]

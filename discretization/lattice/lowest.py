@@ -34,20 +34,17 @@ that v is at least -max(g, 0) instead of 0. Nodes of that height are certain.
 """
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from discretization.certificate import Proof
-from discretization.equilibrium import Equilibrium
-from discretization.lattice.assembly import Question, of_contacts
 from discretization.lattice.oracle import oracle
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import pressed, surface
-from discretization.nodes.row import Row
+from discretization.nodes.row import Contacts, Row
 from energy import Scene
 from energy.arrays import Array, Mask, Nodes
 
@@ -172,24 +169,21 @@ def runs(contact: Mask) -> Nodes:
     return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
 
 
-def on_lowest(asked: Question, row: Row) -> Equilibrium:
-    """Certified state of lowest energy of all contact sets on these nodes, with its proof.
+def on_lowest(row: Row, depth: float, method: str) -> tuple[Contacts, Proof | None]:
+    """Contacts of lowest energy of all contact sets on these nodes, and its proof.
 
     Method "shortest_path", "oracle", which needs cvxpy and has no proof, or "lattice", which is as
-    "shortest_path". ValueError for what the method cannot express, and a contact that reaches the
-    end of the known profile.
+    "shortest_path". ValueError for what the method cannot express.
     """
-    lattice, g, proof = row.lattice, asked.depth - row.f, None
-    if asked.method == "oracle":
+    lattice, g, proof = row.lattice, depth - row.f, None
+    if method == "oracle":
         near = np.append(np.flatnonzero(g >= -lattice.deepest_contact), row.touch)
         start = int(near.min())
         g = np.append(g[start : near.max() + 1], -math.inf)  # it needs two nodes
         contacts = runs(oracle(lattice, g).contact) + start
     else:
         contacts, proof = global_minimum(lattice, g)
-    nodes = tuple((first, last) for first, last in contacts.tolist())
-    method = "shortest_path" if lattice.w and proof else asked.method
-    return replace(of_contacts(asked, row, nodes), proof=proof, method=method)
+    return tuple((first, last) for first, last in contacts.tolist()), proof
 
 
 def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:

@@ -22,10 +22,7 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import TOLERANCE
-from discretization.equilibrium import Equilibrium
-from discretization.lattice import line
-from discretization.lattice.assembly import Question, certified, without_contact
-from discretization.lattice.judge import State, totals
+from discretization.lattice.judge import State
 from discretization.lattice.line import LINKS, Advances
 from discretization.nodes.lattice import Lattice, LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
@@ -77,7 +74,7 @@ class Plain:
         u = model.relaxed(np.full(count, self.g(node)))
         found = model.balance(u)
         energy = found.energy - found.terms["adhesion"]
-        return energy, float(found.force[::side][0]), float(u[::side][1])
+        return energy, float(found.forces[::side][0]), float(u[::side][1])
 
     def link(self, node: int, side: int) -> tuple[float, ...]:
         """What the link outwards from a line at this node takes: one of each of `Advances`.
@@ -152,38 +149,54 @@ class Plain:
                 found[:, 0, i, j] = self.link(start, side)
         return Advances(*found)
 
+    def relaxed(self, nodes: tuple[int, int]) -> State:
+        """The relaxed surface of one contact between these nodes.
 
-def on_plain(asked: Question, row: Row) -> Equilibrium:
-    """The certified state of one contact on the path, or of least energy. Errors as `of_contacts`.
+        The nodes looked at are those of the row, and those up to where free surfaces are linear.
+        """
+        (first, last), row, (lo, hi, _) = nodes, self.row, self.row.where
+        lattice = row.lattice
+        start, stop = min(lo, first - far(lattice)), max(hi, last + far(lattice))
+        every = np.arange(0 if lattice.axis == 0 else start, stop + 1)
+        start, g = int(every[0]), np.full(every.size, -math.inf)
+        g[lo - start : hi + 1 - start] = self.depth - row.f
+        model = NodalEnergy(lattice, (every >= first) & (every <= last), start)
+        own, passed = ((first - row.first, last - row.first),), self.advances(nodes)
+        closes = np.full(2, self.work == lattice.w)  # else springs attach where they touch
+        u = model.relaxed(g)
+        return State(row, own, self.depth, self.work, model, u, g, passed, closes)
 
-    Without tension springs attach where they touch; for the lowest energy, where that pays.
-    """
-    lattice, depth, work = row.lattice, asked.depth, row.lattice.w
-    if not lattice.gamma1 and asked.branch == "adhered":
+
+def on_plain(row: Row, depth: float, branch: str) -> State | None:
+    """The contact on the path; without tension, where springs attach as they touch or, for the
+    lowest energy, where that pays. ValueError for one that reaches the end of the known profile."""
+    lattice, work = row.lattice, row.lattice.w
+    if not lattice.gamma1 and branch == "adhered":
         work = min(work, lattice.k / 2 * max(0.0, row.lowest - depth) ** 2)
     plain = Plain(row, depth, work)
     found = plain.contact()
     if found is None:
-        return without_contact(asked, row)
-    nodes = ((found[0] - row.first, found[1] - row.first),)
-    row.refuse_unknown(depth, nodes)
-    passed = plain.advances(found)
-    state, at = relaxed(plain, passed, *found), np.array(nodes)
-    if asked.branch == "global" and depth <= row.lowest and totals(state).energy > 0:
-        return without_contact(asked, row)
-    zeta = line.resting(row, at, [passed.excess(work)], line.corners(row, at))
-    lines = line.positions(row, at, zeta)
-    for x, node in zip(lines[0].tolist(), found, strict=True):
-        u, own = depth - float(row.scene.indenter.height(np.array([x]))[0]), plain.g(node)
-        if max(abs(u), abs(own) - lattice.spacing) > turning(lattice):
-            raise ValueError(overhang(depth, f" x = {x!r}", u, turning(lattice)))
+        return None
+    row.refuse_unknown(depth, ((found[0] - row.first, found[1] - row.first),))
+    return plain.relaxed(found)
+
+
+def refuse_turning(state: State, lines: Array) -> None:
+    """ValueError for a surface that all but turns over, or is in the indenter beyond the contact.
+
+    lines: where they are between the nodes (2,).
+    """
+    row, depth, limit = state.row, state.depth, turning(state.row.lattice)
+    off = depth - row.scene.indenter.height(lines)
+    own = np.abs(depth - row.f[list(state.nodes[0])]) - row.lattice.spacing
+    for x, u, most in zip(lines.tolist(), off.tolist(), own.tolist(), strict=True):
+        if max(abs(u), most) > limit:
+            raise ValueError(overhang(depth, f" x = {x!r}", u, limit))
     if (state.g - state.u)[~state.model.contact].max(initial=0.0) > TOLERANCE * state.size:
         raise ValueError(
             f"depth = {depth!r}: beyond the contact the surface is in the indenter; with slopes = "
-            f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
+            f"{row.lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
-    tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
-    return certified(asked, state, nodes, passed, zeta, lines, tail)
 
 
 def overhang(depth: float, where: str, u: float, limit: float) -> str:
@@ -193,22 +206,6 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
         f"than 1.3 l + Δx = {limit!r}, where it would all but turn over; use method='fitted', a "
         "smaller |depth|, a smaller w or a blunter indenter"
     )
-
-
-def relaxed(plain: Plain, passed: Advances, first: int, last: int) -> State:
-    """The relaxed surface of one contact between these nodes of the lattice.
-
-    passed: what its lines' moves change. The nodes are those of the row, and those up to where the
-    free surfaces are linear.
-    """
-    row, lattice, (lo, hi, _) = plain.row, plain.row.lattice, plain.row.where
-    start, stop = min(lo, first - far(lattice)), max(hi, last + far(lattice))
-    nodes = np.arange(0 if lattice.axis == 0 else start, stop + 1)
-    start, g = nodes[0], np.full(nodes.size, -math.inf)
-    g[lo - start : hi + 1 - start] = plain.depth - row.f
-    model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
-    closes = np.full(2, plain.work == lattice.w)  # else springs attach where they touch
-    return State(row, plain.depth, model, model.relaxed(g), g, passed, closes)
 
 
 @dataclass(frozen=True)

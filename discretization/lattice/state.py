@@ -6,6 +6,7 @@ Contacts of a convex profile are alone all the way, and found without following 
 import functools
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +14,9 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
-from discretization.lattice.assembly import Question, of_contacts, on_row
-from discretization.lattice.judge import totals
+from discretization.lattice.judge import State, on_row
 from discretization.lattice.lowest import on_lowest
-from discretization.lattice.plain import on_plain, overhang, turning
+from discretization.lattice.plain import SteepTail, on_plain, overhang, refuse_turning, turning
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row
@@ -25,6 +25,7 @@ from discretization.routes import question_of, route
 from energy import Plane, Scene
 
 _TIE = 1e-12  # of δ₀: a line stays where both sides cost the same
+_INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
 
 
 def on_lattice(
@@ -50,10 +51,74 @@ def on_lattice(
         if method != "lattice":
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
-    asked = Question(lattice.seen(scene), depth, branch, method)
-    answer = _ON_NODES[route(scene, question_of(method, branch), nodes=True)]
-    state = answer(asked, Row.of(asked.scene, lattice, depth))
+    way = route(scene, question_of(method, branch), nodes=True)
+    state = answered(Row.of(lattice.seen(scene), lattice, depth), depth, way, branch, method)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
+
+
+def answered(
+    row: Row, depth: float, way: str, branch: str = "adhered", method: str = "lattice"
+) -> Equilibrium:
+    """The certified state that a way of `route` finds on a row of nodes. Errors as `on_lattice`."""
+    lattice, scene, known, proof = row.lattice, row.scene, None, None
+    if way == "plain":
+        found = on_plain(row, depth, branch)
+    else:
+        if way == "lowest":
+            nodes, proof = on_lowest(row, depth, method)
+            method = "shortest_path" if lattice.w and proof else method
+        else:
+            nodes, known = on_path(row, depth)
+        if nodes:
+            row.refuse_unknown(depth, nodes)
+        found = on_row(row, nodes, depth) if nodes else None
+    if found and branch == "global" and way != "lowest" and depth <= row.lowest:
+        found = None if found.balance.energy > 0 else found
+    read = {} if found is None else _read(found, known)
+    if found is None:
+        scale = max(abs(depth), scene.critical_separation) or 1.0
+        certificate = Certificate.undeformed(max(0.0, (depth - row.lowest) / scale))
+    else:
+        certificate = found.certificate
+    certificate.demand(
+        f"the state found at depth = {depth!r}",
+        "rounding has spoilt it, or the solver's tolerance, or a profile that is said to be convex "
+        "is not; try another spacing or method",
+    )
+    flat = detached(scene, depth, branch, lattice.tail, certificate, lattice.spacing)
+    return replace(flat, method=method, proof=proof, **read)
+
+
+def _read(found: State, known: line.Lines | None) -> dict[str, Any]:
+    """What an equilibrium with contacts has more than the flat surface; lines are between nodes.
+
+    known: where the lines are, which has to be known where they resist both ways.
+    """
+    row, lattice, balance = found.row, found.row.lattice, found.balance
+    at, there = np.reshape(found.nodes, (1, -1)), None if known is None else np.array([known])
+    lines, more = line.between(row, at, np.array([found.depth]), found.passed, there, found.work)
+    steep, single = lattice.slopes == "finite", len(found.nodes) == 1
+    if steep:
+        refuse_turning(found, lines[0])
+    contacts = lines.reshape(-1, 2)
+    return {
+        "contacts": contacts,
+        "nodes": lattice.x(row.first + np.array(found.nodes)),
+        "pinned": np.isin(contacts, row.scene.indenter.corners),
+        "energy": balance.energy + float(more[0, 0]),
+        "force": balance.force + float(more[1, 0]),
+        "scales": {"force": balance.sizes, "energy": balance.scale},
+        "surfaces": SteepTail(lattice.tail.rate, lattice) if steep else lattice.tail,
+        "neutral": single and not row.scene.hysteretic and _neutral(found),
+    }
+
+
+def _neutral(found: State) -> bool:
+    """Whether moving a line of a single contact inwards by several links costs nothing."""
+    row, inside = found.row, np.s_[0, -1, : -line.LINKS[0]]
+    gap, stored, _, bonds, _ = (part[inside] for part in found.passed)
+    least, energy = _INDIFFERENT * row.lattice.w * row.lattice.cell, stored - row.works[0] * bonds
+    return least > 0 and bool(((gap > 0) & (np.abs(energy) <= least)).all())
 
 
 def looked_at_on_lattice(
@@ -95,29 +160,23 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     )
 
 
-def on_path(asked: Question, row: Row) -> Equilibrium:
-    """The certified state of the contacts on this path; of one convex contact, or of least energy.
+def on_path(row: Row, depth: float) -> tuple[Contacts, line.Lines | None]:
+    """The contacts on the path from first touch on, and where lines that resist both ways are.
 
-    NotCertifiedError and ValueError as `of_contacts`.
+    ValueError for a contact that on the way reaches the end of the known profile.
     """
-    deepest, walk = max(asked.depth, row.lowest), Walk(row)
+    deepest, walk = max(depth, row.lowest), Walk(row)
     nodes = walk.touched(deepest)
     row.refuse_unknown(deepest, nodes)
     way = [(deepest, nodes)]
-    if asked.depth < deepest:
-        tie = _TIE * asked.scene.opened.critical_separation
-        nodes = walk.moved(nodes, deepest, asked.depth + tie)
-        way.append((asked.depth, nodes))
+    if depth < deepest:
+        tie = _TIE * row.scene.opened.critical_separation
+        nodes = walk.moved(nodes, deepest, depth + tie)
+        way.append((depth, nodes))
     before: Contacts = ()
     known: line.Lines | None = None
-    if nodes and asked.scene.hysteretic:  # where lines are depends on the way
-        for depth, there in way:
-            (known,) = line.moved(row, [there], np.array([depth]), before, known or ())
+    if nodes and row.scene.hysteretic:  # where lines are depends on the way
+        for at, there in way:
+            (known,) = line.moved(row, [there], np.array([at]), before, known or ())
             before = there
-    raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
-    if raised and totals(on_row(row, nodes, asked.depth)).energy > 0:
-        nodes = ()
-    return of_contacts(asked, row, nodes, known)
-
-
-_ON_NODES = {"path": on_path, "plain": on_plain, "lowest": on_lowest}
+    return nodes, known

@@ -143,23 +143,22 @@ class Lattice:
         """Force of tails beyond these nodes on them over u, their springs' own being the same."""
         return self.end_stiffness
 
-    def pair(self, links: Any) -> tuple[Any, Any]:
+    def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
         """tB and t(1 - A - B) of a free surface of so many links between two contact nodes.
 
         It pulls at an end displaced by u, the other one by u', with tB (u - u') + t(1 - A - B) u.
+        Where the weights depend on the place, the surface is that on one side of this node.
         """
         _, far, remainder = shares(self.log_decay, 1.0, links - 1.0)
         return self.link * far, self.link * remainder
 
-    def beside(self, node: Any, side: int, other: Any = None) -> tuple[Any, Any, Any]:
+    def beside(self, node: Any, side: Any, apart: Any = math.inf) -> tuple[Any, Any, Any]:
         """B, 1 - A - B and S of the free node next to lines at these nodes.
 
-        They face others, or nothing (None).
+        apart: how many links from there the line is that they face, if any.
         """
         after = node + side
-        tie, ground = (
-            (0.0, self.pull(after, side)) if other is None else self.pair(abs(other - after))
-        )
+        tie, ground = self.pair(apart - 1.0, after, side)
         spring, link = self.spring * self.weight(after), self.link * self.weight(node + side / 2)
         whole = spring + link + tie + ground
         return tie / whole, (spring + ground) / whole, whole

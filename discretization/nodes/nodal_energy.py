@@ -19,15 +19,15 @@ _SETTLED = 5  # steps that do not lower the energy are the last, too
 
 
 class Balance(NamedTuple):
-    """What displacements take: terms of U, and the force on each node, ∂U/∂u_i (n,).
+    """What displacements take: terms of U, and the forces on the nodes, ∂U/∂u_i (n,).
 
-    springs, sizes: sums of the springs' forces, and of their sizes; tension: root of the sum of the
-    squares of the links' vertical ones.
+    force: of the springs over the whole line, k∫u, those under the tails among them; sizes: the sum
+    of their sizes; tension: root of the sum of the squares of the links' vertical forces.
     """
 
     terms: dict[str, float]
-    force: Array
-    springs: float
+    forces: Array
+    force: float
     sizes: float
     tension: float
 
@@ -77,19 +77,20 @@ class NodalEnergy:
         slopes, spring = np.diff(u) / lat.spacing, terms.spring(u, k=lat.k)
         stretch = self._stretch(slopes)
         springs, tension = self.cells * spring.first, self._tension * stretch.first
-        force, pulled = springs.copy(), self.pulls * u[[0, -1]]
-        force[:-1] -= tension
-        force[1:] += tension
-        force[0] += pulled[0]
-        force[-1] += pulled[1]
+        forces, pulled = springs.copy(), self.pulls * u[[0, -1]]
+        forces[:-1] -= tension
+        forces[1:] += tension
+        forces[0] += pulled[0]
+        forces[-1] += pulled[1]
         values = {
             "springs": float(self.cells @ spring.value),
             "surface": lat.gamma1 * float(self.links @ stretch.value),
             "adhesion": -float(self._gained(slopes).sum()),
             "tails": float(pulled @ u[[0, -1]]) / 2,
         }
-        sizes = float(np.abs(springs).sum())
-        return Balance(values, force, float(springs.sum()), sizes, math.sqrt(tension @ tension))
+        pressed = np.append(springs, pulled)
+        sums = float(pressed.sum()), float(np.abs(pressed).sum()), math.sqrt(tension @ tension)
+        return Balance(values, forces, *sums)
 
     def _stretch(self, slopes: Array) -> terms.Density:
         """Of links whose surface tension is 1."""
@@ -143,7 +144,7 @@ class NodalEnergy:
 
     def gradient(self, u: ArrayLike) -> Array:
         """∂U/∂u_i [force/length] (n,) at fixed contact: on contact nodes the indenter's force."""
-        return self.balance(u).force
+        return self.balance(u).forces
 
     def hessian(self, u: ArrayLike = 0.0) -> Array:
         """∂²U/∂u_i∂u_j [force/length²] at u, lower banded (2, n): diagonal, then sub-diagonal.
@@ -177,7 +178,7 @@ class NodalEnergy:
         u = NodalEnergy(linear, self.contact, self.first).relaxed(g)
         found, before = self.balance(u), math.inf
         for turn in range(_NEWTON):
-            step, rounding = self._step(found.force, self.hessian(u)), _ROUNDING * found.scale
+            step, rounding = self._step(found.forces, self.hessian(u)), _ROUNDING * found.scale
             while (after := self.balance(u + step)).energy > found.energy + rounding:
                 step = step / 2
             u = u + step

@@ -74,10 +74,13 @@ class RadialLattice(Lattice):
         return np.where(np.asarray(at) > 0, at, _AXIS)
 
     def pull(self, nodes: Any, side: int) -> Any:
+        return self.pair(math.inf, nodes, side)[1]
+
+    def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
         """Of the surface outside; there is none on the side of the axis."""
-        if side < 0 or not self.gamma1:
-            return np.zeros(np.shape(nodes))
-        return self.link * outer_pull(self.spring / self.link, nodes)
+        if not self.gamma1:
+            return 0.0, np.zeros(np.shape(node))
+        return 0.0, np.where(side < 0, 0.0, self.link * outer_pull(self.spring / self.link, node))
 
 
 @dataclass(frozen=True)

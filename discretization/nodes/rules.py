@@ -79,7 +79,7 @@ class Rules:
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
         after, f = node + side, self.f
-        far, remainder, whole = self.lattice.beside(self.first + node, side, self.first + other)
+        far, remainder, whole = self.lattice.beside(self.first + node, side, abs(other - node))
         first, last = sorted((node, other if abs(other - node) == 2 else after))
         work = float(self.work[first:last].sum())
         rise = f[after] - f[node] + far * (f[node] - f[other])

@@ -20,8 +20,7 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import detached
 from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
-from discretization.lattice.assembly import on_row
-from discretization.lattice.judge import judge, totals
+from discretization.lattice.judge import on_row
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row, positions
@@ -181,8 +180,9 @@ class LatticeBranch(Branch):
             depth, known, memory = zip(*(points[i] for i in own), strict=True)
             nodes, depths = np.array(memory).reshape(len(own), -1), np.array(depth)
             lines = np.array(known) if self.scene.hysteretic else None
-            passed, zeta, lines = line.between(row, nodes, depths, lines)
-            found[:2, own] = row.totals(nodes, depths) + line.gained(row, nodes, passed, zeta)
+            passed = line.advances(row, nodes, depths)
+            lines, more = line.between(row, nodes, depths, passed, lines)
+            found[:2, own] = row.totals(nodes, depths) + more
             found[2:, own] = lines[:, 0], lines[:, -1]
         return found
 
@@ -213,6 +213,5 @@ class LatticeBranch(Branch):
         """NotCertifiedError if something would still happen at this depth, or has not before."""
         depth, lines, nodes = point
         if lines is not None:
-            contacts = on_row(self.row, nodes, depth)
-            certificate = judge(contacts, totals(contacts))
+            certificate = on_row(self.row, nodes, depth).certificate
             certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")

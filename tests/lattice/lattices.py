@@ -8,7 +8,7 @@ import numpy as np
 from scenes import roughness
 
 from discretization.certificate import Proof
-from discretization.lattice.assembly import on_row
+from discretization.lattice.judge import on_row
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice

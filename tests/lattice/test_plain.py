@@ -11,10 +11,8 @@ from lattices import lattice
 from scenes import adhesive, plain, rippled, steep
 
 from discretization import Lattice, NodalEnergy, minimise
-from discretization.lattice.assembly import Question
-from discretization.lattice.judge import judge, totals
-from discretization.lattice.plain import Plain, on_plain, relaxed
-from discretization.lattice.state import on_lattice
+from discretization.lattice.plain import Plain
+from discretization.lattice.state import answered, on_lattice
 from discretization.lattice.walk import Walk, ends_of
 from discretization.nodes.row import Row
 from discretization.nodes.rules import Rules
@@ -43,7 +41,7 @@ def test_the_fast_method_has_the_same_contacts_and_energies(geometry, body):
         spacing = scene.elastocapillary_length / rng.uniform(2, 40)
         fast, lattice = on_lattice(scene, depth, spacing), Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
-        plain = on_plain(Question(seen, depth, "adhered"), Row.of(seen, lattice, depth))
+        plain = answered(Row.of(seen, lattice, depth), depth, "plain")
         assert np.array_equal(plain.nodes, fast.nodes)
         if not fast.contacts.size:
             continue
@@ -72,13 +70,13 @@ def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
     delta = scene.critical_separation
     for depth in np.linspace(f.max() + 3 * delta, f.min() - delta, 40).tolist():
         plain = Plain(Row.of(scene, lattice, depth), depth, lattice.w)
-        state = relaxed(plain, plain.advances((-5, 5)), -5, 5)
+        state = plain.relaxed((-5, 5))
         held, gains = np.flatnonzero(state.model.contact)[1:-1], [-math.inf]
         for node in held[state.model.gradient(state.u)[held] < 0].tolist():
             contact = np.arange(state.u.size) != node
             whole, less = NodalEnergy(lattice, contact | True), NodalEnergy(lattice, contact)
             gains.append(whole.value(state.u) - less.value(less.relaxed(state.u)))
-        failed = judge(state, totals(state)).opening > 1e-9
+        failed = state.certificate.opening > 1e-9
         size = lattice.w * length
         if abs(max(gains)) > 1e-9 * size:
             assert failed == (max(gains) > 0)
