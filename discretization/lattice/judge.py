@@ -75,29 +75,41 @@ class State:
         let go to the surface then; nan where a line cannot be moved.
         """
         links = [-LINKS[0], -LINKS[0] - 1]
-        gap, stored, _, bonds, _ = (part[0].T[links] for part in self.passed)
+        gap, stored, _, bonds = (part[0].T[links] for part in self.passed)
         gap[0, ~self.closes] = math.nan
         return gap, stored, np.reshape(self.row.works, (2, 1)) * bonds
 
-    @property
-    def pull(self) -> float:
-        """The largest pull per weight on contact nodes whose opening alone lowers the energy.
+    def pull(self, noise: float) -> float:
+        """The largest pull per weight, above noise, on nodes whose opening lowers the energy.
 
         The outermost nodes of contacts are not opened here, as these are moves of a line; a lone
         node has no adhesion, unless it is a spring without tension.
         """
-        model, held, force = self.model, np.pad(self.model.contact, 1), self.balance.forces
-        (closing, opening), lat = self.row.works, model.lattice
-        pulled, more = model.contact & (force < 0), opening / closing if closing else 1.0
-        opens = pulled & ~(held[:-2] | held[2:]) & (lat.gamma1 > 0)
-        bonds = (
-            model.bonds if not lat.gamma1 else np.append(0, model.bonds) + np.append(model.bonds, 0)
+        model, held, u = self.model, self.model.contact, self.u
+        (closing, opening), lat, pulls = self.row.works, model.lattice, -self.balance.forces
+        beside, bonds, more = (
+            np.zeros(u.size),
+            np.zeros(u.size),
+            opening / closing if closing else 1,
         )
-        may = force**2 > 2 * lat.k * model.cells * more * bonds  # were there the springs alone
-        inside = np.flatnonzero(pulled & held[:-2] & held[2:] & may)
-        if inside.size:
-            opens[inside] = model.released(self.u, inside, more) > 0
-        return float((-force / model.cells)[opens].max(initial=0.0)) * lat.cell
+        for own, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:-1], np.s_[1:])):
+            beside[own] += held[other]
+            bonds[own] += model.bonds if lat.gamma1 else model.bonds[own] / 2
+        pulled = held & (pulls * lat.cell > noise * model.cells)
+        opens = pulled & (beside == 0) & (lat.gamma1 > 0)
+        may = pulls**2 > 2 * lat.k * model.cells * more * bonds  # were there the springs alone
+        for i in np.flatnonzero(pulled & (beside == 2) & may).tolist():
+            own, bound, at = (
+                np.s_[i - 1 : i + 2],
+                more * model.bonds[i - 1 : i + 1],
+                model.first + i,
+            )
+            whole, less = (
+                NodalEnergy(lat, (True, middle, True), at - 1, bound, (False, False))
+                for middle in (True, False)
+            )
+            opens[i] = whole.value(u[own]) > less.value(less.relaxed(u[own]))
+        return float((pulls / model.cells)[opens].max(initial=0.0)) * lat.cell
 
     @functools.cached_property
     def certificate(self) -> Certificate:
@@ -107,11 +119,8 @@ class State:
         size = max(delta, abs(self.depth - self.row.lowest))
         if size == 0:  # touching, nothing deformed
             return Certificate.undeformed()
-        noise, unit = (
-            32 * EPSILON * (lat.spring + 4 * lat.link) * size,
-            lat.spring * (delta or size),
-        )
-        unknown, relative = 32 * EPSILON * size, np.where(gap, np.abs(gap), 1.0)
+        unknown, unit = 32 * EPSILON * size, lat.spring * (delta or size)
+        noise, relative = (lat.spring + 4 * lat.link) * unknown, np.where(gap, np.abs(gap), 1.0)
         closed = work[0] - stored[0] * (1 + unknown / relative[0]) ** 2
         opened = stored[1] * (np.maximum(gap[1] - unknown, 0.0) / relative[1]) ** 2 - work[1]
         gains = np.array([closed, opened]) / (work + stored + _TINY)
@@ -124,7 +133,7 @@ class State:
         return Certificate(
             penetration=float(np.fmax.reduce(below, initial=0.0)) / (delta or size),
             stationarity=max(0.0, float(left.max(initial=0.0)) - noise) / unit,
-            opening=max(0.0, self.pull - noise) / unit,
+            opening=max(0.0, self.pull(noise) - noise) / unit,
             neighbours=float(np.fmax.reduce(gains, axis=None, initial=0.0)),
             force=max(0.0, apart) / (balance.sizes or 1.0),
         )

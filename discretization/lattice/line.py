@@ -4,7 +4,7 @@ A contact that ends at node m has the energy E(m). Let ζ count links outwards f
 that passes link j, from ζ = j to j + 1, stores S v²/2 in the surface and gains the adhesion W
 (`Lattice`), so that it does where e_j < 0,
 
-    e = v/|v| √(S v²/2) - √W,    over the root of the link's length or area.
+    e = v/|v| √(S v²/2) - √W.
 
 Between the nodes a line is where e, taken at the middles of the links, is zero: by the cubic
 through the links -2..1. Where the profile or the pattern has a corner within two links, it is by
@@ -49,19 +49,17 @@ class Advances(NamedTuple):
     """What passing each of the links beside lines changes; arrays of one shape, the links last.
 
     gap: v; stored: S v²/2; force: ΔP; bonds: the links' lengths or areas times the pattern's
-    factor; size: without it. The first three are nan where there is no link to pass.
+    factor. The first three are nan where there is no link to pass.
     """
 
     gap: Array
     stored: Array
     force: Array
     bonds: Array
-    size: Array
 
     def excess(self, work: float) -> Array:
         """e, with this work of adhesion."""
-        taken = np.copysign(np.sqrt(self.stored / self.size), self.gap)
-        return np.asarray(taken - np.sqrt(work * self.bonds / self.size))
+        return np.asarray(np.copysign(np.sqrt(self.stored), self.gap) - np.sqrt(work * self.bonds))
 
 
 class Corners(NamedTuple):
@@ -78,22 +76,26 @@ class Corners(NamedTuple):
         middle = np.where(outside, np.ceil(self.zeta) + 1, np.floor(self.zeta) - 1)
         return np.where(np.isnan(middle), 0, middle).astype(int)
 
-    def four(self, parts: Array, middle: Nodes) -> Array:
-        """Those of parts (..., 6) of the four links about a node, these first (4, ...).
+    def cubic(self, parts: Array, middle: Nodes) -> tuple[Array, Array, Array, Array]:
+        """Parts (..., 6) of links over their middles, near a node, as a cubic of t from there.
 
-        The outer two are on a straight line with the others if they are not there, or near a
-        corner; one that is not there next to the node is like the other one.
+            p(t) = mean + rise t + (bend + turn t)(t² - 1/4)
+
+        through four links, or three, or the two beside the node where a corner is near; one that is
+        not there is like the other one.
         """
         links = (middle[..., None] - LINKS[0] + np.arange(-2, 2)) % LINKS.size
         found = np.take_along_axis(parts, np.broadcast_to(links, (*parts.shape[:-1], 4)), -1)
-        first, before, beyond, last = np.moveaxis(found, -1, 0)
-        inner = np.where(np.isnan(before), beyond, before)
-        outer = np.where(np.isnan(beyond), before, beyond)
-        one = np.where(np.isnan(first), last - 3 * (outer - inner), first)
-        other = np.where(np.isnan(last), first + 3 * (outer - inner), last)
-        first = np.where(self.smooth & ~np.isnan(one), one, 2 * inner - outer)
-        last = np.where(self.smooth & ~np.isnan(other), other, 2 * outer - inner)
-        return np.array([first, inner, outer, last])
+        first, inner, outer, last = np.moveaxis(found, -1, 0)
+        rise, mean = (
+            np.nan_to_num(outer - inner),
+            np.fmax(inner, outer) / 2 + np.fmin(inner, outer) / 2,
+        )
+        one = np.where(np.isnan(first), last - 3 * rise, first)
+        other = np.where(np.isnan(last), first + 3 * rise, last)
+        bend, turn = (one + other - 2 * mean) / 4, (other - one - 3 * rise) / 6
+        known = self.smooth & ~np.isnan(bend)
+        return mean, rise, np.where(known, bend, 0.0), np.where(known, turn, 0.0)
 
 
 @functools.lru_cache
@@ -128,10 +130,8 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     own, beyond = (depth[:, None, None] - row.f.take(at, mode="clip") for at in (start, after))
     gap = own - beyond - rest * own + far * (u[:, faced, None] - own)
     gap = np.where(there, gap, math.nan)
-    links = np.minimum(start, after)
-    size = lattice.cell * lattice.weight(row.first + links + 0.5) * np.ones(links.shape)
-    bonds = row.bonds.take(links, mode="clip")
-    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds, size)
+    bonds = row.bonds.take(np.minimum(start, after), mode="clip")
+    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds)
 
 
 def corners(row: Row, nodes: Nodes) -> Corners:
@@ -158,30 +158,30 @@ def _zero(excess: Array, corner: Corners, *, outside: bool) -> Array:
     Where it does not grow outwards there, it has its sign everywhere; without a corner nan.
     """
     middle = corner.middle(outside)
-    first, inner, outer, last = corner.four(excess, middle)
+    mean, rise, bend, turn = corner.cubic(excess, middle)
     with np.errstate(invalid="ignore", divide="ignore"):
-        rise = np.where(outer > inner, outer - inner, math.nan)
-        far = np.where(np.isnan(corner.zeta), math.nan, -math.inf * (inner if outside else outer))
-        straight = np.where(np.isnan(rise), far, -(inner + outer) / (2 * rise))
-        bend = (first - inner - outer + last) / (4 * rise)
-        turn = (last - 3 * outer + 3 * inner - first) / (6 * rise)
-        t, s = straight + 0.5, 1 - bend
-        t = 2 * t / (s + np.sqrt(s * s + 4 * bend * t))
-        bent = t - 0.5 + turn * t * (1 - t) * (t - 0.5)
-        tame = np.fmax(np.maximum(np.abs(bend), np.abs(turn)), np.abs(straight)) <= 1
+        sign = mean - rise / 2 if outside else mean + rise / 2
+        far = np.where(np.isnan(corner.zeta), math.nan, -math.inf * sign)
+        straight = np.where(rise > 0, -mean / rise, far)
+        bend, turn, s = bend / rise, turn / rise, straight + 0.5
+        s = 2 * s / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * s))
+        bent = s - 0.5 + turn * s * (1 - s) * (s - 0.5)
+        tame = np.maximum(np.maximum(np.abs(bend), np.abs(turn)), np.abs(straight)) <= 1
     return np.asarray(middle + np.where(tame & ~np.isnan(bent), bent, straight))
 
 
 def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
-    """What contacts that end at ζ have more than those at their nodes; steps: over links."""
+    """What contacts that end at ζ have more than those at their nodes; steps: over links.
+
+    ∫ (p - p''/24) dt, which over every link is p at its middle.
+    """
     middle = corner.middle(zeta > corner.zeta)
-    first, before, beyond, last = corner.four(steps, middle)
-    whole = np.cumsum(np.nan_to_num(steps), axis=-1)
-    at = np.broadcast_to(middle[..., None] - LINKS[0] - 1, (*steps.shape[:-1], 1))
+    mean, rise, bend, turn = corner.cubic(steps, middle)
+    whole, at = np.nan_to_num(steps).cumsum(axis=-1), middle[..., None] - LINKS[0] - 1
+    at = np.broadcast_to(at, (*steps.shape[:-1], 1))
     start, t = np.take_along_axis(whole, at, -1)[..., 0] - whole[..., -LINKS[0] - 1], zeta - middle
-    odd, even = (first - before - beyond + last) / 12, (last - first - 3 * (beyond - before)) / 24
-    curved = (beyond - before) / 2 * t + (t * t - 1) * (odd + t * even)
-    return np.nan_to_num(start + t * ((before + beyond) / 2 + curved))
+    found = mean + rise / 2 * t + (t * t - 1) * (bend / 3 + turn / 4 * t)
+    return np.nan_to_num(start + t * found)
 
 
 def offsets(

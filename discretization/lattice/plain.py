@@ -94,7 +94,7 @@ class Plain:
             stored = abs(gap * (pressed + float(stretch.first) / lattice.spacing)) / 2
         elif lattice.slopes == "finite":
             size *= math.hypot(1.0, slope)
-        return gap, stored, pressed + spring - force, size, size
+        return gap, stored, pressed + spring - force, size
 
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""
@@ -103,7 +103,7 @@ class Plain:
             return False  # it would turn over, into the indenter
         if scene.indenter.convex and -u > (1 + _TIE) * scene.critical_separation:
             return True  # no flat face would hold, and no link beyond this one
-        gap, stored, _, bonds, _ = self.link(node, side)
+        gap, stored, _, bonds = self.link(node, side)
         return gap > 0 and stored > self.work * bonds * (1 + _TIE)
 
     def outermost(self, side: int) -> int:
@@ -138,8 +138,7 @@ class Plain:
     def advances(self, nodes: tuple[int, int]) -> Advances:
         """What passing the links beside both lines changes, by which they are between nodes."""
         first, last, _ = self.row.where
-        found = np.full((5, 1, 2, LINKS.size), math.nan)
-        found[3:] = 1.0
+        found = np.full((4, 1, 2, LINKS.size), math.nan)
         for i, j in np.ndindex(2, LINKS.size):
             side, link = 2 * i - 1, int(LINKS[j])
             start = nodes[i] + side * link

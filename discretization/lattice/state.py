@@ -116,7 +116,7 @@ def _read(found: State, known: line.Lines | None) -> dict[str, Any]:
 def _neutral(found: State) -> bool:
     """Whether moving a line of a single contact inwards by several links costs nothing."""
     row, inside = found.row, np.s_[0, -1, : -line.LINKS[0]]
-    gap, stored, _, bonds, _ = (part[inside] for part in found.passed)
+    gap, stored, _, bonds = (part[inside] for part in found.passed)
     least, energy = _INDIFFERENT * row.lattice.w * row.lattice.cell, stored - row.works[0] * bonds
     return least > 0 and bool(((gap > 0) & (np.abs(energy) <= least)).all())
 

@@ -11,7 +11,7 @@ from scipy.linalg import solveh_banded
 from discretization.certificate import NotCertifiedError
 from discretization.nodes.lattice import Lattice
 from energy import terms
-from energy.arrays import Array, Nodes
+from energy.arrays import Array
 
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
@@ -106,33 +106,6 @@ class NodalEnergy:
         """What adhesion gains, of each link, or of each spring without tension."""
         finite = self.lattice.slopes == "finite"
         return np.asarray(self.bonds * np.hypot(1, slopes) if finite else self.bonds)
-
-    def released(self, u: Array, i: Nodes, work: float) -> Array:
-        """Energy that opening each of these nodes alone releases, the others as they are.
-
-        They are in contact, as both of their neighbours are. work: of adhesion then, over that of
-        closing. Newton's method in each u_i, kept within brackets.
-        """
-        lat, cells, links = self.lattice, self.cells[i], self.links[[i - 1, i]]
-        gained = self._gained(np.diff(u) / lat.spacing)[[i - 1, i] if lat.gamma1 else [i]]
-
-        def energy(v: Array) -> Array:
-            slopes = (v - u[[i - 1, i + 1]]) / lat.spacing
-            spring, stretch = terms.spring(v, k=lat.k), self._stretch(slopes)
-            parts = [lat.gamma1 * links * part / lat.spacing**n for n, part in enumerate(stretch)]
-            return np.array([cells * part for part in spring]) + np.sum(parts, axis=1)
-
-        v, (before, force, _) = u[i], energy(u[i])
-        reach = np.abs(force) / (lat.k * cells)
-        low, high = v - reach, v + reach
-        for _ in range(_NEWTON):
-            after, force, stiffness = energy(v)
-            low, high = np.where(force < 0, v, low), np.where(force < 0, high, v)
-            last, v = v, v - force / stiffness
-            v = np.where((low <= v) & (v <= high), v, (low + high) / 2)
-            if (np.abs(v - last) <= _ROUNDING * (np.abs(v) + reach)).all():
-                break
-        return np.asarray(before - after - work * gained.sum(axis=0))
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
