@@ -33,7 +33,7 @@ _FINEST = 1e-10  # of the window: intervals that short are not halved again, the
 _ROUNDS = 48  # of halving, more than _FINEST allows
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
-_WIDEST = 2.0**40  # elastocapillary lengths: an endless profile that has not risen by then falls
+_WIDEST = 2.0**34  # first half windows: an endless profile that has not risen by then falls
 _BEFORE = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
 
 
@@ -117,7 +117,8 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     """
     indenter = Radial(scene.indenter) if scene.axisymmetric else scene.indenter
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
-    lo, hi = _window(scene, indenter, depth)
+    size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
+    lo, hi = window(indenter, depth, _WINDOW * size, scene.opened.critical_separation)
     known = np.concatenate([breaks(indenter), edges, np.nextafter(edges, -math.inf)])
     cuts = np.unique(np.concatenate([[lo, hi], known[(known > lo) & (known < hi)]]))
     x, resolved = _refined(scene, indenter, cuts)
@@ -131,30 +132,29 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     return Resolved(indenter, *_with_extremes(indenter, *_with_corners(indenter, x)), edges)
 
 
-def _window(scene: Scene, indenter: Indenter, depth: float) -> tuple[float, float]:
+def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple[float, float]:
     """Where contact is possible: the extent, or as far as the profile is low around x = 0.
 
-    An end at which the profile turns over is left out.
+    half: the first half width that is tried; reach: how far above the depth, or first touch, a
+    contact is held. An end at which the profile turns over is left out.
     """
     lo, hi = (_known(indenter, end) for end in indenter.extent)
     if math.isfinite(lo) and math.isfinite(hi):
         return lo, hi
-    size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
-    start = min(max(0.0, lo), hi)
-    half = _WINDOW * size
-    while half <= _WIDEST * size:
+    start, widest = min(max(0.0, lo), hi), _WIDEST * half
+    while half <= widest:
         ends = max(lo, start - half), min(hi, start + half)
         x = np.linspace(*ends, 2 * _FIRST + 1)
         f = heights(indenter, x)
         low, touch = float(x[int(np.argmin(f))]), float(f.min())
-        top, reach = max(depth, touch), scene.opened.critical_separation  # none is held any higher
+        top = max(depth, touch)
         level = top + reach + _MARGIN * (reach + top - touch)
         clear = (f[0] > level or ends[0] == lo) and (f[-1] > level or ends[1] == hi)
         if clear and abs(low - start) <= half / 2:
             return ends
         half *= 2
     raise ValueError(
-        f"indenter = {scene.indenter!r} has no lowest point within {half!r} of x = {start!r}; give "
+        f"indenter = {indenter!r} has no lowest point within {half!r} of x = {start!r}; give "
         "Profile(..., extent=(lo, hi))"
     )
 

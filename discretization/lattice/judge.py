@@ -92,9 +92,10 @@ class State:
             np.zeros(u.size),
             opening / closing if closing else 1,
         )
-        for own, other in ((np.s_[1:], np.s_[:-1]), (np.s_[:-1], np.s_[1:])):
-            beside[own] += held[other]
-            bonds[own] += model.bonds if lat.gamma1 else model.bonds[own] / 2
+        beside[1:] += held[:-1]
+        beside[:-1] += held[1:]
+        for ends in (np.s_[1:], np.s_[:-1]):
+            bonds[ends] += model.bonds if lat.gamma1 else model.bonds[ends] / 2
         pulled = held & (pulls * lat.cell > noise * model.cells)
         opens = pulled & (beside == 0) & (lat.gamma1 > 0)
         may = pulls**2 > 2 * lat.k * model.cells * more * bonds  # were there the springs alone

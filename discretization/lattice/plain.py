@@ -62,15 +62,16 @@ class Plain:
     work: float
 
     def g(self, node: int) -> float:
-        """d - f at one of the lattice's nodes."""
-        return self.depth - float(self.row.f[node - self.row.first])
+        """d - f at a node."""
+        return self.depth - float(self.row.f[node])
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def outside(self, node: int, side: int) -> tuple[float, float, float]:
         """A surface held at this node and free beyond: its energy, the force there, the next u."""
         count = far(self.row.lattice) + 2
         first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
-        model = NodalEnergy(self.row.lattice, held, first, tails=(side < 0, side > 0))
+        tails = side < 0, side > 0
+        model = NodalEnergy(self.row.lattice, held, self.row.first + first, tails=tails)
         u = model.relaxed(np.full(count, self.g(node)))
         found = model.balance(u)
         energy = found.energy - found.terms["adhesion"]
@@ -85,8 +86,9 @@ class Plain:
         lattice, after = self.row.lattice, node + side
         (energy, force, u), (other, pressed, _) = (self.outside(at, side) for at in (node, after))
         own, slope = self.g(node), (self.g(after) - self.g(node)) / lattice.spacing
-        spring = lattice.spring * lattice.weight(node) * own
-        size = lattice.cell * lattice.weight(node + side * (0.5 + lattice.edge))
+        at = self.row.first + node
+        spring = lattice.spring * lattice.weight(at) * own
+        size = lattice.cell * lattice.weight(at + side * (0.5 + lattice.edge))
         stretch = terms.surface(slope, gamma1=lattice.gamma1 * size, slopes=lattice.slopes)
         gap = u - self.g(after)
         stored = max(other + spring * own / 2 + float(stretch.value) - energy, 0.0)
@@ -112,8 +114,8 @@ class Plain:
         Where the profile is convex the gap grows outwards, so that many links are passed at once.
         Else the line is pressed first, and comes back as the indenter is withdrawn.
         """
-        row, start = self.row, self.row.where.lowest
-        most = abs(row.where[side > 0] - start)
+        row, start = self.row, self.row.touch
+        most = row.size - 1 - start if side > 0 else start
 
         def resists(links: int) -> bool:
             return self.resists(start + side * links, side)
@@ -137,14 +139,13 @@ class Plain:
 
     def advances(self, nodes: tuple[int, int]) -> Advances:
         """What passing the links beside both lines changes, by which they are between nodes."""
-        first, last, _ = self.row.where
-        found = np.full((4, 1, 2, LINKS.size), math.nan)
+        found, row = np.full((4, 1, 2, LINKS.size), math.nan), self.row
+        on_axis = row.first + nodes[0] == row.lattice.axis
         for i, j in np.ndindex(2, LINKS.size):
             side, link = 2 * i - 1, int(LINKS[j])
             start = nodes[i] + side * link
-            inside = first <= min(start, start + side) and max(start, start + side) <= last
-            on_axis = side < 0 and nodes[0] == self.row.lattice.axis
-            if inside and link >= nodes[0] - nodes[1] and not on_axis:
+            inside = min(start, start + side) >= 0 and max(start, start + side) < row.size
+            if inside and link >= nodes[0] - nodes[1] and not (on_axis and side < 0):
                 found[:, 0, i, j] = self.link(start, side)
         return Advances(*found)
 
@@ -153,17 +154,16 @@ class Plain:
 
         The nodes looked at are those of the row, and those up to where free surfaces are linear.
         """
-        (first, last), row, (lo, hi, _) = nodes, self.row, self.row.where
-        lattice = row.lattice
-        start, stop = min(lo, first - far(lattice)), max(hi, last + far(lattice))
-        every = np.arange(0 if lattice.axis == 0 else start, stop + 1)
-        start, g = int(every[0]), np.full(every.size, -math.inf)
-        g[lo - start : hi + 1 - start] = self.depth - row.f
-        model = NodalEnergy(lattice, (every >= first) & (every <= last), start)
-        own, passed = ((first - row.first, last - row.first),), self.advances(nodes)
+        (first, last), row, lattice = nodes, self.row, self.row.lattice
+        start, stop = min(0, first - far(lattice)), max(row.size - 1, last + far(lattice))
+        start = max(start, -row.first) if lattice.axis == 0 else start
+        every, passed = np.arange(start, stop + 1), self.advances(nodes)
+        g = np.full(every.size, -math.inf)
+        g[-start : row.size - start] = self.depth - row.f
+        model = NodalEnergy(lattice, (every >= first) & (every <= last), row.first + start)
         closes = np.full(2, self.work == lattice.w)  # else springs attach where they touch
         u = model.relaxed(g)
-        return State(row, own, self.depth, self.work, model, u, g, passed, closes)
+        return State(row, (nodes,), self.depth, self.work, model, u, g, passed, closes)
 
 
 def on_plain(row: Row, depth: float, branch: str) -> State | None:
@@ -176,7 +176,7 @@ def on_plain(row: Row, depth: float, branch: str) -> State | None:
     found = plain.contact()
     if found is None:
         return None
-    row.refuse_unknown(depth, ((found[0] - row.first, found[1] - row.first),))
+    row.refuse_unknown(depth, (found,))
     return plain.relaxed(found)
 
 

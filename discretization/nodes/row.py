@@ -8,13 +8,14 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 
 from __future__ import annotations
 
+import bisect
 import functools
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
+from discretization import profile
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.rules import Rules
 from energy import Indenter, Scene
@@ -22,17 +23,10 @@ from energy.arrays import Array, Nodes
 
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 MOST = 10**7  # nodes that are looked through, or kept
+_WINDOW = 1 << 10  # nodes, the first half window of an endless profile
 _ENDLESS = 1 << 31  # nodes of a profile without ends
 _SPARE = 8  # links beyond the last that may hold, for interpolation
 _AHEAD = np.unique((1.1 ** np.arange(226)).astype(np.int64))  # links further and further apart
-
-
-class Region(NamedTuple):
-    """The lattice's numbers of a first and a last node, and of the one that touches first."""
-
-    first: int
-    last: int
-    lowest: int
 
 
 def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
@@ -42,75 +36,68 @@ def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Arr
 
 
 def heights(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
-    """f at the nodes."""
-    x = positions(lattice, indenter, nodes)
-    f = indenter.height(x)
-    if not np.isfinite(f).all():
-        raise ValueError(
-            f"indenter.height({float(x[~np.isfinite(f)][0])!r}) is not finite; give a profile that "
-            f"is finite inside its extent {indenter.extent}"
-        )
-    return f
+    """f at the nodes. ValueError unless they are finite."""
+    return profile.heights(indenter, positions(lattice, indenter, nodes))
 
 
-def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
-    """Where contact is possible. ValueError if the profile has no lowest point to touch with."""
-    (lo, hi), dx = indenter.extent, lattice.spacing
-    first = math.ceil(max((lo - lattice.origin) / dx - 1e-9, -_ENDLESS))
-    last = math.floor(min((hi - lattice.origin) / dx + 1e-9, _ENDLESS))
+def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int, int]:
+    """The lattice's numbers of the first and the last node where contact is possible.
+
+    And of the one that touches first. ValueError if the profile has no lowest point to touch with.
+    """
+    dx, apex = lattice.spacing, indenter.apex
+    first, last = _inside(lattice, indenter.extent)
     if first > last or (first == last and lattice.gamma1):
         few = "no" if first > last else "one"
         raise ValueError(f"spacing = {dx!r} leaves {few} node on the indenter; give a smaller one")
-    convex, apex = indenter.convex, indenter.apex
-    whole = window = first, last
-    if not (convex and apex is not None):
-        window = _searched(lattice, indenter, depth, *whole)
-    near = window
+    if not indenter.convex:
+        if not math.isfinite(np.ptp(indenter.extent)):
+            reach = lattice.deepest_contact
+            first, last = _inside(lattice, profile.window(indenter, depth, _WINDOW * dx, reach))
+        if last - first > MOST:
+            raise ValueError(
+                f"spacing = {dx!r} puts {last - first} nodes on the indenter: at most {MOST} are "
+                "looked through; give it a smaller extent, or a larger spacing"
+            )
+    near = first, last
     if apex is not None:
         beside = min(max(math.floor((apex - lattice.origin) / dx + 1e-9), first), last)
         near = beside, min(beside + 1, last)
-    lowest = near[0] + int(np.argmin(heights(lattice, indenter, np.arange(near[0], near[1] + 1.0))))
-    return Region(*(whole if convex else window), lowest)
-
-
-def _searched(
-    lattice: Lattice, indenter: Indenter, depth: float, first: int, last: int
-) -> tuple[int, int]:
-    """All nodes, or a window about the origin that is doubled until its ends stand clear.
-
-    Those of a profile that is not convex stand clear of the surface.
-    """
-    convex, half = indenter.convex, 1 << 10
-    if not convex and math.isfinite(np.ptp(indenter.extent)):
-        if last - first > MOST:
-            raise ValueError(
-                f"spacing = {lattice.spacing!r} puts {last - first} nodes on the indenter: at most "
-                f"{MOST} are looked through; give it a smaller extent, or a larger spacing"
+    elif indenter.convex:
+        with np.errstate(over="ignore"):
+            rises = bisect.bisect_left(
+                range(first, last),
+                True,
+                key=lambda i: bool(indenter.slope(lattice.x(i + 0.5)) >= 0),
             )
-        return first, last
-    while 2 * half <= MOST:
-        lo, hi = min(max(first, -half), last), max(min(last, half), first)
-        f = heights(lattice, indenter, np.arange(lo, hi + 1.0))
-        low, clear = lo + int(np.argmin(f)), float(f.min())
-        if not convex:
-            clear = max(depth, clear) + lattice.deepest_contact
-        ends = (lo == first or f[0] > clear) and (hi == last or f[-1] > clear)
-        if (lo, hi) == (first, last) or (ends and abs(low) <= half // 2):
-            return lo, hi
-        half *= 2
-    raise ValueError(
-        f"indenter = {indenter!r} has no lowest point within {half // 2} nodes of x = "
-        f"{lattice.origin!r}; give Profile(..., extent=(lo, hi)) or a larger spacing"
-    )
+        near = max(first, first + rises - 1), min(first + rises + 1, last)
+        if _ENDLESS in map(abs, near):
+            raise ValueError(
+                f"indenter = {indenter!r} has no lowest point within {_ENDLESS} nodes of x = "
+                f"{lattice.origin!r}; give Profile(..., extent=(lo, hi)) or a larger spacing"
+            )
+    lowest = near[0] + int(np.argmin(heights(lattice, indenter, np.arange(near[0], near[1] + 1.0))))
+    return first, last, lowest
+
+
+def _inside(lattice: Lattice, extent: tuple[float, float]) -> tuple[int, int]:
+    """The first and the last node between two places."""
+    lo, hi = ((x - lattice.origin) / lattice.spacing for x in extent)
+    return math.ceil(max(lo - 1e-9, -_ENDLESS)), math.floor(min(hi + 1e-9, _ENDLESS))
 
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Nodes in a row under an indenter; scene: as far as it has nodes (`Lattice.seen`)."""
+    """Nodes in a row under an indenter; scene: as far as it has nodes (`Lattice.seen`).
+
+    first: the lattice's number of node 0; touch: the node that touches first.
+    """
 
     lattice: Lattice
     scene: Scene
-    where: Region
+    first: int
+    size: int
+    touch: int
 
     @classmethod
     def of(cls, scene: Scene, lattice: Lattice, depth: float) -> Row:
@@ -119,26 +106,11 @@ class Row:
         Of a convex profile they end some links beyond the last that holds when the indenter is
         pressed to this depth, or touches; of others they are all nodes of the region.
         """
-        where = region(lattice, scene.indenter, depth)
-        if not scene.indenter.convex:
-            return cls(lattice, scene, where)
-        first, last = (_outwards(scene, lattice, where, side, depth) for side in (-1, 1))
-        return cls(lattice, scene, Region(first, last, where.lowest))
-
-    @property
-    def first(self) -> int:
-        """The lattice's number of node 0."""
-        return self.where.first
-
-    @property
-    def touch(self) -> int:
-        """The node that touches first."""
-        return self.where.lowest - self.where.first
-
-    @property
-    def size(self) -> int:
-        """Number of nodes."""
-        return self.where.last - self.where.first + 1
+        first, last, lowest = region(lattice, scene.indenter, depth)
+        if scene.indenter.convex:
+            ends = ((-1, lowest - first), (1, last - lowest))
+            first, last = (_outermost(scene, lattice, lowest, *end, depth) for end in ends)
+        return cls(lattice, scene, first, last - first + 1, lowest - first)
 
     @property
     def clear(self) -> bool:
@@ -171,7 +143,7 @@ class Row:
         if self.size > MOST:
             many = f"spacing = {self.lattice.spacing!r} puts more than {MOST} nodes in contact"
             raise ValueError(many + "; give a larger spacing")
-        nodes = np.arange(self.first, self.where.last + 1.0)
+        nodes = self.first + np.arange(float(self.size))
         return heights(self.lattice, self.scene.indenter, nodes)
 
     @property
@@ -251,13 +223,14 @@ class Row:
         return np.array([energy + links, spring * (count * d - h)])
 
 
-def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: float) -> int:
+def _outermost(
+    scene: Scene, lattice: Lattice, lowest: int, side: int, most: int, depth: float
+) -> int:
     """The last node on one side of a convex profile: some beyond a link that does not hold."""
-    body, most = scene.indenter, abs(where[side > 0] - where.lowest)
+    body, ahead = scene.indenter, np.append(0, _AHEAD[most > _AHEAD])
     strongest = lattice.w * (max(scene.pattern.factors) if scene.pattern else 1.0)
-    top = max(depth, float(heights(lattice, body, np.array([where.lowest]))[0]))
-    ahead = np.append(0, _AHEAD[most > _AHEAD])
-    nodes = where.lowest + side * ahead
+    top = max(depth, float(heights(lattice, body, np.array([lowest]))[0]))
+    nodes = lowest + side * ahead
     with np.errstate(over="ignore", invalid="ignore"):
         own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + side))
         holds = after <= top + scene.critical_separation * (1 + 1e-9)
@@ -266,7 +239,7 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: f
             bonds = strongest * lattice.cell * lattice.weight(nodes + side / 2)
             holds = own + (after - own - np.sqrt(2 * bonds / stiffness)) / remainder <= top
     i = int(np.append(holds, False).argmin())
-    return where.lowest + side * min(most, int(np.append(ahead, most)[i]) + _SPARE)
+    return lowest + side * min(most, int(np.append(ahead, most)[i]) + _SPARE)
 
 
 def _running(parts: Array, start: int) -> Array:

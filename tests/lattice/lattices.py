@@ -15,7 +15,7 @@ from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import pressed as held_by
 from discretization.nodes.obstacle import surface
-from discretization.nodes.row import Region, Row, heights, region
+from discretization.nodes.row import Row, heights, region
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
 
@@ -52,8 +52,7 @@ def row_of(lattice, indenter, f, first=0, factor=None):
     lattice = lattice if factor is None else replace(lattice, w=factor * lattice.w)
     surfaces = SurfaceEnergies.from_work(lattice.gamma1, lattice.w)
     scene = Scene(ElasticLayer(lattice.k, 0.0, 1.0), surfaces, indenter)
-    where = Region(first, first + f.size - 1, first + int(np.argmin(f)))
-    row = Row(lattice, scene, where)
+    row = Row(lattice, scene, first, f.size, int(np.argmin(f)))
     vars(row)["f"] = f
     return row
 
@@ -61,8 +60,8 @@ def row_of(lattice, indenter, f, first=0, factor=None):
 def over(lattice, indenter, depth, *nodes):
     """Contacts between these first and last nodes under an indenter."""
     ends = np.array(nodes)
-    where = region(lattice, indenter, depth)
-    start, stop = max(where.first, ends.min() - 5000), min(where.last, ends.max() + 5000)
+    lo, hi, _ = region(lattice, indenter, depth)
+    start, stop = max(lo, ends.min() - 5000), min(hi, ends.max() + 5000)
     every = np.arange(start, stop + 1)
     f = heights(lattice, indenter, every.astype(float))
     own = [(int(one - every[0]), int(other - every[0])) for one, other in nodes]

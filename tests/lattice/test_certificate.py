@@ -171,8 +171,8 @@ def test_the_searched_window_leaves_room_for_every_contact():
     lattice = Lattice.of(SCENE, L / 100)
     c = 1.4 * DELTA0 / (1024 * lattice.spacing) ** 2
     searched = Profile(lambda x: c * np.asarray(x) ** 2, lambda x: 2 * c * np.asarray(x))
-    where = ground.region(lattice, searched, 0.0)
-    ends = ground.heights(lattice, searched, np.array([where.first, where.last], float))
+    first, last, _ = ground.region(lattice, searched, 0.0)
+    ends = ground.heights(lattice, searched, np.array([first, last], float))
     assert ends.min() > lattice.deepest_contact
 
 

@@ -70,7 +70,8 @@ def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
     delta = scene.critical_separation
     for depth in np.linspace(f.max() + 3 * delta, f.min() - delta, 40).tolist():
         plain = Plain(Row.of(scene, lattice, depth), depth, lattice.w)
-        state = plain.relaxed((-5, 5))
+        first = plain.row.first
+        state = plain.relaxed((-5 - first, 5 - first))
         held, gains = np.flatnonzero(state.model.contact)[1:-1], [-math.inf]
         for node in held[state.model.gradient(state.u)[held] < 0].tolist():
             contact = np.arange(state.u.size) != node
