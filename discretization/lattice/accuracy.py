@@ -4,7 +4,7 @@ With e a relative error of the state's a, P or U as the docstring of `Equilibriu
 has it, and Q_c that of the same question on nodes c = 2, 1.7, 1.4 times further apart, errors are
 O(Δx²), so that
 
-    e <= 3/2 |Q - Q_c|/(c² - 1),
+    e <= 3/2 |Q - Q_c|/|c² - 1|,
 
 the largest of all c, as two errors of this order may happen to be equal; for the same reason 3/2 of
 what U and P and their parts differ by, quadrature between the lines found of the profile
@@ -15,12 +15,9 @@ be no more certain than U.
 The state is not resolved, and all errors are infinite, where
 
     a contact has fewer than LEAST links, and is not that of a convex body pinned at both ends,
-    a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
-    from the line through them, or its slope so much that a line rests elsewhere,
-    f is not convex, and another of its lowest points may touch before the lowest node does,
-    f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer, which counts
-    as a coarser one does, has another number of contacts,
-    the coarse nodes have no contact or no answer, or
+    f is not convex, and on nodes four times closer, which count as those further apart do, there is
+    another number of contacts, or a differs by more than UNEVEN,
+    the other nodes have no contact or no answer, or
     the state is detached and a lattice finer by one of FINER has a contact.
 
 What a lattice cannot see are features of the profile that are narrower than its spacing. Between
@@ -46,19 +43,19 @@ import numpy as np
 from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Row, heights
+from discretization.nodes.row import heights
 from discretization.profile import resolve
 from energy import Scene
 from energy.arrays import Array
 
 Solver = Callable[..., Equilibrium]  # on_lattice
-LEAST, SPARSE = 4, 16  # links of a resolved contact; per l
-UNEVEN = 0.02  # of δ₀: by which heights may depart from the line through their neighbours
+LEAST = 4  # links of a resolved contact
+UNEVEN = 0.01  # of a: what the profile between the nodes may make of it
 FINER = (2, 8, 64)  # by which lattices are finer that are asked for a contact
 MOST = 200_000  # nodes, of a lattice that only looks for contacts
-_BESIDE = 3  # links beside a contact, looked at with it
 _SAFETY = 1.5  # by which differences between two lattices are enlarged
 _FACTORS = (2.0, 1.7, 1.4)  # coarser spacings over this one
+_CLOSER = 1 / 4  # that of nodes between which a profile that is not convex is looked at
 _ROUNDING = 4 * EPSILON  # of every estimate
 UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
 EXACT = dict.fromkeys(QUANTITIES, 0.0)
@@ -131,62 +128,22 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
-    if _too_coarse(fine) or _tied(fine):
-        return UNRESOLVED
     convex, bounds = fine.scene.indenter.convex, []
-    sparse = not convex and fine.scene.elastocapillary_length < SPARSE * fine.spacing
-    for factor in (*_FACTORS, 1 / 4) if sparse else _FACTORS:
+    few = np.diff(fine.nodes)[:, 0] < (LEAST - 0.5) * fine.spacing
+    if (few & ~(convex & fine.pinned.all(axis=1))).any():
+        return UNRESOLVED
+    for factor in _FACTORS if convex else (*_FACTORS, _CLOSER):
         state = _asked(solve, fine, factor * fine.spacing)
         if state is None or not state.contacts.size:
             return UNRESOLVED
-        if factor < 1 and len(state.contacts) != len(fine.contacts):
-            return UNRESOLVED
         bounds.append(_next_to(fine, state, factor))
-    return {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
-
-
-def _tied(state: Equilibrium) -> bool:
-    """Whether nodes do not say which of two lowest points of the profile touches first.
-
-    A summit that is no higher than the lowest node, but not in contact.
-    """
-    scene, reach = state.scene, 2 * state.spacing
-    if scene.indenter.convex or state.branch != "adhered" or not scene.work_of_adhesion:
-        return False
-    lattice = Lattice.of(scene, state.spacing)
-    touch = Row.of(lattice.seen(scene), lattice, state.depth).lowest
-    profile = resolve(scene, state.depth)
-    summits, (left, right) = profile.x[profile.f <= touch], state.contacts.T
-    near = (left - reach <= summits[:, None]) & (summits[:, None] <= right + reach)
-    return not near.any(axis=1).all()
-
-
-def _too_coarse(state: Equilibrium) -> bool:
-    """Whether a contact has too few links, or the profile too few nodes, for errors to be known.
-
-    The profile departs by more than UNEVEN of a displacement from straight lines between nodes; or
-    away from corners by e from the cubic through four of them: its slope by 4e/Δx, and the depth
-    at which a line rests by l times that.
-    """
-    scene, dx, body = state.scene, state.spacing, state.scene.indenter
-    corners, delta0 = np.asarray(body.corners, float), scene.critical_separation
-    for (first, last), held in zip(state.nodes.tolist(), state.pinned.tolist(), strict=True):
-        links = round((last - first) / dx)
-        if links < LEAST and not (body.convex and all(held)):
-            return True
-        if body.convex:
-            continue
-        x = first + dx * np.arange(-_BESIDE, links + 1 + _BESIDE)
-        f, middle = body.height(x), x[1:-2] + dx / 2
-        smooth = np.abs(middle[:, None] - corners).min(axis=1, initial=math.inf) > 2 * dx
-        lift = max(delta0, float(np.abs(state.depth - f[_BESIDE:-_BESIDE]).max()))
-        with np.errstate(invalid="ignore"):  # beyond the indenter
-            off = body.height(middle) - (f[1:-2] + f[2:-1]) / 2
-            rest = off - (f[1:-2] + f[2:-1] - f[:-3] - f[3:]) / 16
-        moved = 4 * scene.elastocapillary_length / dx * np.abs(rest[smooth]) / (delta0 or lift)
-        if (np.abs(off) > UNEVEN * lift).any() or (moved > UNEVEN).any():
-            return True
-    return False
+        other = len(state.contacts) != len(fine.contacts) or bounds[-1]["half_width"] > UNEVEN
+        if factor < 1 and other:
+            return UNRESOLVED
+    errors = {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
+    if not convex:
+        errors["half_width"] = max(errors["half_width"], errors["energy"])
+    return errors
 
 
 def _next_to(fine: Equilibrium, other: Equilibrium, coarser: float) -> dict[str, float]:
@@ -203,8 +160,6 @@ def _next_to(fine: Equilibrium, other: Equilibrium, coarser: float) -> dict[str,
         change = abs((value - there) / (coarser**2 - 1 if smooth else coarser - 1))
         change = max(change, abs(sum(parts.get(name, {"": value}).values()) - value))
         errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING
-    if not fine.scene.indenter.convex:
-        errors["half_width"] = max(errors["half_width"], errors["energy"])
     return errors
 
 
