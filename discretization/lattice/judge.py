@@ -85,21 +85,14 @@ class State:
         The outermost nodes of contacts are not opened here, as these are moves of a line; a lone
         node has no adhesion, unless it is a spring without tension.
         """
-        model, held, u = self.model, self.model.contact, self.u
-        (closing, opening), lat, pulls = self.row.works, model.lattice, -self.balance.forces
-        beside, bonds, more = (
-            np.zeros(u.size),
-            np.zeros(u.size),
-            opening / closing if closing else 1,
-        )
-        beside[1:] += held[:-1]
-        beside[:-1] += held[1:]
-        for ends in (np.s_[1:], np.s_[:-1]):
-            bonds[ends] += model.bonds if lat.gamma1 else model.bonds[ends] / 2
-        pulled = held & (pulls * lat.cell > noise * model.cells)
-        opens = pulled & (beside == 0) & (lat.gamma1 > 0)
+        model, pulls, u = self.model, -self.balance.forces, self.u
+        (closing, opening), lat, held = self.row.works, model.lattice, np.pad(model.contact, 1)
+        more, links = opening / closing if closing else 1.0, np.pad(model.bonds, 1)
+        bonds = links[1:] + links[:-1] if lat.gamma1 else model.bonds
+        pulled = model.contact & (pulls * lat.cell > noise * model.cells)
+        opens = pulled & ~(held[:-2] | held[2:]) & (lat.gamma1 > 0)
         may = pulls**2 > 2 * lat.k * model.cells * more * bonds  # were there the springs alone
-        for i in np.flatnonzero(pulled & (beside == 2) & may).tolist():
+        for i in np.flatnonzero(pulled & held[:-2] & held[2:] & may).tolist():
             own, bound, at = (
                 np.s_[i - 1 : i + 2],
                 more * model.bonds[i - 1 : i + 1],

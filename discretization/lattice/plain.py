@@ -211,7 +211,8 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 class SteepTail(LatticeTail):
     """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line.
 
-    Between the nodes u is a cubic, with u'' = k u (1 + u'²)^{3/2}/γ₁ linear from node to node.
+    At the nodes u' is that of a surface whose u'' = k u (1 + u'²)^{3/2}/γ₁ is linear in between; u
+    and u' are, too.
     """
 
     lattice: Lattice
@@ -230,14 +231,8 @@ class SteepTail(LatticeTail):
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """u and u' beside one contact line."""
         line, side = (left, 1) if right is None else (right, -1)
-        (u, slope), dx = self._nodes(float(depth - line.f)), self.lattice.spacing
-        distance, last = side * (z - line.x), dx * (u.size - 1)
-        i = np.minimum((distance / dx).astype(int), u.size - 2)
-        t, chord = distance / dx - i, u[i + 1] - u[i]
-        one, other = dx * slope[i] - chord, dx * slope[i + 1] - chord
-        bent = u[i] + t * chord + t * (1 - t) * ((1 - t) * one - t * other)
-        steep = chord + (1 - t) * (1 - 3 * t) * one + t * (3 * t - 2) * other
-        beyond = u[-1] * np.exp(-self.rate * np.maximum(distance - last, 0.0))
-        near = distance <= last
-        slope = side * np.where(near, steep / dx, -self.rate * beyond)
-        return np.where(near, bent, beyond), slope
+        nodes, distance = self._nodes(float(depth - line.f)), side * (z - line.x)
+        x = self.lattice.spacing * np.arange(nodes[0].size)
+        decay = np.exp(-self.rate * np.maximum(distance - x[-1], 0.0))
+        u, slope = (np.interp(distance, x, part) * decay for part in nodes)
+        return u, side * slope

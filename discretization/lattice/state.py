@@ -165,18 +165,14 @@ def on_path(row: Row, depth: float) -> tuple[Contacts, line.Lines | None]:
 
     ValueError for a contact that on the way reaches the end of the known profile.
     """
-    deepest, walk = max(depth, row.lowest), Walk(row)
+    deepest, walk, known = max(depth, row.lowest), Walk(row), None
     nodes = walk.touched(deepest)
     row.refuse_unknown(deepest, nodes)
-    way = [(deepest, nodes)]
+    if row.scene.hysteretic:
+        (known,) = line.moved(row, [nodes], np.array([deepest]), (), ())
     if depth < deepest:
-        tie = _TIE * row.scene.opened.critical_separation
+        before, tie = nodes, _TIE * row.scene.opened.critical_separation
         nodes = walk.moved(nodes, deepest, depth + tie)
-        way.append((depth, nodes))
-    before: Contacts = ()
-    known: line.Lines | None = None
-    if nodes and row.scene.hysteretic:  # where lines are depends on the way
-        for at, there in way:
-            (known,) = line.moved(row, [there], np.array([at]), before, known or ())
-            before = there
+        if nodes and known is not None:
+            (known,) = line.moved(row, [nodes], np.array([depth]), before, known)
     return nodes, known

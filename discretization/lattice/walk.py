@@ -98,12 +98,12 @@ class Walk:
 
     def _passed(self, nodes: Contacts, sign: int) -> list[Array]:
         """± the depths at which both lines of one convex contact have passed the links ahead."""
-        ((first, last),), rules, found = nodes, self.closing if sign > 0 else self.opening, []
-        for side, at in ((-1, self.row.size - 1 - first), (1, last)):
-            whole = rules.outwards[side]
-            ahead = whole[at:] if sign > 0 else whole[at - (last - first) : at][::-1]
-            found.append(np.maximum.accumulate(sign * ahead))
-        return found
+        ((first, last),), rules = nodes, self.closing if sign > 0 else self.opening
+        left, right = rules.outwards[-1], rules.outwards[1]
+        links = [left[first::-1], right[last:]]
+        if sign < 0:  # between the last two nodes, and so on inwards
+            links = [left[first + 1 : last + 1], right[first:last][::-1]]
+        return [np.maximum.accumulate(sign * part) for part in links]
 
     def track(self, nodes: Contacts, start: float, end: float) -> Track:
         """The way to another depth, up to the first event."""

@@ -51,19 +51,19 @@ class Rules:
 
     @functools.cached_property
     def outwards(self) -> dict[int, Array]:
-        """Depths at which an outermost line passes each link, in the order it meets them.
+        """Depths at which an outermost line at each node passes the next link on a side (n,).
 
-        By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
-        last node there is no link to pass (n,).
+        Beyond the last node, +1 on the right, -1 on the left, there is no link to pass.
         """
-        found, every = {}, self.first + np.arange(self.f.size)
+        found, f, every = {}, self.f, self.first + np.arange(self.f.size)
         for side in (1, -1):
-            nodes, f, work = every[::side], self.f[::side], self.work[::side]
-            _, remainder, stiffness = self.lattice.beside(nodes[:-1], side)
-            depths = f[:-1] + (np.diff(f) - np.sqrt(2 * work / stiffness)) / remainder
-            found[side] = np.append(depths, math.inf)
+            own, after = (np.s_[:-1], np.s_[1:])[::side]
+            _, remainder, stiffness = self.lattice.beside(every[own], side)
+            rise = f[after] - f[own] - np.sqrt(2 * self.work / stiffness)
+            found[side] = np.full(f.size, math.inf)
+            found[side][own] = f[own] + rise / remainder
         if self.lattice.axis == 0:
-            found[-1][:-1] = -math.inf  # a contact around the axis is never opened there
+            found[-1][1:] = -math.inf  # a contact around the axis is never opened there
         return found
 
     @functools.cached_property
@@ -77,7 +77,7 @@ class Rules:
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
-            return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
+            return float(self.outwards[side][node])
         after, f = node + side, self.f
         far, remainder, whole = self.lattice.beside(self.first + node, side, abs(other - node))
         first, last = sorted((node, other if abs(other - node) == 2 else after))
