@@ -72,14 +72,17 @@ class Unseen(NamedTuple):
     off: Array
 
 
-def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
+def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = False) -> Unseen:
     """What the nodes do not see of the profile, where contact is possible at this depth.
 
-    None of a convex profile. AccuracyWarning and ValueError as `resolve`.
+    None of a convex profile; anywhere: its lowest point, seen or not. AccuracyWarning and
+    ValueError as `resolve`.
     """
     if scene.indenter.convex:
         return Unseen(*np.empty((3, 0)))
     profile = resolve(scene, depth)
+    if anywhere:
+        return Unseen(*np.array([[profile.lowest], [profile.touch], [0.0]]))
     lo, hi = scene.indenter.extent
     place = (profile.x - lattice.origin) / lattice.spacing
     link = np.floor(place)

@@ -13,14 +13,13 @@ import numpy as np
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.lattice import line
-from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
+from discretization.lattice.accuracy import estimated, looked_at, unseen
 from discretization.lattice.judge import State, on_row
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import SteepTail, on_plain, overhang, refuse_turning, turning
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row
-from discretization.profile import resolve
 from discretization.routes import question_of, route
 from energy import Plane, Scene
 
@@ -127,12 +126,7 @@ def looked_at_on_lattice(
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
     state = on_lattice(scene, depth, spacing, branch=branch, method=method)
     lattice = Lattice.of(scene, spacing)
-    seen = lattice.seen(scene)
-    if state.contacts.size or scene.indenter.convex:
-        hidden = unseen(seen, depth, lattice)
-    else:  # anywhere
-        profile = resolve(seen, depth)
-        hidden = Unseen(*np.array([[profile.lowest], [profile.touch], [0.0]]))
+    hidden = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
     looked_at([state], hidden, lattice, stacklevel=3)
     return state
 

@@ -8,7 +8,6 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 
 from __future__ import annotations
 
-import bisect
 import functools
 import math
 from dataclasses import dataclass, replace
@@ -45,37 +44,24 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int
 
     And of the one that touches first. ValueError if the profile has no lowest point to touch with.
     """
-    dx, apex = lattice.spacing, indenter.apex
-    first, last = _inside(lattice, indenter.extent)
-    if first > last or (first == last and lattice.gamma1):
-        few = "no" if first > last else "one"
+    dx, apex, ends = lattice.spacing, indenter.apex, indenter.extent
+    whole = near = _inside(lattice, ends)
+    if whole[0] > whole[1] or (whole[0] == whole[1] and lattice.gamma1):
+        few = "no" if whole[0] > whole[1] else "one"
         raise ValueError(f"spacing = {dx!r} leaves {few} node on the indenter; give a smaller one")
-    if not indenter.convex:
-        if not math.isfinite(np.ptp(indenter.extent)):
-            reach = lattice.deepest_contact
-            first, last = _inside(lattice, profile.window(indenter, depth, _WINDOW * dx, reach))
-        if last - first > MOST:
+    if not indenter.convex or apex is None:
+        if not math.isfinite(np.ptp(ends)):
+            ends = profile.window(indenter, depth, _WINDOW * dx, lattice.deepest_contact)
+        near = _inside(lattice, ends)
+        if near[1] - near[0] > MOST:
             raise ValueError(
-                f"spacing = {dx!r} puts {last - first} nodes on the indenter: at most {MOST} are "
-                "looked through; give it a smaller extent, or a larger spacing"
+                f"spacing = {dx!r} puts {near[1] - near[0]} nodes on the indenter: at most {MOST} "
+                "are looked through; give it a smaller extent, or a larger spacing"
             )
-    near = first, last
+    first, last = whole if indenter.convex else near
     if apex is not None:
         beside = min(max(math.floor((apex - lattice.origin) / dx + 1e-9), first), last)
         near = beside, min(beside + 1, last)
-    elif indenter.convex:
-        with np.errstate(over="ignore"):
-            rises = bisect.bisect_left(
-                range(first, last),
-                True,
-                key=lambda i: bool(indenter.slope(lattice.x(i + 0.5)) >= 0),
-            )
-        near = max(first, first + rises - 1), min(first + rises + 1, last)
-        if _ENDLESS in map(abs, near):
-            raise ValueError(
-                f"indenter = {indenter!r} has no lowest point within {_ENDLESS} nodes of x = "
-                f"{lattice.origin!r}; give Profile(..., extent=(lo, hi)) or a larger spacing"
-            )
     lowest = near[0] + int(np.argmin(heights(lattice, indenter, np.arange(near[0], near[1] + 1.0))))
     return first, last, lowest
 

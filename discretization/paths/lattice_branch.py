@@ -58,12 +58,10 @@ class LatticeBranch(Branch):
 
     What a point remembers are its contacts as node intervals from left to right. Where closing and
     opening differ in their work of adhesion its lines are where they have last moved, between
-    nodes; else, as the depth alone says where they are, on their nodes. seen: the scene as far as
-    it has nodes.
+    nodes; else, as the depth alone says where they are, on their nodes.
     """
 
     scene: Scene
-    seen: Scene
     row: Row
     walk: Walk
     hidden: Unseen
@@ -79,7 +77,7 @@ class LatticeBranch(Branch):
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
         row = Row.of(seen, lattice, deepest)
-        return cls(scene, seen, row, Walk(row), unseen(seen, deepest, lattice))
+        return cls(scene, row, Walk(row), unseen(seen, deepest, lattice))
 
     @property
     def touch(self) -> float:
@@ -110,7 +108,7 @@ class LatticeBranch(Branch):
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
         at = self.row.first + np.ravel(nodes)
-        return tuple(positions(self.row.lattice, self.seen.indenter, at).tolist())
+        return tuple(positions(self.row.lattice, self.row.scene.indenter, at).tolist())
 
     @property
     def first(self) -> Point:
@@ -153,7 +151,7 @@ class LatticeBranch(Branch):
     @functools.cached_property
     def _pinning(self) -> tuple[dict[int, str], dict[int, str]]:
         """What holds a left and a right line on some nodes."""
-        body, row = self.seen.indenter, self.row
+        row, body = self.row, self.row.scene.indenter
         (lo, hi), (tip, _) = body.extent, self._on_nodes(((row.touch, row.touch),))
         tips = {row.touch: "tip"} if body.convex and tip in body.corners else {}
         left = tips | ({0: "edge"} if lo in body.walls else {})
