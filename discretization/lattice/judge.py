@@ -91,15 +91,12 @@ class State:
         bonds = links[1:] + links[:-1] if lat.gamma1 else model.bonds
         pulled = model.contact & (pulls * lat.cell > noise * model.cells)
         opens = pulled & ~(held[:-2] | held[2:]) & (lat.gamma1 > 0)
-        may = pulls**2 > 2 * lat.k * model.cells * more * bonds  # were there the springs alone
+        least = model.hessian()[0] if lat.slopes == "small" else lat.k * model.cells
+        may = pulls**2 > 2 * least * more * bonds
         for i in np.flatnonzero(pulled & held[:-2] & held[2:] & may).tolist():
-            own, bound, at = (
-                np.s_[i - 1 : i + 2],
-                more * model.bonds[i - 1 : i + 1],
-                model.first + i,
-            )
+            own, bound = np.s_[i - 1 : i + 2], more * model.bonds[i - 1 : i + 1]
             whole, less = (
-                NodalEnergy(lat, (True, middle, True), at - 1, bound, (False, False))
+                NodalEnergy(lat, (True, middle, True), model.first + i - 1, bound, (False, False))
                 for middle in (True, False)
             )
             opens[i] = whole.value(u[own]) > less.value(less.relaxed(u[own]))

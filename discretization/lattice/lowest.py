@@ -131,12 +131,8 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
 
     may: nodes that may be in contact; of a contact that is certain, h = 0, its ends are enough.
     """
-    n, nodes, floor, chain = (
-        h.size,
-        np.flatnonzero(may),
-        min(0.0, float(h.min())),
-        _chain(lattice, h),
-    )
+    n, nodes, chain = h.size, np.flatnonzero(may), _chain(lattice, h)
+    floor = min(0.0, float(h.min()))
     last = np.append(nodes[:1], nodes[:-1])
     linked = (nodes - last == 1) | (np.diff(np.cumsum(h > 0)[nodes], prepend=-1) == 0)
     bond = lattice.w * lattice.cell

@@ -82,10 +82,11 @@ class NodalEnergy:
         forces[1:] += tension
         forces[0] += pulled[0]
         forces[-1] += pulled[1]
+        bound = self.bonds * np.hypot(1, slopes) if lat.slopes == "finite" else self.bonds
         values = {
             "springs": float(self.cells @ spring.value),
             "surface": lat.gamma1 * float(self.links @ stretch.value),
-            "adhesion": -float(self._gained(slopes).sum()),
+            "adhesion": -float(bound.sum()),
             "tails": float(pulled @ u[[0, -1]]) / 2,
         }
         pressed = np.append(springs, pulled)
@@ -101,11 +102,6 @@ class NodalEnergy:
         """Horizontal, of each link; with finite slopes those in contact have γ₁ - w."""
         bound = self.bonds if self.lattice.slopes == "finite" else 0.0
         return np.asarray((self.lattice.gamma1 * self.links - bound) / self.lattice.spacing)
-
-    def _gained(self, slopes: Array) -> Array:
-        """What adhesion gains, of each link, or of each spring without tension."""
-        finite = self.lattice.slopes == "finite"
-        return np.asarray(self.bonds * np.hypot(1, slopes) if finite else self.bonds)
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""

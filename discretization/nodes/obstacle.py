@@ -66,15 +66,11 @@ def surface(lattice: Lattice, held: Nodes, g: Array, at: Nodes) -> Array:
 
 
 def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
-    """Forces p_i that hold these nodes at u; most are neighbours."""
-    flow, force = lattice.link * (u[:-1] - u[1:]), lattice.spring * u
-    wide = np.flatnonzero(np.diff(nodes) > 1)
-    tie, ground = lattice.pair(nodes[wide + 1] - nodes[wide])
-    flow[wide] = tie * (u[wide] - u[wide + 1])
-    force[:-1] += flow
-    force[1:] -= flow
-    force[wide] += ground * u[wide]
-    force[wide + 1] += ground * u[wide + 1]
+    """Forces p_i that hold these nodes at u."""
+    tie, ground = lattice.pair(np.diff(nodes))
+    flow, force = tie * (u[:-1] - u[1:]), lattice.spring * u
+    force[:-1] += ground * u[:-1] + flow
+    force[1:] += ground * u[1:] - flow
     force[0] += lattice.end_stiffness * u[0]
     force[-1] += lattice.end_stiffness * u[-1]
     return force
