@@ -57,9 +57,10 @@ class Advances(NamedTuple):
     force: Array
     bonds: Array
 
-    def excess(self, work: float) -> Array:
-        """e, with this work of adhesion."""
-        return np.asarray(np.copysign(np.sqrt(self.stored), self.gap) - np.sqrt(work * self.bonds))
+    def excess(self, works: Sequence[float]) -> Array:
+        """e, with each of these works of adhesion (n, s, 2m, 6)."""
+        taken, held = np.copysign(np.sqrt(self.stored), self.gap), np.sqrt(self.bonds)
+        return np.array([taken - math.sqrt(work) * held for work in works])
 
 
 class Corners(NamedTuple):
@@ -77,20 +78,17 @@ class Corners(NamedTuple):
         return np.where(np.isnan(middle), 0, middle).astype(int)
 
     def cubic(self, parts: Array, middle: Nodes) -> tuple[Array, Array, Array, Array]:
-        """Parts (..., 6) of links over their middles, near a node, as a cubic of t from there.
+        """Parts (n, s, 2m, 6) of links over their middles, near a node, as a cubic of t from there.
 
             p(t) = mean + rise t + (bend + turn t)(t² - 1/4)
 
         through four links, or three, or the two beside the node where a corner is near; one that is
         not there is like the other one.
         """
-        links = (middle[..., None] - LINKS[0] + np.arange(-2, 2)) % LINKS.size
-        found = np.take_along_axis(parts, np.broadcast_to(links, (*parts.shape[:-1], 4)), -1)
-        first, inner, outer, last = np.moveaxis(found, -1, 0)
-        rise, mean = (
-            np.nan_to_num(outer - inner),
-            np.fmax(inner, outer) / 2 + np.fmin(inner, outer) / 2,
-        )
+        links = (middle[None, ..., None] - LINKS[0] + np.arange(-2, 2)) % LINKS.size
+        first, inner, outer, last = np.moveaxis(np.take_along_axis(parts, links, -1), -1, 0)
+        rise, mean = outer - inner, np.fmax(inner, outer) / 2 + np.fmin(inner, outer) / 2
+        rise = np.where(np.isnan(rise), 0.0, rise)
         one = np.where(np.isnan(first), last - 3 * rise, first)
         other = np.where(np.isnan(last), first + 3 * rise, last)
         bend, turn = (one + other - 2 * mean) / 4, (other - one - 3 * rise) / 6
@@ -144,7 +142,7 @@ def corners(row: Row, nodes: Nodes) -> Corners:
 
 
 def placed(excess: Array, corner: Corners) -> Array:
-    """ζ of lines with this excess at their links (..., 6); nan where e does not grow outwards."""
+    """ζ of lines with this excess (n, s, 2m, 6) at their links; nan where it grows nowhere."""
     inside, at = _zero(excess, corner, outside=False), corner.zeta
     if np.isnan(at).all():
         return inside
@@ -177,11 +175,11 @@ def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
     """
     middle = corner.middle(zeta > corner.zeta)
     mean, rise, bend, turn = corner.cubic(steps, middle)
-    whole, at = np.nan_to_num(steps).cumsum(axis=-1), middle[..., None] - LINKS[0] - 1
-    at = np.broadcast_to(at, (*steps.shape[:-1], 1))
-    start, t = np.take_along_axis(whole, at, -1)[..., 0] - whole[..., -LINKS[0] - 1], zeta - middle
+    whole = np.where(np.isnan(steps), 0.0, steps).cumsum(axis=-1)
+    at, t = middle[None, ..., None] - LINKS[0] - 1, zeta - middle
+    start = np.take_along_axis(whole, at, -1)[..., 0] - whole[..., -LINKS[0] - 1]
     found = mean + rise / 2 * t + (t * t - 1) * (bend / 3 + turn / 4 * t)
-    return np.nan_to_num(start + t * found)
+    return start + np.where(np.isnan(found), 0.0, t * found)
 
 
 def offsets(
@@ -203,10 +201,9 @@ def offsets(
     most[:, 1:-1], least[:, 1:-1] = 1.0, -1.0  # lines that face each other feel each other
     close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
     for _ in range(_TURNS):
-        last, zeta = zeta, np.full(nodes.shape, -1.0) if before is None else before
-        for work, further in zip(works, (np.maximum, np.minimum), strict=False):
-            rests = placed(passed.excess(work), corner)
-            zeta = further(zeta, np.maximum(np.minimum(rests, most), least))
+        rests = np.maximum(np.minimum(placed(passed.excess(works), corner), most), least)
+        last, came = zeta, rests[0] if before is None else np.maximum(before, rests[0])
+        zeta = np.minimum(came, rests[-1])
         zeta[:, 1:-1][close] = 0.0
         zeta = np.where(np.isnan(zeta), 0.0, zeta)
         if nodes.shape[1] == 2 or np.abs(zeta - last).max() <= _SETTLED:
