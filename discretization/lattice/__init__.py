@@ -1,11 +1,11 @@
 """Contacts on fixed nodes: their energy is known (../nodes), its minimum is searched over sets.
 
 A state is a tuple of contacts, the first and last node of each; one contact is no special case.
-Whoever finds them, assembly.py makes an equilibrium of them: contacts on a row of nodes -> energy,
+Whoever finds them, state.py makes an equilibrium of them: contacts on a row of nodes -> energy,
 force and certificate (judge.py), and lines between the nodes (line.py, the same on load paths);
 accuracy.py says how accurate these are.
 
-They are found by state.py, which asks one of
+They are found by one of
     plain.py    one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
     lowest.py   lowest energy of all contact sets, and of rings around an axis, where only the
                 fitted mesh asks; oracle.py the same

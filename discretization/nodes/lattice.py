@@ -141,7 +141,7 @@ class Lattice:
 
     def pull(self, nodes: Any, side: int) -> Any:
         """Force of tails beyond these nodes on them over u, their springs' own being the same."""
-        return self.end_stiffness
+        return self.pair(math.inf, nodes, side)[1]
 
     def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
         """tB and t(1 - A - B) of a free surface of so many links between two contact nodes.

@@ -73,9 +73,6 @@ class RadialLattice(Lattice):
     def weight(self, at: Any) -> Any:
         return np.where(np.asarray(at) > 0, at, _AXIS)
 
-    def pull(self, nodes: Any, side: int) -> Any:
-        return self.pair(math.inf, nodes, side)[1]
-
     def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
         """Of the surface outside; there is none on the side of the axis."""
         if not self.gamma1:

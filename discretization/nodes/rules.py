@@ -55,16 +55,22 @@ class Rules:
 
         Beyond the last node, +1 on the right, -1 on the left, there is no link to pass.
         """
-        found, f, every = {}, self.f, self.first + np.arange(self.f.size)
-        for side in (1, -1):
-            own, after = (np.s_[:-1], np.s_[1:])[::side]
-            _, remainder, stiffness = self.lattice.beside(every[own], side)
-            rise = f[after] - f[own] - np.sqrt(2 * self.work / stiffness)
-            found[side] = np.full(f.size, math.inf)
-            found[side][own] = f[own] + rise / remainder
+        found, nodes = {}, np.arange(self.f.size)
+        for side, own in ((1, nodes[:-1]), (-1, nodes[1:])):
+            found[side] = np.full(nodes.size, math.inf)
+            found[side][own] = self._passed(own, side, self.work)
         if self.lattice.axis == 0:
             found[-1][1:] = -math.inf  # a contact around the axis is never opened there
         return found
+
+    def _passed(self, node: Any, side: int, work: Any, other: int | None = None) -> Any:
+        """Where lines at nodes pass the next link, or the last two to another one, of this work."""
+        f, apart = self.f, math.inf if other is None else abs(other - node)
+        far, remainder, stiffness = self.lattice.beside(self.first + node, side, apart)
+        felt = far * (f[node] - f[node if other is None else other])
+        return (
+            f[node] + (f[node + side] - f[node] + felt - np.sqrt(2 * work / stiffness)) / remainder
+        )
 
     @functools.cached_property
     def torn(self) -> Array:
@@ -78,12 +84,8 @@ class Rules:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
             return float(self.outwards[side][node])
-        after, f = node + side, self.f
-        far, remainder, whole = self.lattice.beside(self.first + node, side, abs(other - node))
-        first, last = sorted((node, other if abs(other - node) == 2 else after))
-        work = float(self.work[first:last].sum())
-        rise = f[after] - f[node] + far * (f[node] - f[other])
-        return float(f[node] + (rise - math.sqrt(2 * work / whole)) / remainder)
+        first, last = sorted((node, other if abs(other - node) == 2 else node + side))
+        return float(self._passed(node, side, float(self.work[first:last].sum()), other))
 
     def passes_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
@@ -106,10 +108,8 @@ class Rules:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
         """Depth at which a free node between two contacts (None: none there) touches, and which."""
-        if self.clear and (left is None or right is None):
-            return math.inf, -1
         nodes = np.arange(0 if left is None else left + 1, self.f.size if right is None else right)
-        if not nodes.size:
+        if not nodes.size or (self.clear and (left is None or right is None)):
             return math.inf, -1
         remainder, shape = self._surface(left, right, nodes)
         depths = (self.f[nodes] - shape) / remainder
