@@ -65,6 +65,9 @@ class Radial(Indenter):
         self.apex = 0.0 if whole.apex == 0 else None
         self.complete, self.convex = whole.complete, whole.convex
 
+    def __repr__(self) -> str:
+        return repr(self._whole)
+
     def slope(self, x: ArrayLike) -> Array:
         x = np.asarray(x, float)
         return self._whole.slope_beside(x, np.equal(x, 0).astype(int))

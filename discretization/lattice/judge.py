@@ -67,18 +67,6 @@ class State:
         delta0 = math.sqrt(2 * max(self.row.works) / self.row.lattice.k)
         return max(abs(self.depth), float(lines.max()), delta0)
 
-    @property
-    def moves(self) -> tuple[Array, Array, Array]:
-        """v, S v²/2 and the adhesion of moves (2, 2m): lines that close a link, and that open one.
-
-        v is the gap between the node that comes into contact and the surface, or that of the node
-        let go to the surface then; nan where a line cannot be moved.
-        """
-        links = [-LINKS[0], -LINKS[0] - 1]
-        gap, stored, _, bonds = (part[0].T[links] for part in self.passed)
-        gap[0, ~self.closes] = math.nan
-        return gap, stored, np.reshape(self.row.works, (2, 1)) * bonds
-
     def pull(self, noise: float) -> float:
         """The largest pull per weight, above noise, on nodes whose opening lowers the energy.
 
@@ -104,9 +92,11 @@ class State:
 
     @functools.cached_property
     def certificate(self) -> Certificate:
-        """See the module."""
+        """See the module. Gaps are those of the node a line comes to or leaves; nan: it cannot."""
         model, lat, balance, delta = self.model, self.row.lattice, self.balance, self.size
-        (gap, stored, work), held, free = self.moves, model.contact, ~model.contact
+        held, free, links = model.contact, ~model.contact, [-LINKS[0], -LINKS[0] - 1]
+        gap, stored, _, bonds = (part[0].T[links] for part in self.passed)  # to close, and to open
+        gap[0, ~self.closes], work = math.nan, np.reshape(self.row.works, (2, 1)) * bonds
         size = max(delta, abs(self.depth - self.row.lowest))
         if size == 0:  # touching, nothing deformed
             return Certificate.undeformed()
