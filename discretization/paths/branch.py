@@ -151,7 +151,7 @@ class Leg:
 
     def between(self, depths: Array) -> list[Point]:
         """The same, where that is not known."""
-        raise NotImplementedError
+        return list(self.branch.moved(self.start, depths))
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: good to draw it, where rounding moves no line."""
