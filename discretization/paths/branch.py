@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -187,14 +187,14 @@ class Leg:
         return float(found.sums.sum())
 
 
-class Branch:
+class Branch(Protocol):
     """Contacts under a prescribed depth.
 
     smooth: whether P is a smooth function of d between events.
     """
 
     scene: Scene
-    smooth = True
+    smooth: bool = True
 
     @property
     def resolution(self) -> float:
@@ -204,7 +204,6 @@ class Branch:
     @property
     def touch(self) -> float:
         """Depth at which contact begins."""
-        raise NotImplementedError
 
     @property
     def holding_range(self) -> float:
@@ -214,7 +213,6 @@ class Branch:
     @property
     def first(self) -> Point:
         """The contacts at first touch."""
-        raise NotImplementedError
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point at a depth whose lines are here, two for every contact; nan: detached."""
@@ -222,7 +220,6 @@ class Branch:
 
     def leg(self, point: Point, goal: float) -> Leg:
         """The way from a point in contact towards another depth, up to the first event."""
-        raise NotImplementedError
 
     def pinned(self, point: Point) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" or "" where it is free."""
@@ -239,7 +236,6 @@ class Branch:
 
     def many(self, points: Sequence[Point]) -> Array:
         """The same of points with as many lines as each other."""
-        raise NotImplementedError
 
     def force(self, point: Point) -> float:
         """P."""
@@ -268,11 +264,9 @@ class Branch:
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, weighted with the pattern's factor."""
-        raise NotImplementedError
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""
-        raise NotImplementedError
 
 
 def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
