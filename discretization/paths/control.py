@@ -10,6 +10,7 @@ the push.) Where the running extreme is flat the indenter jumps.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -26,7 +27,6 @@ _DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients a
 _FINEST = 1 / 256  # of a leg: parts that short are not halved again
 _LEAST = 128  # samples of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
-_NEWTON = 5  # steps to a guess
 _ZOOMS = 40  # rounds, each of which narrows a peak or finds it
 _NARROWER = 0.15  # of the last, somewhat more than its Gauss-Lobatto points are apart
 _WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
@@ -133,19 +133,18 @@ class Curve(NamedTuple):
 
     def _crossings(self, values: Array, k: Indices) -> Array:
         """t at which C is each value (n,), between the samples k - 1 and k."""
-        low, high = self.t[k - 1], self.t[k]
+        low, high, noise = self.t[k - 1], self.t[k], self.rounding
         wider = _WIDER * (high - low)  # the samples are only as good as the polynomial
         rise = (self.value[k] - self.value[k - 1]) / (high - low)
         guess = np.clip(low + (values - self.value[k - 1]) / rise, low, high)
-        for _ in range(_NEWTON if self.ends.size else 0):
-            drawn, rise = on_elements(self.ends, self.nodal, guess)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                new = guess - (drawn - values) / rise
-            guess = np.where((new >= low) & (new <= high), new, guess)
+        if self.ends.size:
+            drawn = functools.partial(on_elements, self.ends, self.nodal)
+            guess = crossings(lambda t, i: drawn(t)[0] - values[i], low, high, guess, rise, noise)
+            rise = drawn(guess)[1]
         low, high = np.maximum(low - wider, 0.0), np.minimum(high + wider, 1.0)
         return crossings(
-            lambda t, own: _values(self.leg, self.control, t) - values[own],
-            *(low, high, guess, rise, self.rounding),
+            lambda t, i: _values(self.leg, self.control, t) - values[i],
+            *(low, high, guess, rise, noise),
         )
 
 
