@@ -252,10 +252,8 @@ class Branch(Protocol):
 
     def snapshot(self, point: Point) -> Snapshot:
         """A point beside an event."""
-        force, energy = self.force(point), self.energy(point)
-        return Snapshot(
-            point.depth, force, energy, *point.ends, point.inner, self.scene.axisymmetric
-        )
+        force, energy, turned = self.force(point), self.energy(point), self.scene.axisymmetric
+        return Snapshot(point.depth, force, energy, *point.ends, point.inner, turned)
 
     def friction(self, before: Point, after: Point) -> float:
         """Lost to adhesion hysteresis where lines do not jump: w_opening - w of what opens."""
@@ -274,7 +272,7 @@ def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
     while here.depth != depth and here.lines is not None:
         leg = branch.leg(here, depth)
         yield leg
-        here = leg.end if leg.after is None else leg.after
+        here = leg.after or leg.end
 
 
 def alike(points: Sequence[Point]) -> Iterator[list[int]]:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import Legendre
 
-from discretization.paths.branch import Leg
+from discretization.paths.branch import Leg, Point
 from discretization.roots import crossings
 from discretization.surfaces.network import coefficients, on_elements, rounded
 from energy.arrays import Array, Indices
@@ -99,8 +99,8 @@ class Curve(NamedTuple):
         falls = side * np.diff(self.value) < -_NOISE * self.rounding
         return int(np.argmax(falls)) if falls.any() else self.value.size - 1
 
-    def refined(self, i: int, side: int) -> float:
-        """t of the peak at an inner sample, to rounding, by polynomials on less and less around it.
+    def refined(self, i: int, side: int) -> Point:
+        """The peak at an inner sample, to rounding, by polynomials on less and less around it.
 
         At first as far as to where C is less by more than rounding.
         """
@@ -117,19 +117,19 @@ class Curve(NamedTuple):
             if np.ptp(value) <= 8 * self.rounding or not low < high:
                 break
         start, peak = side * _values(self.leg, self.control, np.array([0.0, top]))
-        # next to the start d hardly changes with t
-        return 0.0 if low == 0 and start >= peak - _ROUNDING * abs(peak) else top
+        if low == 0 and start >= peak - _ROUNDING * abs(peak):  # d hardly changes with t there
+            top = 0.0
+        return self.leg.points(self.leg.depths(np.array([top])))[0]
 
-    def reaches(self, values: Array, side: int, first: int, last: int) -> Array:
-        """t at which C first reaches values (n,) between two samples; nan where it does not."""
+    def reached(self, values: Array, side: int, first: int, last: int) -> list[Point]:
+        """Where C first reaches values (n,) between two samples, in their order; up to the last."""
         highest = np.maximum.accumulate(side * self.value[first : last + 1])
         k = np.searchsorted(highest, side * values)
-        found, own = np.full(values.size, np.nan), k < highest.size
-        found[own & (k == 0)] = self.t[first]
-        own &= k > 0
-        if own.any():
-            found[own] = self._crossings(values[own], first + k[own])
-        return found
+        k = k[k < highest.size]
+        found, inner = self.t[first + k], k > 0
+        if inner.any():
+            found[inner] = self._crossings(values[: k.size][inner], first + k[inner])
+        return self.leg.points(self.leg.depths(found))
 
     def _crossings(self, values: Array, k: Indices) -> Array:
         """t at which C is each value (n,), between the samples k - 1 and k."""

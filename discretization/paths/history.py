@@ -224,8 +224,7 @@ class History:
             curve = Curve.of(leg, Control(0.0))
             least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
             if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
-                (point,) = leg.points(leg.depths(np.array([curve.refined(least, -1)])))
-                yield self._branch.snapshot(point)
+                yield self._branch.snapshot(curve.refined(least, -1))
 
     plot = plots.plot_path
     to_dict = readings.path_columns

@@ -87,10 +87,7 @@ class SpringsBranch(Branch):
             )
         return cls(scene, resolve(scene, deepest))
 
-    @property
-    def touch(self) -> float:
-        """Depth at which contact begins."""
-        return self.profile.touch
+    touch = property(lambda self: self.profile.touch)
 
     @functools.cached_property
     def integrals(self) -> Integrals:
