@@ -256,12 +256,15 @@ class Branch(Protocol):
         return Snapshot(point.depth, force, energy, *point.ends, point.inner, turned)
 
     def friction(self, before: Point, after: Point) -> float:
-        """Lost to adhesion hysteresis where lines do not jump: w_opening - w of what opens."""
-        more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
-        return more * self.opened(before, after)
+        """Lost where lines do not jump: w_opening - w of what opens, w of what closes."""
+        opened, w = self.opened(before, after), self.scene.work_of_adhesion
+        return opened * (self.scene.opened.work_of_adhesion - w if opened > 0 else -w)
 
     def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points, weighted with the pattern's factor."""
+        """The length that opens between two points, weighted with the pattern's factor.
+
+        Minus that which closes, where what closes has to be touched first and loses w.
+        """
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""

@@ -90,9 +90,9 @@ class History:
 
     def extended(self, path: LoadPath, values: Array) -> History:
         """This path and its continuation by these values of the control."""
-        points, none = path.points, np.zeros((2, values.size))
-        depth, ends = [point.depth for point in points], [point.ends for point in points]
-        table = np.column_stack([values, depth, *none, ends])
+        points = path.points
+        rows = [(point.depth, 0.0, 0.0, *point.ends) for point in points]
+        table = np.column_stack([values, np.reshape(rows, (-1, 5))])
         held = [i for i, point in enumerate(points) if point.lines is not None]
         if held:
             lines, force, energy = path.branch.recorded([points[i] for i in held])
@@ -266,8 +266,6 @@ def branch_of(
     if spacing is not None:
         return LatticeBranch.of(scene, spacing, deepest())
     way = route(scene, "path", nodes=False)
-    if way == "springs":
-        return SpringsBranch.of(scene, deepest())
     if way == "layer":
         return LayerBranch.of(scene, rtol)
-    return FittedMany.of(scene, deepest())
+    return (SpringsBranch if way == "springs" else FittedMany).of(scene, deepest())

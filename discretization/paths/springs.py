@@ -145,13 +145,8 @@ class SpringsBranch(Branch):
         parts = parts[::2].reshape(2, *lines.shape)
         return np.asarray((parts[..., 1::2] - parts[..., ::2]).sum(axis=2))
 
-    def friction(self, before: Point, after: Point) -> float:
-        """w of what closes, which had to be touched; or what is lost as springs let go."""
-        opened, w = self.opened(before, after), self.scene.work_of_adhesion
-        return opened * (self.scene.opened.work_of_adhesion - w if opened > 0 else -w)
-
     def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points, or minus what closes."""
+        """The length that opens between two points, or minus what closes as it is touched."""
         one, other = (
             float(np.diff(self.integrals.at(np.array(p.lines or ()))[4].reshape(-1, 2)).sum())
             for p in (before, after)
