@@ -19,6 +19,10 @@ _PATH = (
     "path; use branch='adhered' with gamma1 > 0 (on the lattice with small slopes), load_path, or "
     "a Scene without it"
 )
+_UNEVEN = (
+    "pattern = {scene.pattern!r} with gamma1 = 0: springs that let go at different heights are not "
+    "followed; give gamma1 > 0, or leave the pattern out"
+)
 _NODES = (
     ": nodes answer states, searches over contact sets and load paths with slopes = 'small' and "
     "gamma1 > 0, but about an axis no searches, and only one contact around it, of a convex "
@@ -139,4 +143,5 @@ def _of_springs(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
         "gamma1 = 0" + _NODES: nodes and not tense and (few or not convex),
         _BENT: steep and searched and (nodes or not (turned and convex)),
         _ENDLESS: plane and path,
+        _UNEVEN: path and not tense and scene.pattern is not None,
     }

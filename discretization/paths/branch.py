@@ -167,8 +167,8 @@ class Leg:
     def rounding(self) -> float:
         """Of P, by the sizes of what it is a sum of."""
         branch, scene = self.branch, self.branch.scene
-        widths = [point.ends[1] - point.ends[0] for point in (self.start, self.end) if point.lines]
-        width = max(widths, default=0.0) + scene.elastocapillary_length
+        widths = np.fmax(0.0, np.diff([self.start.ends, self.end.ends]))
+        width = float(widths.max()) + scene.elastocapillary_length
         size = max(abs(self.start.depth), abs(self.end.depth)) + 2 * abs(branch.touch)
         pushed = scene.stiffness * (size + branch.holding_range)
         return _ROUNDING * pushed * (width**2 if scene.axisymmetric else width)

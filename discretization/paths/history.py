@@ -202,9 +202,9 @@ class History:
         """
         runs = [part for part in self.parts if isinstance(part, list)]
         held = [state for run in runs for state in run if not math.isnan(state.left)]
-        state = min([*held, *self._turns()], key=lambda state: state.force, default=None)
-        if state is None or state.force >= 0:
-            least = math.inf if state is None else state.force
+        none = Snapshot(math.nan, math.inf, math.nan, math.nan, math.nan)
+        state = min([none, *held, *self._turns()], key=lambda state: state.force)
+        if (least := state.force) >= 0:
             raise ValueError(
                 f"least force = {least!r} of this path is not tensile; retract the indenter further"
             )

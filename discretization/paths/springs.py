@@ -79,12 +79,7 @@ class SpringsBranch(Branch):
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> SpringsBranch:
-        """deepest: the largest depth of the programme. ValueError for a pattern."""
-        if scene.pattern is not None:
-            raise ValueError(
-                f"pattern = {scene.pattern!r} with gamma1 = 0: springs that let go at different "
-                "heights are not followed; give gamma1 > 0, or leave the pattern out"
-            )
+        """deepest: the largest depth of the programme."""
         return cls(scene, resolve(scene, deepest))
 
     touch = property(lambda self: self.profile.touch)
