@@ -179,9 +179,7 @@ def _represents(series: Legendre, part: float) -> bool:
 
 def _turns(series: Legendre) -> Array:
     """Where a polynomial turns."""
-    slope = series.deriv().trim(_ROUNDING * float(np.abs(series.coef).max()))
-    turns = slope.roots() if slope.degree() else np.empty(0)
+    turns = series.deriv().trim(_ROUNDING * float(np.abs(series.coef).max())).roots()
     low, high = series.domain
-    return np.sort(
-        turns.real[(np.abs(turns.imag) <= 1e-6) & (turns.real > low) & (turns.real < high)]
-    )
+    inside = (turns.real > low) & (turns.real < high)
+    return np.asarray(turns.real[inside & (np.abs(turns.imag) <= 1e-6)])
