@@ -215,8 +215,8 @@ class Branch(Protocol):
         """The contacts at first touch."""
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point at a depth whose lines are here, two for every contact; nan: detached."""
-        return Point(depth, None if math.isnan(lines[0]) else lines)
+        """The point at a depth whose lines are here, two for every contact."""
+        return Point(depth, lines)
 
     def leg(self, point: Point, goal: float) -> Leg:
         """The way from a point in contact towards another depth, up to the first event."""

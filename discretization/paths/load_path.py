@@ -58,8 +58,9 @@ class LoadPath:
 
     def resume(self, last: Snapshot, step: int, value: float) -> None:
         """Go on after so many steps, from this state at this value of the control."""
-        self.step, self.value = step, value
-        self.point = self.branch.contact(last.depth, *last.lines)
+        self.step, self.value, self.point = step, value, Point(last.depth, None)
+        if not math.isnan(last.left):
+            self.point = self.branch.contact(last.depth, *last.lines)
         self.pinned = self.branch.pinned(self.point)
 
     # out of contact

@@ -102,9 +102,7 @@ class SpringsBranch(Branch):
         return self.moved(Point(self.touch, None, self.touch), np.array([self.touch]))[0]
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point with lines here; nan: detached."""
-        if math.isnan(lines[0]):
-            return Point(depth, None)
+        """The point with lines here."""
         level = float(np.max(self.profile.indenter.height(np.array(lines))))
         return Point(depth, lines, level)
 
