@@ -121,9 +121,9 @@ class Curve(NamedTuple):
             top = 0.0
         return self.leg.points(self.leg.depths(np.array([top])))[0]
 
-    def reached(self, values: Array, side: int, first: int, last: int) -> list[Point]:
-        """Where C first reaches values (n,) between two samples, in their order; up to the last."""
-        highest = np.maximum.accumulate(side * self.value[first : last + 1])
+    def reached(self, values: Array, side: int, first: int, stop: int | None = None) -> list[Point]:
+        """Where C first reaches values (n,) from one sample to another, as many as are reached."""
+        highest = np.maximum.accumulate(side * self.value[first:stop])
         k = np.searchsorted(highest, side * values)
         k = k[k < highest.size]
         found, inner = self.t[first + k], k > 0

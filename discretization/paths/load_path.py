@@ -103,8 +103,8 @@ class LoadPath:
             points = leg.points(values[(left < 0) | ((left == 0) & stays)])
         else:
             curve = Curve.of(leg, self.control)
-            top, last = curve.peak(side), curve.t.size - 1
-            turns, points = top < last, curve.reached(values, side, 0, top)
+            top = curve.peak(side)
+            turns, points = top < curve.t.size - 1, curve.reached(values, side, 0, top + 1)
         self.reach = _LONGER * abs(leg.end.depth - leg.start.depth) or math.inf
         self._add(points)
         if len(points) < values.size and turns:
@@ -157,8 +157,8 @@ class LoadPath:
         """Events of lines that leave or reach a corner where the path is."""
         changes = ((self.pinned, pinned, "depinning"), (pinned, self.pinned, "pinning"))
         for gone, new, what in changes:
-            places = [one for one, other in zip(gone, new, strict=True) if one and one != other]
-            for place in dict.fromkeys(places):
+            both = zip(gone, new, strict=True)
+            for place in dict.fromkeys(one for one, other in both if one and one != other):
                 self._record(f"{place} {what}", self.point, self.point)
         self.pinned = pinned
 
@@ -179,7 +179,7 @@ class LoadPath:
         leg, peak = curve.leg, curve.refined(top, side)
         self._slide(peak)
         value = self._value(peak)
-        landed = curve.reached(np.array([value]), side, top + 1, curve.t.size - 1)
+        landed = curve.reached(np.array([value]), side, top + 1)
         after = landed[0] if landed else self._landing(leg.after or leg.end, value, side)
         first, second, off = peak.lines or (), after.lines or (), self.branch.resolution
         if len(first) == len(second) and np.allclose(first, second, 0.0, off):
@@ -190,15 +190,14 @@ class LoadPath:
     def _end(self, leg: Leg, side: int) -> None:
         """What happens at the end of a leg."""
         self._slide(leg.end)
-        if leg.after is None:
-            return
-        if not leg.jumps and leg.after.lines is not None:
-            self.point = leg.after
+        after = leg.after or leg.end
+        if not leg.jumps and after.lines is not None:
+            self.point = after
             return
         if not leg.jumps and self.imposed:
             self._hold(("", ""))
-        kind = _kind_of_jump(leg.end, leg.after, side > 0)
-        self._jump(kind, leg.end, self._landing(leg.after, self._value(leg.end), side))
+        kind = _kind_of_jump(leg.end, after, side > 0)
+        self._jump(kind, leg.end, self._landing(after, self._value(leg.end), side))
 
     def _jump(self, kind: str, before: Point, after: Point) -> None:
         """A jump at the value of the control before it."""
@@ -218,8 +217,7 @@ class LoadPath:
             if side * (self._value(here) - value) >= 0:
                 return here
             leg = self._leg(here, side * step)
-            curve = Curve.of(leg, self.control)
-            landed = curve.reached(np.array([value]), side, 0, curve.t.size - 1)
+            landed = Curve.of(leg, self.control).reached(np.array([value]), side, 0)
             if landed:
                 return landed[0]
             step = 2 * abs(leg.end.depth - here.depth) or step
@@ -231,10 +229,10 @@ class LoadPath:
 
     def _record(self, kind: str, before: Point, after: Point) -> None:
         self.branch.certify(after)
-        value, first = self._value(before), self.branch.snapshot(before)
-        second = self.branch.snapshot(after)
-        done = self.control.work(before.depth, after.depth, value)
-        released = first.energy - second.energy + done
+        value, first, second = self._value(before), *map(self.branch.snapshot, (before, after))
+        released = (
+            first.energy - second.energy + self.control.work(before.depth, after.depth, value)
+        )
         if kind == "touch" and released > 0:
             kind = "jump-in"
         self.events.append(Event(kind, value, first, second, released, self.step))
