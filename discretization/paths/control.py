@@ -31,6 +31,7 @@ _ZOOMS = 40  # rounds, each of which narrows a peak or finds it
 _NARROWER = 0.15  # of the last, somewhat more than its Gauss-Lobatto points are apart
 _WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
 _NOISE = 100.0  # times the rounding of C: by less it does not turn
+_FELT = 8.0  # times the same: less is nothing but rounding
 _EPSILON = 2e-16  # of depths
 _ROUNDING = 1e-15  # of what C is made of
 
@@ -82,7 +83,7 @@ class Curve(NamedTuple):
         while todo:
             low, high = todo.pop()
             part = _drawn(leg, control, low, high, roughly=True)
-            if high - low > _FINEST and not _represents(part[2], _DRAWN):
+            if high - low > _FINEST and not _represents(part[2], _DRAWN, rounding):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
             else:
                 parts.append(part)
@@ -102,19 +103,20 @@ class Curve(NamedTuple):
     def refined(self, i: int, side: int) -> Point:
         """The peak at an inner sample, to rounding, by polynomials on less and less around it.
 
-        At first as far as to where C is less by more than rounding.
+        At first as far as to where C is less by more than it is known.
         """
-        t, less = self.t, side * (self.value - self.value[i]) < -_NOISE * self.rounding
+        known = _DRAWN * np.ptp(self.value) if self.ends.size else _NOISE * self.rounding
+        t, less = self.t, side * (self.value - self.value[i]) < -known
         low, high = t[:i][less[:i]].max(initial=0.0), t[i:][less[i:]].min(initial=1.0)
         for _ in range(_ZOOMS):
             t, value, series = _drawn(self.leg, self.control, low, high)
             top, turns = float(t[np.argmax(side * value)]), _turns(series)
-            if turns.size and _represents(series, _RESOLVED):
+            if turns.size and _represents(series, _RESOLVED, self.rounding):
                 top = float(turns[np.argmin(np.abs(turns - top))])
                 break
             reach = _NARROWER * (high - low)
             low, high = max(top - reach, low), min(top + reach, high)
-            if np.ptp(value) <= 8 * self.rounding or not low < high:
+            if np.ptp(value) <= _FELT * self.rounding or not low < high:
                 break
         start, peak = side * _values(self.leg, self.control, np.array([0.0, top]))
         if low == 0 and start >= peak - _ROUNDING * abs(peak):  # d hardly changes with t there
@@ -171,10 +173,10 @@ def _drawn(
     return t, value, Legendre(coefficients(_DEGREE, value), domain=[low, high])
 
 
-def _represents(series: Legendre, part: float) -> bool:
+def _represents(series: Legendre, part: float, rounding: float) -> bool:
     """Whether the highest coefficients are less than this part of the others but the mean."""
     coef = np.abs(series.coef)
-    return bool(coef[-2:].max() <= part * coef[1:].max() + _ROUNDING * coef[0])
+    return bool(coef[-2:].max() <= part * coef[1:].max() + _FELT * rounding)
 
 
 def _turns(series: Legendre) -> Array:
