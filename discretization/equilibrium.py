@@ -223,11 +223,10 @@ class Equilibrium:
         """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside."""
         x, u, inside = self._measured(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
-        free = ~inside & ~np.isnan(x)
-        part = np.searchsorted(self.contacts[:, 0], x)
+        part = np.where(inside | np.isnan(x), -1, np.searchsorted(self.contacts[:, 0], x))
         tense = self.scene.gamma1 and self.contacts.size
         for i, pair in enumerate(self.free_surfaces if tense else ()):
-            own = free & (part == i)
+            own = part == i
             if own.any():
                 u[own] = self.surfaces.shape(x[own], *pair, self.depth)[0]
         return u

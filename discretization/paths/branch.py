@@ -150,7 +150,7 @@ class Leg:
         return [known[depth] for depth in depths.tolist()]
 
     def between(self, depths: Array) -> list[Point]:
-        """The same, where that is not known."""
+        """The same, where that is not known: as the branch tells from the start on."""
         return list(self.branch.moved(self.start, depths))
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:

@@ -173,7 +173,8 @@ class SpringsBranch(Branch):
 def _judged(profile: Resolved, lines: Array, pinned: Mask, at: tuple[float, ...]) -> Certificate:
     """penetration: of free springs; opening: none is held beyond δ₀; neighbours: of lines.
 
-    at: the depth, the level up to which springs are in contact, and a length to measure them by.
+    The force is that of the pressure alone, the same by both routes. at: the depth, the level up to
+    which springs are in contact, and a length to measure them by.
     """
     (depth, level, lift), (x, f) = at, (profile.x, profile.f)
     free = (np.searchsorted(lines.ravel(), x) % 2 == 0) & ~np.isin(x, lines)
