@@ -58,9 +58,8 @@ class Certificate(NamedTuple):
     @property
     def failures(self) -> tuple[str, ...]:
         """Names of the violated conditions."""
-        *violations, tolerance = self
-        named = zip(self._fields, violations, strict=False)
-        return tuple(name for name, violation in named if not violation <= tolerance)
+        named = zip(self._fields, self[:-1], strict=False)
+        return tuple(name for name, violation in named if not violation <= self.tolerance)
 
 
 @dataclass(frozen=True)

@@ -221,21 +221,20 @@ class Equilibrium:
 
     def displacement(self, x: ArrayLike) -> Array:
         """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside."""
-        x = self._measured(x)
-        u, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
+        x, u, inside = self._measured(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
-        free = ~inside & ~np.isnan(x)
-        part = np.searchsorted(self.contacts[:, 0], x)
+        part = np.where(inside | np.isnan(x), -1, np.searchsorted(self.contacts[:, 0], x))
         tense = self.scene.gamma1 and self.contacts.size
         for i, pair in enumerate(self.free_surfaces if tense else ()):
-            own = free & (part == i)
+            own = part == i
             if own.any():
                 u[own] = self.surfaces.shape(x[own], *pair, self.depth)[0]
         return u
 
-    def _measured(self, x: ArrayLike) -> Array:
-        """Positions, or distances from the axis."""
-        return np.abs(np.asarray(x, float)) if self.scene.axisymmetric else np.asarray(x, float)
+    def _measured(self, x: ArrayLike) -> tuple[Array, Array, Mask]:
+        """Positions, or distances from the axis; 0, or nan as they are; which are in contact."""
+        x = np.abs(np.asarray(x, float)) if self.scene.axisymmetric else np.asarray(x, float)
+        return x, np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
 
     def inside(self, x: Array) -> Mask:
         """Whether x is in contact."""
@@ -247,8 +246,7 @@ class Equilibrium:
 
         Zero outside the contact. The surface tension adds line forces at the contact lines (10).
         """
-        x = self._measured(x)
-        found, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
+        x, found, inside = self._measured(x)
         if self.scene.layer.exact and inside.any():
             found[inside] = self.surfaces.pressure(self, x[inside])
         else:

@@ -98,8 +98,7 @@ def load_path(
     """
     spacing = usable(scene, rtol, method, METHODS, spacing)
     name, values = _programme(machine_stiffness, depths=depths, forces=forces, drives=drives)
-    if spacing is not None:
-        tell(resolution(scene, spacing, np.empty(0)), stacklevel=2)
+    tell(resolution(scene, spacing or math.nan, np.empty(0)), stacklevel=2)
     history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if after is not None:
         _continues(after, history)

@@ -228,12 +228,9 @@ def path_line(history: Any) -> str:
 def path_text(history: Any, si: bool = False) -> str:
     """The events in their order, the most tensile state and the energy lost; si: with SI units."""
     control, count, per = history.control, len(history.events), history.scene.per_length
-    units = {
-        "depth": "m",
-        "force": f"(N{per})" if per else "N",
-        "lost": f"(J{per})" if per else "J",
-    }
-    names = [f"{name}/{unit}" if si else name for name, unit in units.items()]
+    written = "/({})" if per else "/{}"
+    units = {"depth": "/m", "force": written.format(f"N{per}"), "lost": written.format(f"J{per}")}
+    names = [f"{name}{unit}" if si else name for name, unit in units.items()]
     lines = [f"load path: {len(history)} steps of {control}, {count} events"]
     imposed = () if control == "depth" else (control,)  # a depth has its column
     lines.append(f"{'event':18s}" + "".join(f"{name:>14s}" for name in (*imposed, *names)))

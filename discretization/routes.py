@@ -5,7 +5,6 @@ contacts by a method of its own, and the load "path"; they are asked of the fitt
 """
 
 from collections.abc import Sequence
-from typing import NoReturn
 
 from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
 from energy.checks import finite, option, positive
@@ -19,6 +18,10 @@ _PATH = (
     "opening = {scene.opening!r}, pattern = {scene.pattern!r}: where the line rests depends on the "
     "path; use branch='adhered' with gamma1 > 0 (on the lattice with small slopes), load_path, or "
     "a Scene without it"
+)
+_UNEVEN = (
+    "pattern = {scene.pattern!r} with gamma1 = 0: springs that let go at different heights are not "
+    "followed; give gamma1 > 0, or leave the pattern out"
 )
 _NODES = (
     ": nodes answer states, searches over contact sets and load paths with slopes = 'small' and "
@@ -76,16 +79,6 @@ def _held_twice(scene: Scene) -> bool:
     return scene.opening is not None or scene.pattern is not None
 
 
-def _steep(scene: Scene) -> bool:
-    return scene.slopes == "finite" and scene.gamma1 > 0
-
-
-def _searched(scene: Scene, question: str) -> bool:
-    """Whether the lowest state is asked for, and may be another than that of the path or none."""
-    adheres = scene.gamma1 > 0 and scene.work_of_adhesion > 0
-    return question == "global" and adheres and not one_contact(scene)
-
-
 def question_of(method: str, branch: str) -> str:
     """What is asked by a method of `minimise`."""
     return "search" if method in LOWEST else branch
@@ -93,16 +86,28 @@ def question_of(method: str, branch: str) -> str:
 
 def route(scene: Scene, question: str, *, nodes: bool) -> str:
     """What answers a question of a scene. ValueError where nothing does."""
-    if scene.layer.exact:
-        return _of_layer(scene, question, nodes)
-    no_path = not scene.gamma1 or isinstance(scene.indenter, Plane)
-    path_asked = question == "path" or (question == "adhered" and not no_path)
-    if _held_twice(scene) and not path_asked:
-        _refuse(scene, _PATH)
-    return _on_nodes(scene, question) if nodes else _on_mesh(scene, question)
+    exact, held = scene.layer.exact, _held_twice(scene)
+    for why, beyond in (_of_layer if exact else _of_springs)(scene, question, nodes).items():
+        if beyond:
+            raise ValueError(why.format(scene=scene))
+    if exact:
+        return "layer"
+    if question == "search":
+        return "lowest"
+    if isinstance(scene.indenter, Plane):
+        return "plane"
+    if not nodes and scene.gamma1:
+        alone = question != "path" and one_contact(scene) and not held
+        return "one contact" if alone else "several contacts"
+    if not scene.gamma1 or scene.slopes == "finite":
+        return "plain" if nodes else "springs"
+    lowest = question == "global" or not scene.work_of_adhesion
+    followed = held or question == "path" or scene.indenter.convex
+    return "lowest" if lowest and not followed else "path"
 
 
-def _of_layer(scene: Scene, question: str, nodes: bool) -> str:
+def _of_layer(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
+    """Why a layer with its exact response is refused, and whether that is so."""
     body, line = scene.indenter, not scene.axisymmetric
     beyond = {
         "slopes = {scene.slopes!r}": scene.slopes != "small",
@@ -112,55 +117,31 @@ def _of_layer(scene: Scene, question: str, nodes: bool) -> str:
         "indenter = {scene.indenter!r} is not convex": not body.convex,
         "indenter = {scene.indenter!r} is not mirror-symmetric": line and scene.mirror is None,
     }
-    _refuse_any(scene, beyond, _LAYER + _OTHERWISE)
-    if question in ("global", "search"):
-        _refuse(scene, "branch = 'global'" + _LAYER + _LOWER)
-    if question == "adhered" and _held_twice(scene):
-        _refuse(scene, _PATH)
-    return _refuse(scene, _LAYER_NODES) if question == "path" and nodes else "layer"
-
-
-def _on_mesh(scene: Scene, question: str) -> str:
-    state, convex = question != "path", scene.indenter.convex
-    if isinstance(scene.indenter, Plane):
-        return "plane" if state else _refuse(scene, _ENDLESS)
-    if not scene.gamma1:
-        return "springs"
-    if state and one_contact(scene) and not _held_twice(scene):
-        return "one contact"
-    if _steep(scene) and _searched(scene, question) and not (scene.axisymmetric and convex):
-        _refuse(scene, _BENT)
-    return "several contacts"
-
-
-def _on_nodes(scene: Scene, question: str) -> str:
-    convex, held, steep = scene.indenter.convex, _held_twice(scene), _steep(scene)
-    searched, few = _searched(scene, question), question in ("search", "path")
-    one_disc = convex and scene.pattern is None and not (steep or searched or question == "search")
-    beyond = {
-        "geometry = 'axisymmetric'": scene.axisymmetric and not one_disc,
-        "slopes = 'finite'": steep and (few or held),
-        "gamma1 = 0": not scene.gamma1 and (few or not convex),
+    return {
+        **{what + _LAYER + _OTHERWISE: so for what, so in beyond.items()},
+        "branch = 'global'" + _LAYER + _LOWER: question in ("global", "search"),
+        _PATH: question == "adhered" and _held_twice(scene),
+        _LAYER_NODES: question == "path" and nodes,
     }
-    _refuse_any(scene, beyond, _NODES)
-    if steep and searched:
-        _refuse(scene, _BENT)
-    if question == "search":
-        return "lowest"
-    if isinstance(scene.indenter, Plane):
-        return "plane" if question != "path" else _refuse(scene, _ENDLESS)
-    if steep or not scene.gamma1:
-        return "plain"
-    if held or question == "path" or convex:
-        return "path"
-    return "lowest" if question == "global" or not scene.work_of_adhesion else "path"
 
 
-def _refuse_any(scene: Scene, beyond: dict[str, bool], why: str) -> None:
-    for what, too_much in beyond.items():
-        if too_much:
-            _refuse(scene, what + why)
+def _of_springs(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
+    """The same of springs.
 
-
-def _refuse(scene: Scene, why: str) -> NoReturn:
-    raise ValueError(why.format(scene=scene))
+    The lowest state is searched for where it may be another than that of the path, or none.
+    """
+    turned, convex, held = scene.axisymmetric, scene.indenter.convex, _held_twice(scene)
+    tense, plane = scene.gamma1 > 0, isinstance(scene.indenter, Plane)
+    steep, few = scene.slopes == "finite" and tense, question in ("search", "path")
+    unsure = tense and scene.work_of_adhesion > 0 and not one_contact(scene)
+    searched, path = question == "global" and unsure, question == "path"
+    one_disc = convex and scene.pattern is None and not (steep or searched or question == "search")
+    return {
+        _PATH: held and not (path or (question == "adhered" and tense and not plane)),
+        "geometry = 'axisymmetric'" + _NODES: nodes and turned and not one_disc,
+        "slopes = 'finite'" + _NODES: nodes and steep and (few or held),
+        "gamma1 = 0" + _NODES: nodes and not tense and (few or not convex),
+        _BENT: steep and searched and (nodes or not (turned and convex)),
+        _ENDLESS: plane and path,
+        _UNEVEN: path and not tense and scene.pattern is not None,
+    }

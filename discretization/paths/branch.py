@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -150,8 +150,8 @@ class Leg:
         return [known[depth] for depth in depths.tolist()]
 
     def between(self, depths: Array) -> list[Point]:
-        """The same, where that is not known."""
-        raise NotImplementedError
+        """The same, where that is not known: as the branch tells from the start on."""
+        return list(self.branch.moved(self.start, depths))
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: good to draw it, where rounding moves no line."""
@@ -167,8 +167,8 @@ class Leg:
     def rounding(self) -> float:
         """Of P, by the sizes of what it is a sum of."""
         branch, scene = self.branch, self.branch.scene
-        widths = [point.ends[1] - point.ends[0] for point in (self.start, self.end) if point.lines]
-        width = max(widths, default=0.0) + scene.elastocapillary_length
+        widths = np.fmax(0.0, np.diff([self.start.ends, self.end.ends]))
+        width = float(widths.max()) + scene.elastocapillary_length
         size = max(abs(self.start.depth), abs(self.end.depth)) + 2 * abs(branch.touch)
         pushed = scene.stiffness * (size + branch.holding_range)
         return _ROUNDING * pushed * (width**2 if scene.axisymmetric else width)
@@ -187,14 +187,14 @@ class Leg:
         return float(found.sums.sum())
 
 
-class Branch:
+class Branch(Protocol):
     """Contacts under a prescribed depth.
 
     smooth: whether P is a smooth function of d between events.
     """
 
     scene: Scene
-    smooth = True
+    smooth: bool = True
 
     @property
     def resolution(self) -> float:
@@ -204,7 +204,6 @@ class Branch:
     @property
     def touch(self) -> float:
         """Depth at which contact begins."""
-        raise NotImplementedError
 
     @property
     def holding_range(self) -> float:
@@ -214,15 +213,13 @@ class Branch:
     @property
     def first(self) -> Point:
         """The contacts at first touch."""
-        raise NotImplementedError
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point at a depth whose lines are here, two for every contact; nan: detached."""
-        return Point(depth, None if math.isnan(lines[0]) else lines)
+        """The point at a depth whose lines are here, two for every contact."""
+        return Point(depth, lines)
 
     def leg(self, point: Point, goal: float) -> Leg:
         """The way from a point in contact towards another depth, up to the first event."""
-        raise NotImplementedError
 
     def pinned(self, point: Point) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" or "" where it is free."""
@@ -239,7 +236,6 @@ class Branch:
 
     def many(self, points: Sequence[Point]) -> Array:
         """The same of points with as many lines as each other."""
-        raise NotImplementedError
 
     def force(self, point: Point) -> float:
         """P."""
@@ -256,23 +252,22 @@ class Branch:
 
     def snapshot(self, point: Point) -> Snapshot:
         """A point beside an event."""
-        force, energy = self.force(point), self.energy(point)
-        return Snapshot(
-            point.depth, force, energy, *point.ends, point.inner, self.scene.axisymmetric
-        )
+        force, energy, turned = self.force(point), self.energy(point), self.scene.axisymmetric
+        return Snapshot(point.depth, force, energy, *point.ends, point.inner, turned)
 
     def friction(self, before: Point, after: Point) -> float:
-        """Lost to adhesion hysteresis where lines do not jump: w_opening - w of what opens."""
-        more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
-        return more * self.opened(before, after)
+        """Lost where lines do not jump: w_opening - w of what opens, w of what closes."""
+        opened, w = self.opened(before, after), self.scene.work_of_adhesion
+        return opened * (self.scene.opened.work_of_adhesion - w if opened > 0 else -w)
 
     def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points, weighted with the pattern's factor."""
-        raise NotImplementedError
+        """The length that opens between two points, weighted with the pattern's factor.
+
+        Minus that which closes, where what closes has to be touched first and loses w.
+        """
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""
-        raise NotImplementedError
 
 
 def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
@@ -280,7 +275,7 @@ def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
     while here.depth != depth and here.lines is not None:
         leg = branch.leg(here, depth)
         yield leg
-        here = leg.end if leg.after is None else leg.after
+        here = leg.after or leg.end
 
 
 def alike(points: Sequence[Point]) -> Iterator[list[int]]:

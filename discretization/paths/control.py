@@ -10,13 +10,14 @@ the push.) Where the running extreme is flat the indenter jumps.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre
 
-from discretization.paths.branch import Leg
+from discretization.paths.branch import Leg, Point
 from discretization.roots import crossings
 from discretization.surfaces.network import coefficients, on_elements, rounded
 from energy.arrays import Array, Indices
@@ -26,10 +27,11 @@ _DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients a
 _FINEST = 1 / 256  # of a leg: parts that short are not halved again
 _LEAST = 128  # samples of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
-_NEWTON = 5  # steps to a guess
-_ZOOMS = 40  # rounds, each of which narrows a peak to a quarter or finds it
+_ZOOMS = 40  # rounds, each of which narrows a peak or finds it
+_NARROWER = 0.15  # of the last, somewhat more than its Gauss-Lobatto points are apart
 _WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
 _NOISE = 100.0  # times the rounding of C: by less it does not turn
+_FELT = 8.0  # times the same: less is nothing but rounding
 _EPSILON = 2e-16  # of depths
 _ROUNDING = 1e-15  # of what C is made of
 
@@ -81,7 +83,7 @@ class Curve(NamedTuple):
         while todo:
             low, high = todo.pop()
             part = _drawn(leg, control, low, high, roughly=True)
-            if high - low > _FINEST and not _represents(part[2], _DRAWN):
+            if high - low > _FINEST and not _represents(part[2], _DRAWN, rounding):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
             else:
                 parts.append(part)
@@ -98,63 +100,53 @@ class Curve(NamedTuple):
         falls = side * np.diff(self.value) < -_NOISE * self.rounding
         return int(np.argmax(falls)) if falls.any() else self.value.size - 1
 
-    def refined(self, i: int, side: int) -> float:
-        """t of the peak at an inner sample, to rounding, by polynomials on less and less around it.
+    def refined(self, i: int, side: int) -> Point:
+        """The peak at an inner sample, to rounding, by polynomials on less and less around it.
 
-        A sample close by, at which C is less by hardly more than rounding, tells nothing.
+        At first as far as to where C is less by more than it is known.
         """
-        at, height = self.t, side * self.value
-        far = max(at[i + 1] - at[i], at[i] - at[max(i - 1, 0)]) / 2
-        first = max(int(np.searchsorted(at, at[i] - far, "right")) - 1, 0)
-        last = int(np.searchsorted(at, at[i] + far))
-        low = float(at[first + np.argmin(height[first : i + 1])])
-        high = float(at[i + np.argmin(height[i : last + 1])])
-        ends, top = [t for t in (low, high) if t in (0.0, 1.0)], float(at[i])
-        found = False
+        known = _DRAWN * np.ptp(self.value) if self.ends.size else _NOISE * self.rounding
+        t, less = self.t, side * (self.value - self.value[i]) < -known
+        low, high = t[:i][less[:i]].max(initial=0.0), t[i:][less[i:]].min(initial=1.0)
         for _ in range(_ZOOMS):
-            if not low < high:  # nothing is left between
-                break
             t, value, series = _drawn(self.leg, self.control, low, high)
-            best, turns = int(np.argmax(side * value)), _turns(series)
-            known = _represents(series, _RESOLVED) and turns.size > 0
-            top, reach = float(t[best]), np.abs(t - t[best])[max(best - 1, 0) : best + 2].max()
-            if np.ptp(value) <= 8 * self.rounding:
-                break
-            if known:
+            top, turns = float(t[np.argmax(side * value)]), _turns(series)
+            if turns.size and _represents(series, _RESOLVED, self.rounding):
                 top = float(turns[np.argmin(np.abs(turns - top))])
-                if found or _represents(series, 0.0):  # closer by, rounding moves the peak
-                    break
-            low, high, found = max(top - reach, low), min(top + reach, high), known
-        value = side * _values(self.leg, self.control, np.array([*ends, top]))
-        enough = value[-1] - _ROUNDING * abs(value[-1])  # next to the ends d hardly changes with t
-        return next((end for end, one in zip(ends, value, strict=False) if one >= enough), top)
+                break
+            reach = _NARROWER * (high - low)
+            low, high = max(top - reach, low), min(top + reach, high)
+            if np.ptp(value) <= _FELT * self.rounding or not low < high:
+                break
+        start, peak = side * _values(self.leg, self.control, np.array([0.0, top]))
+        if low == 0 and start >= peak - _ROUNDING * abs(peak):  # d hardly changes with t there
+            top = 0.0
+        return self.leg.points(self.leg.depths(np.array([top])))[0]
 
-    def reaches(self, values: Array, side: int, first: int, last: int) -> Array:
-        """t at which C first reaches values (n,) between two samples; nan where it does not."""
-        highest = np.maximum.accumulate(side * self.value[first : last + 1])
+    def reached(self, values: Array, side: int, first: int, stop: int | None = None) -> list[Point]:
+        """Where C first reaches values (n,) from one sample to another, as many as are reached."""
+        highest = np.maximum.accumulate(side * self.value[first:stop])
         k = np.searchsorted(highest, side * values)
-        found, own = np.full(values.size, np.nan), k < highest.size
-        found[own & (k == 0)] = self.t[first]
-        own &= k > 0
-        if own.any():
-            found[own] = self._crossings(values[own], first + k[own])
-        return found
+        k = k[k < highest.size]
+        found, inner = self.t[first + k], k > 0
+        if inner.any():
+            found[inner] = self._crossings(values[: k.size][inner], first + k[inner])
+        return self.leg.points(self.leg.depths(found))
 
     def _crossings(self, values: Array, k: Indices) -> Array:
         """t at which C is each value (n,), between the samples k - 1 and k."""
-        low, high = self.t[k - 1], self.t[k]
+        low, high, noise = self.t[k - 1], self.t[k], self.rounding
         wider = _WIDER * (high - low)  # the samples are only as good as the polynomial
         rise = (self.value[k] - self.value[k - 1]) / (high - low)
         guess = np.clip(low + (values - self.value[k - 1]) / rise, low, high)
-        for _ in range(_NEWTON if self.ends.size else 0):
-            drawn, rise = on_elements(self.ends, self.nodal, guess)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                new = guess - (drawn - values) / rise
-            guess = np.where((new >= low) & (new <= high), new, guess)
+        if self.ends.size:
+            drawn = functools.partial(on_elements, self.ends, self.nodal)
+            guess = crossings(lambda t, i: drawn(t)[0] - values[i], low, high, guess, rise, noise)
+            rise = drawn(guess)[1]
         low, high = np.maximum(low - wider, 0.0), np.minimum(high + wider, 1.0)
         return crossings(
-            lambda t, own: _values(self.leg, self.control, t) - values[own],
-            *(low, high, guess, rise, self.rounding),
+            lambda t, i: _values(self.leg, self.control, t) - values[i],
+            *(low, high, guess, rise, noise),
         )
 
 
@@ -181,17 +173,15 @@ def _drawn(
     return t, value, Legendre(coefficients(_DEGREE, value), domain=[low, high])
 
 
-def _represents(series: Legendre, part: float) -> bool:
+def _represents(series: Legendre, part: float, rounding: float) -> bool:
     """Whether the highest coefficients are less than this part of the others but the mean."""
     coef = np.abs(series.coef)
-    return bool(coef[-2:].max() <= part * coef[1:].max() + _ROUNDING * coef[0])
+    return bool(coef[-2:].max() <= part * coef[1:].max() + _FELT * rounding)
 
 
 def _turns(series: Legendre) -> Array:
     """Where a polynomial turns."""
-    slope = series.deriv().trim(_ROUNDING * float(np.abs(series.coef).max()))
-    turns = slope.roots() if slope.degree() else np.empty(0)
+    turns = series.deriv().trim(_ROUNDING * float(np.abs(series.coef).max())).roots()
     low, high = series.domain
-    return np.sort(
-        turns.real[(np.abs(turns.imag) <= 1e-6) & (turns.real > low) & (turns.real < high)]
-    )
+    inside = (turns.real > low) & (turns.real < high)
+    return np.asarray(turns.real[inside & (np.abs(turns.imag) <= 1e-6)])

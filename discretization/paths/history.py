@@ -90,9 +90,9 @@ class History:
 
     def extended(self, path: LoadPath, values: Array) -> History:
         """This path and its continuation by these values of the control."""
-        points, none = path.points, np.zeros((2, values.size))
-        depth, ends = [point.depth for point in points], [point.ends for point in points]
-        table = np.column_stack([values, depth, *none, ends])
+        points = path.points
+        rows = [(point.depth, 0.0, 0.0, *point.ends) for point in points]
+        table = np.column_stack([values, np.reshape(rows, (-1, 5))])
         held = [i for i, point in enumerate(points) if point.lines is not None]
         if held:
             lines, force, energy = path.branch.recorded([points[i] for i in held])
@@ -202,9 +202,9 @@ class History:
         """
         runs = [part for part in self.parts if isinstance(part, list)]
         held = [state for run in runs for state in run if not math.isnan(state.left)]
-        state = min([*held, *self._turns()], key=lambda state: state.force, default=None)
-        if state is None or state.force >= 0:
-            least = math.inf if state is None else state.force
+        none = Snapshot(math.nan, math.inf, math.nan, math.nan, math.nan)
+        state = min([none, *held, *self._turns()], key=lambda state: state.force)
+        if (least := state.force) >= 0:
             raise ValueError(
                 f"least force = {least!r} of this path is not tensile; retract the indenter further"
             )
@@ -224,8 +224,7 @@ class History:
             curve = Curve.of(leg, Control(0.0))
             least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
             if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
-                (point,) = leg.points(leg.depths(np.array([curve.refined(least, -1)])))
-                yield self._branch.snapshot(point)
+                yield self._branch.snapshot(curve.refined(least, -1))
 
     plot = plots.plot_path
     to_dict = readings.path_columns
@@ -267,8 +266,6 @@ def branch_of(
     if spacing is not None:
         return LatticeBranch.of(scene, spacing, deepest())
     way = route(scene, "path", nodes=False)
-    if way == "springs":
-        return SpringsBranch.of(scene, deepest())
     if way == "layer":
         return LayerBranch.of(scene, rtol)
-    return FittedMany.of(scene, deepest())
+    return (SpringsBranch if way == "springs" else FittedMany).of(scene, deepest())

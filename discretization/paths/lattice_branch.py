@@ -10,7 +10,6 @@ are those of the contact sets.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -116,12 +115,10 @@ class LatticeBranch(Branch):
         return self.point(self.walk.touched(self.touch), self.touch, Point(self.touch, (), ()))
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point whose lines are less than half a link from these positions; nan: detached.
+        """The point whose lines are less than half a link from these positions.
 
         A line at an edge belongs to the last node.
         """
-        if math.isnan(lines[0]):
-            return Point(depth, None)
         lattice, first = self.row.lattice, self.row.first
         last = self.row.size - 1  # a line at an edge may be up to a link beyond
         at = [min(round((x - lattice.origin) / lattice.spacing) - first, last) for x in lines]

@@ -9,7 +9,6 @@ opening it is held; and where D turns, it jumps to the next a with the same D.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -98,9 +97,7 @@ class LayerBranch(Branch):
         return Point(depth, self.body.ends(a), a)
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point with these lines; nan: detached."""
-        if math.isnan(lines[0]):
-            return Point(depth, None)
+        """The point with these lines."""
         return self.point(depth, max(lines[1] - self.body.apex, self.body.tip))
 
     def pinned(self, point: Point) -> Pinned:

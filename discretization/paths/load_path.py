@@ -21,7 +21,8 @@ _CREEPING = 100  # and so many in a row are not followed any further
 class LoadPath:
     """A path under way: where it is, and what has been recorded.
 
-    value: of the control, at which the point is in equilibrium.
+    value: of the control, at which the point is in equilibrium. dead, imposed: whether a dead load
+    holds the indenter, or its depth is imposed.
     """
 
     branch: Branch
@@ -36,15 +37,8 @@ class LoadPath:
     points: list[Point] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
-    @property
-    def dead(self) -> bool:
-        """Whether the indenter is held by a dead load."""
-        return self.control.stiffness == 0
-
-    @property
-    def imposed(self) -> bool:
-        """Whether its depth is imposed."""
-        return self.control.stiffness is None
+    dead = property(lambda self: self.control.stiffness == 0)
+    imposed = property(lambda self: self.control.stiffness is None)
 
     def go(self, values: Array) -> None:
         """To these values of the control (n,), one after the other."""
@@ -64,15 +58,16 @@ class LoadPath:
 
     def resume(self, last: Snapshot, step: int, value: float) -> None:
         """Go on after so many steps, from this state at this value of the control."""
-        self.step, self.value = step, value
-        self.point = self.branch.contact(last.depth, *last.lines)
+        self.step, self.value, self.point = step, value, Point(last.depth, None)
+        if not math.isnan(last.left):
+            self.point = self.branch.contact(last.depth, *last.lines)
         self.pinned = self.branch.pinned(self.point)
 
     # out of contact
 
     def _apart(self, values: Array, side: int) -> int:
         """Detached until one of the values brings the indenter to touch: how many do not."""
-        reached = values >= self._free
+        reached = values >= self._value(Point(self.branch.touch, None))
         count = int(np.argmax(reached)) if reached.any() else values.size
         if self.dead and self.step == 0 and count:
             raise ValueError(
@@ -86,17 +81,12 @@ class LoadPath:
             self._touch()
         return count
 
-    @property
-    def _free(self) -> float:
-        """The value of the control at first touch, where nothing is pressed yet."""
-        return float(self.control.value(self.branch.touch, 0.0))
-
     def _touch(self) -> None:
         """The indenter touches, and is pulled in by adhesion."""
-        after = self.branch.first
+        apart, after = Point(self.branch.touch, None), self.branch.first
         if self.branch.holding_range > 0:
-            after = self._landing(after, self._free, 1)
-        self._jump("touch", Point(self.branch.touch, None), after, self._free)
+            after = self._landing(after, self._value(apart), 1)
+        self._jump("touch", apart, after)
 
     # in contact
 
@@ -110,19 +100,18 @@ class LoadPath:
         if self.imposed:
             left, touch = side * (values - leg.end.depth), self.branch.touch
             stays = leg.after is None or (leg.after.lines is None and leg.end.depth == touch)
-            depths = values[(left < 0) | ((left == 0) & stays)]
+            points = leg.points(values[(left < 0) | ((left == 0) & stays)])
         else:
             curve = Curve.of(leg, self.control)
             top = curve.peak(side)
-            turns, found = top < curve.t.size - 1, curve.reaches(values, side, 0, top)
-            depths = leg.depths(found[np.isfinite(found)])
+            turns, points = top < curve.t.size - 1, curve.reached(values, side, 0, top + 1)
         self.reach = _LONGER * abs(leg.end.depth - leg.start.depth) or math.inf
-        self._add(leg.points(depths))
-        if depths.size < values.size and turns:
+        self._add(points)
+        if len(points) < values.size and turns:
             self._turn(curve, top, side)
-        elif depths.size < values.size:
+        elif len(points) < values.size:
             self._end(leg, side)
-        return depths.size
+        return len(points)
 
     def _leg(self, point: Point, way: float, least: float = 0.0) -> Leg:
         """A leg of that length, or shorter where the profile is not known so far.
@@ -168,10 +157,9 @@ class LoadPath:
         """Events of lines that leave or reach a corner where the path is."""
         changes = ((self.pinned, pinned, "depinning"), (pinned, self.pinned, "pinning"))
         for gone, new, what in changes:
-            places = [one for one, other in zip(gone, new, strict=True) if one and one != other]
-            for place in dict.fromkeys(places):
-                value = self._value(self.point)
-                self._record(f"{place} {what}", value, self.point, self.point)
+            both = zip(gone, new, strict=True)
+            for place in dict.fromkeys(one for one, other in both if one and one != other):
+                self._record(f"{place} {what}", self.point, self.point)
         self.pinned = pinned
 
     def _add(self, points: list[Point]) -> None:
@@ -188,40 +176,34 @@ class LoadPath:
 
     def _turn(self, curve: Curve, top: int, side: int) -> None:
         """A jump from a peak of C."""
-        leg = curve.leg
-        (peak,) = leg.points(leg.depths(np.array([curve.refined(top, side)])))
+        leg, peak = curve.leg, curve.refined(top, side)
         self._slide(peak)
         value = self._value(peak)
-        landed = curve.reaches(np.array([value]), side, top + 1, curve.t.size - 1)
-        if np.isfinite(landed[0]):
-            (after,) = leg.points(leg.depths(landed))
+        landed = curve.reached(np.array([value]), side, top + 1)
+        after = landed[0] if landed else self._landing(leg.after or leg.end, value, side)
+        first, second, off = peak.lines or (), after.lines or (), self.branch.resolution
+        if len(first) == len(second) and np.allclose(first, second, 0.0, off):
+            self._slide(after)  # as well as lines are known
         else:
-            after = self._landing(leg.end if leg.after is None else leg.after, value, side)
-        first, second = peak.lines or (), after.lines or ()
-        moved = np.subtract(first, second) if len(first) == len(second) else np.array([math.inf])
-        if np.abs(moved).max(initial=0.0) <= self.branch.resolution:  # as well as lines are known
-            self._slide(after)
-        else:
-            self._jump("jump", peak, after, value)
+            self._jump("jump", peak, after)
 
     def _end(self, leg: Leg, side: int) -> None:
         """What happens at the end of a leg."""
         self._slide(leg.end)
-        if leg.after is None:
-            return
-        if not leg.jumps and leg.after.lines is not None:
-            self.point = leg.after
+        after = leg.after or leg.end
+        if not leg.jumps and after.lines is not None:
+            self.point = after
             return
         if not leg.jumps and self.imposed:
             self._hold(("", ""))
-        kind, value = _kind_of_jump(leg.end, leg.after, side > 0), self._value(leg.end)
-        self._jump(kind, leg.end, self._landing(leg.after, value, side), value)
+        kind = _kind_of_jump(leg.end, after, side > 0)
+        self._jump(kind, leg.end, self._landing(after, self._value(leg.end), side))
 
-    def _jump(self, kind: str, before: Point, after: Point, value: float) -> None:
-        """A jump at a value of the control."""
+    def _jump(self, kind: str, before: Point, after: Point) -> None:
+        """A jump at the value of the control before it."""
         if after.lines is None and not self.imposed:
             kind = "pull-off"
-        self._record(kind, value, before, after)
+        self._record(kind, before, after)
         self.point, self.pinned = after, self.branch.pinned(after)
 
     def _landing(self, here: Point, value: float, side: int) -> Point:
@@ -235,22 +217,22 @@ class LoadPath:
             if side * (self._value(here) - value) >= 0:
                 return here
             leg = self._leg(here, side * step)
-            curve = Curve.of(leg, self.control)
-            found = curve.reaches(np.array([value]), side, 0, curve.t.size - 1)
-            if np.isfinite(found[0]):
-                return leg.points(leg.depths(found))[0]
+            landed = Curve.of(leg, self.control).reached(np.array([value]), side, 0)
+            if landed:
+                return landed[0]
             step = 2 * abs(leg.end.depth - here.depth) or step
-            here = leg.end if leg.after is None else leg.after
+            here = leg.after or leg.end
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:
         return float(self.control.value(point.depth, self.branch.force(point)))
 
-    def _record(self, kind: str, value: float, before: Point, after: Point) -> None:
+    def _record(self, kind: str, before: Point, after: Point) -> None:
         self.branch.certify(after)
-        first, second = self.branch.snapshot(before), self.branch.snapshot(after)
-        done = self.control.work(before.depth, after.depth, value)
-        released = first.energy - second.energy + done
+        value, first, second = self._value(before), *map(self.branch.snapshot, (before, after))
+        released = (
+            first.energy - second.energy + self.control.work(before.depth, after.depth, value)
+        )
         if kind == "touch" and released > 0:
             kind = "jump-in"
         self.events.append(Event(kind, value, first, second, released, self.step))

@@ -16,6 +16,7 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -50,40 +51,23 @@ def lines_below(profile: Resolved, levels: Array) -> list[Array]:
 
     ValueError where one goes on beyond the known profile.
     """
-    x, f, indenter = profile.x, profile.f, profile.indenter
-    beside = [np.flatnonzero(np.diff(f <= z, prepend=False, append=False)) for z in levels]
-    at, level = np.concatenate(beside), np.repeat(levels, [z.size for z in beside])
-    is_end = np.arange(at.size) % 2
-    inside, outside = at - is_end, np.clip(at - 1 + is_end, 0, x.size - 1)
-    found = x[inside]
-    unknown = found[(inside == outside) & ~np.isin(found, indenter.walls)]
+    x, f = np.pad(profile.x, 1, mode="edge"), np.pad(profile.f, 1, constant_values=math.inf)
+    ends = [np.flatnonzero(np.diff(f <= z)) for z in levels]
+    at, level = np.concatenate(ends), np.repeat(levels, [z.size for z in ends])
+    lo, hi, inside = x[at], x[at + 1], at + 1 - np.arange(at.size) % 2
+    unknown = lo[(lo == hi) & ~np.isin(lo, profile.indenter.walls)]
     if unknown.size:
         raise ValueError(
             f"the contact spreads to x = {float(unknown[0])!r}, where the profile is not known any "
             "more; give a wider profile or a smaller depth"
         )
-    own = (f[inside] < level) & (x[outside] != found)
-    if own.any():
-        (lo, hi), (low, high) = ((part[inside[own]], part[outside[own]]) for part in (x, f))
-        goal, rise = level[own], (high - low) / (hi - lo)
-        found[own] = crossings(
-            lambda z, k: np.asarray(indenter.height(z), float) - goal[k],
-            np.minimum(lo, hi),
-            np.maximum(lo, hi),
-            lo + (goal - low) / rise,
-            rise,
-            0.0,
-        )
-    return np.split(found, np.cumsum([z.size for z in beside])[:-1])
-
-
-@dataclass(eq=False)
-class Levels(Leg):
-    """A leg between two depths at which the contact begins, ends or meets a corner somewhere."""
-
-    def between(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the way (n,)."""
-        return list(self.branch.moved(self.start, depths))
+    with np.errstate(divide="ignore"):  # beyond a wall it rises at once
+        rise = (f[at + 1] - f[at]) / (hi - lo)
+    found = crossings(
+        lambda z, k: np.asarray(profile.indenter.height(z), float) - level[k],
+        *(lo, hi, x[inside] + (level - f[inside]) / rise, rise, 0.0),
+    )
+    return np.split(found, np.cumsum([z.size for z in ends])[:-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,18 +79,10 @@ class SpringsBranch(Branch):
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> SpringsBranch:
-        """deepest: the largest depth of the programme. ValueError for a pattern."""
-        if scene.pattern is not None:
-            raise ValueError(
-                f"pattern = {scene.pattern!r} with gamma1 = 0: springs that let go at different "
-                "heights are not followed; give gamma1 > 0, or leave the pattern out"
-            )
+        """deepest: the largest depth of the programme."""
         return cls(scene, resolve(scene, deepest))
 
-    @property
-    def touch(self) -> float:
-        """Depth at which contact begins."""
-        return self.profile.touch
+    touch = property(lambda self: self.profile.touch)
 
     @functools.cached_property
     def integrals(self) -> Integrals:
@@ -123,13 +99,10 @@ class SpringsBranch(Branch):
     @property
     def first(self) -> Point:
         """The contacts at first touch."""
-        (lines,) = lines_below(self.profile, np.array([self.touch]))
-        return Point(self.touch, tuple(lines.tolist()), self.touch)
+        return self.moved(Point(self.touch, None, self.touch), np.array([self.touch]))[0]
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point with lines here; nan: detached."""
-        if math.isnan(lines[0]):
-            return Point(depth, None)
+        """The point with lines here."""
         level = float(np.max(self.profile.indenter.height(np.array(lines))))
         return Point(depth, lines, level)
 
@@ -139,11 +112,11 @@ class SpringsBranch(Branch):
         levels = np.maximum(levels, self.touch)  # but for rounding it is
         found = lines_below(self.profile, levels)
         return [
-            Point(d, before.lines if level == before.memory else tuple(lines.tolist()), level)
+            Point(d, tuple(lines.tolist()), level)
             for d, level, lines in zip(depths.tolist(), levels.tolist(), found, strict=True)
         ]
 
-    def leg(self, point: Point, goal: float) -> Levels:
+    def leg(self, point: Point, goal: float) -> Leg:
         """The way from a point towards another depth, up to the next change of the contact."""
         here, level, way = point.depth, point.memory, (1 if goal > point.depth else -1)
         reach = self.holding_range
@@ -155,7 +128,7 @@ class SpringsBranch(Branch):
         lost = end <= lowest + least
         end = lowest if lost else end
         (there,) = self.moved(point, np.array([end]))
-        return Levels(self, point, there, Point(end, None) if lost else None, False)
+        return Leg(self, point, there, Point(end, None) if lost else None, False)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points with as many lines as each other."""
@@ -165,15 +138,8 @@ class SpringsBranch(Branch):
         parts = parts[::2].reshape(2, *lines.shape)
         return np.asarray((parts[..., 1::2] - parts[..., ::2]).sum(axis=2))
 
-    def friction(self, before: Point, after: Point) -> float:
-        """w of what closes, which had to be touched; or what is lost as springs let go."""
-        opened = self.opened(before, after)
-        if opened > 0:
-            return super().friction(before, after)
-        return -self.scene.work_of_adhesion * opened
-
     def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points, or minus what closes."""
+        """The length that opens between two points, or minus what closes as it is touched."""
         one, other = (
             float(np.diff(self.integrals.at(np.array(p.lines or ()))[4].reshape(-1, 2)).sum())
             for p in (before, after)
@@ -182,30 +148,21 @@ class SpringsBranch(Branch):
 
     def state(self, depth: float, level: float, branch: str) -> Equilibrium:
         """The certified state in which what lies below a level is in contact."""
-        scene, surfaces = self.scene, SmallSurfaces(self.scene)
-        lift = max(abs(depth), self.holding_range) or 1.0
-        if self.touch > level + _TIE * lift:
-            apart = Certificate.undeformed(max(0.0, (depth - self.touch) / lift))
-            return detached(scene, depth, branch, surfaces, apart)
-        level = max(level, self.touch)
+        scene, touch, lift = self.scene, self.touch, max(abs(depth), self.holding_range) or 1.0
+        given: dict[str, Any] = {"scene": scene, "depth": depth, "branch": branch}
+        given |= {"surfaces": SmallSurfaces(scene)}
+        if touch > level + _TIE * lift:
+            through = max(0.0, (depth - touch) / lift)
+            return detached(**given, certificate=Certificate.undeformed(through))
+        level = max(level, touch)
         lines = lines_below(self.profile, np.array([level]))[0].reshape(-1, 2)
-        found = refined(scene, depth, lines, NONE)
         pinned = np.isin(lines, self.profile.indenter.walls)
-        judged = _judged(self.profile, lines, pinned, depth, level, lift, found)
+        found = refined(scene, depth, lines, NONE)
+        judged = _judged(self.profile, lines, pinned, (depth, level, lift))
         judged.demand(f"the state at depth = {depth!r}", "try another depth")
-        return equilibrium(
-            lines,
-            found,
-            scene=scene,
-            depth=depth,
-            pinned=pinned,
-            certificate=judged,
-            surfaces=surfaces,
-            errors=estimated(
-                scene, depth, lines, _moves(scene, lines, pinned, depth, found), found
-            ),
-            branch=branch,
-        )
+        errors = estimated(scene, depth, lines, _moves(scene, lines, pinned, depth, found), found)
+        given |= {"pinned": pinned, "certificate": judged, "errors": errors}
+        return equilibrium(lines, found, **given)
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the springs are in equilibrium."""
@@ -213,24 +170,18 @@ class SpringsBranch(Branch):
             self.state(point.depth, point.memory, "adhered")
 
 
-def _judged(
-    profile: Resolved,
-    lines: Array,
-    pinned: Mask,
-    depth: float,
-    level: float,
-    lift: float,
-    found: Interval,
-) -> Certificate:
-    """penetration: of free springs; opening: none is held beyond δ₀; neighbours: of lines."""
-    free = np.searchsorted(lines.ravel(), profile.x) % 2 == 0
-    free &= ~np.isin(profile.x, lines)
-    through = float((depth - profile.f[free]).max(initial=0.0)) / lift
+def _judged(profile: Resolved, lines: Array, pinned: Mask, at: tuple[float, ...]) -> Certificate:
+    """penetration: of free springs; opening: none is held beyond δ₀; neighbours: of lines.
+
+    The force is that of the pressure alone, the same by both routes. at: the depth, the level up to
+    which springs are in contact, and a length to measure them by.
+    """
+    (depth, level, lift), (x, f) = at, (profile.x, profile.f)
+    free = (np.searchsorted(lines.ravel(), x) % 2 == 0) & ~np.isin(x, lines)
+    through = float((depth - f[free]).max(initial=0.0))
     off = np.abs(np.asarray(profile.indenter.height(lines)) - level)[~pinned].max(initial=0.0)
-    highest = float(profile.f[~free].max(initial=-math.inf))
-    torn = max(0.0, highest - max(level, depth)) / lift
-    force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
-    return Certificate(through, 0.0, torn, float(off) / lift, force)
+    torn = float((f[~free] - max(level, depth)).max(initial=0.0))
+    return Certificate(through / lift, 0.0, torn / lift, float(off) / lift, 0.0)
 
 
 def _moves(scene: Scene, lines: Array, pinned: Mask, depth: float, found: Interval) -> Array:
