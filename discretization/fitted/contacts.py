@@ -30,7 +30,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free_parts
-from discretization.fitted.rest_depths import margins
+from discretization.fitted.rest_depths import conditions, margins
 from discretization.quadrature import Interval, refined
 from discretization.roots import least
 from discretization.surfaces.protocol import At, Free
@@ -39,6 +39,7 @@ from energy.arrays import Array, Mask
 
 _NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
+_WAYS, _ADHERES = np.array([[1, 1, -1], [1, 0, 1]]).reshape(2, 3, 1, 1)  # D that judge a line
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
 _POSITION = ROUNDING / 4  # of |x|, to which a line is found
@@ -80,6 +81,10 @@ class Contacts:
         """The free surfaces. ValueError if one would turn over."""
         rests = self.motion.rests
         ends = [(rests.at(q), rests.at(p)) for q, p in free_parts(self.lines)]
+        body, (left, *_, right) = rests.scene.indenter, self.lines
+        if left == -right < 0 and self.alone and body.symmetric and not body.apex:
+            found = rests.surfaces.solve(*ends[1], self.depth)
+            return [found._replace(pulls=found.pulls[::-1]), found]
         return [rests.surfaces.solve(*pair, self.depth) for pair in ends]
 
     @functools.cached_property
@@ -92,10 +97,15 @@ class Contacts:
         return lines, np.isfinite(lines) & ~held, rates[:, 0]
 
     @functools.cached_property
-    def behind(self) -> Array:
-        """D just behind the lines of each contact (m, 2), where a contact that opens holds them."""
+    def around(self) -> Array:
+        """D of the lines of free surfaces (3, n, 2), a free line off by its rounding.
+
+        Just ahead of a contact that closes, the same without adhesion, and behind one that opens.
+        """
         rests, (lines, loose, _) = self.motion.rests, self.rates
-        return _of_contacts(rests.ahead(lines - _rounding(lines, loose), -1))
+        with np.errstate(invalid="ignore"):
+            off = np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * (1, -1)
+        return rests.ahead(lines + _WAYS * off, _WAYS, _ADHERES)
 
     @property
     def neutral(self) -> bool:
@@ -103,7 +113,7 @@ class Contacts:
         walls = self.motion.profile.indenter.walls
         if not (self.motion.scene.work_of_adhesion and walls):
             return False
-        off = np.abs(self.behind - self.depth)[np.isin(self.x, walls) & self.wide]
+        off = np.abs(_of_contacts(self.around[2]) - self.depth)[np.isin(self.x, walls) & self.wide]
         return bool((off <= 2 * ROUNDING * self.motion.rests.size).any())
 
     @property
@@ -188,8 +198,8 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
 
 def _steepest(contacts: Contacts) -> float:
     """l |f'| at the lines, with finite slopes l |sin β| [length]."""
-    scene, profile = contacts.motion.scene, contacts.motion.profile
-    slopes = np.array([profile.beside(contacts.x.ravel(), side)[1] for side in (-1, 1)])
+    scene = contacts.motion.scene
+    _, slopes = contacts.motion.profile.beside(contacts.x[..., None], (-1, 1))
     if scene.slopes == "finite":
         slopes = slopes / np.hypot(1.0, slopes)
     return scene.elastocapillary_length * float(np.abs(slopes).max())
@@ -197,21 +207,12 @@ def _steepest(contacts: Contacts) -> float:
 
 def _at_lines(contacts: Contacts) -> tuple[float, float]:
     """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
-    rests, depth = contacts.motion.rests, contacts.depth
-    lines, loose, _ = contacts.rates
-    beyond, noise = lines + _rounding(lines, loose), rests.noise(lines)
-    closing = depth - float((rests.ahead(beyond, 1) + noise[:, None]).min())
-    through = closing  # no more than that
-    if closing > ROUNDING * rests.size:
-        through = depth - float((rests.ahead(beyond, 1, adhesive=False) + noise[:, None]).min())
-    opening = contacts.behind - depth - _of_contacts(np.repeat(noise, 2))
-    return through, max(closing, float(opening[contacts.wide[:, 0]].max(initial=-math.inf)))
-
-
-def _rounding(lines: Array, loose: Mask) -> Array:
-    """How far outwards of contacts a free line (n, 2) may be off by rounding."""
-    with np.errstate(invalid="ignore"):
-        return np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * (1, -1)
+    rests, depth, (lines, *_) = contacts.motion.rests, contacts.depth, contacts.rates
+    noise = rests.noise(lines)[:, None]
+    closing, bare = (depth - (contacts.around[:2] + noise).min(axis=(1, 2))).tolist()
+    through = bare if closing > ROUNDING * rests.size else closing  # no more than that
+    opening = _of_contacts(contacts.around[2] - depth - noise)[contacts.wide[:, 0]]
+    return through, max(closing, float(opening.max(initial=-math.inf)))
 
 
 def _unstable(contacts: Contacts) -> float:
@@ -233,7 +234,7 @@ def _unstable(contacts: Contacts) -> float:
         slack = np.maximum(slack, _FLAT * contacts.motion.rests.size / span)
     aside = np.diag([1, -1]) * slack[:, None, None]
     with np.errstate(over="ignore"):
-        stable = margins(rates[:, None], loose)[0] | margins((rates + aside)[:, None], loose)[0]
+        stable, _ = margins((rates + aside)[:, None], loose)
     return 0.0 if stable.all() else 1.0
 
 
@@ -266,21 +267,22 @@ def _tension(contacts: Contacts, scale: float) -> float:
     """Largest force that would open a contact, over kδl."""
     motion, scene, x = contacts.motion, contacts.motion.scene, contacts.x
     unit, corners = scene.stiffness * scene.elastocapillary_length, motion.profile.corners
-    inside = np.searchsorted(x.ravel(), corners) & np.searchsorted(x.ravel(), corners, "right")
-    over = (motion.profile.falls(scene.slopes) - motion.holds(corners))[inside % 2 == 1]
-    lone = ~contacts.wide[:, 0] & (scene.measure(x[:, 0]) > 0)
-    pulls = contacts.pulls.sum(axis=1)[lone] / scene.measure(x[lone, 0])
-    bare = (motion.search.pull(*part, contacts.depth).force for part in motion.bare(x))
-    worst = max([0.0, *(scene.gamma1 * over), *-pulls, *(unit * force for force in bare)])
-    return float(worst) / (unit * scale)
+    forces = [unit * motion.search.pull(*part, contacts.depth).force for part in motion.bare(x)]
+    if corners.size:
+        inside = np.searchsorted(x.ravel(), corners) & np.searchsorted(x.ravel(), corners, "right")
+        over = motion.profile.falls(scene.slopes) - motion.holds(corners)
+        forces += (scene.gamma1 * over[inside % 2 == 1]).tolist()
+    if not contacts.wide.all():
+        lone = ~contacts.wide[:, 0] & (scene.measure(x[:, 0]) > 0)
+        forces += (-contacts.pulls.sum(axis=1)[lone] / scene.measure(x[lone, 0])).tolist()
+    return max([0.0, *forces]) / (unit * scale)
 
 
 def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     """Errors of rounding times the condition of the lines, and of the quadrature."""
     rests, scene = contacts.motion.rests, contacts.motion.scene
     lines, free, rates = contacts.rates
-    own = np.where(free[:, :, None] & free[:, None], rates, 0.0)
     off = ROUNDING * rests.size + found.rounding
     place = _POSITION * np.where(free, np.abs(lines), 0.0)
-    moves = _of_contacts(np.abs(np.linalg.pinv(own)).sum(axis=2) * off + place)
+    moves = _of_contacts(conditions(rates, free) * off + place)
     return estimated(scene, contacts.depth, contacts.x, moves, found)
