@@ -229,9 +229,9 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool
 
 def _read(indenter: Indenter, x: Array, side: Any) -> Array:
     """f and f' (2, n), the slope at corners on this side of them."""
-    at_corner = np.isin(x, np.asarray(indenter.corners, float))
-    slope = indenter.slope_beside(x, np.where(at_corner, side, 0))
-    return np.array([heights(indenter, x), slope])
+    corners = np.asarray(indenter.corners, float)
+    beside = np.where(np.isin(x, corners), side, 0) if corners.size else 0
+    return np.array([heights(indenter, x), indenter.slope_beside(x, beside)])
 
 
 def _unpredicted(

@@ -133,6 +133,7 @@ class Alone:
             if low > depth:
                 return math.nan
 
+        @functools.cache
         def h(x: float, beside: int | None = None) -> float:
             return float(self.rest_depth(side, x, beside, way=way)) - depth
 
@@ -154,12 +155,12 @@ class Alone:
         self, h: Callable[[float], float], side: int, start: float, depth: float
     ) -> tuple[float, float]:
         """Points on both sides of a line, or ValueError where the known profile ends before it."""
-        indenter = self.scene.indenter
+        indenter, finite = self.scene.indenter, self.scene.slopes == "finite"
         x, limit = start, indenter.extent[0 if side < 0 else 1]
         for inside, x in _further(start, side * self.scene.elastocapillary_length, limit):
             if h(x) > 0:
                 return inside, x
-            if depth < indenter.height(x):  # pulled up, and further out even more
+            if finite and depth < indenter.height(x):  # pulled up, and further out even more
                 self.solve(side, x, depth)
         raise ValueError(
             f"depth = {depth!r} spreads the contact to x = {x!r}, where the profile is not known "

@@ -39,7 +39,10 @@ from energy.arrays import Array, Mask
 
 _NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
-_WAYS, _ADHERES = np.array([[1, 1, -1], [1, 0, 1]]).reshape(2, 3, 1, 1)  # D that judge a line
+_PLACES = np.array(  # where D of a line judges it: on its outer or inner side, way, adhesion
+    [[1, 1, -1, 0, 0, 0, 0], [1, 1, -1, 1, 1, 1, 1], [1, 0, 1, 1, 1, 1, 1]]
+)[..., None, None]
+_STEPS = np.array([1.0, -1.0])[:, None, None]
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
 _POSITION = ROUNDING / 4  # of |x|, to which a line is found
@@ -79,33 +82,42 @@ class Contacts:
     @functools.cached_property
     def surfaces(self) -> list[Free]:
         """The free surfaces. ValueError if one would turn over."""
-        rests = self.motion.rests
-        ends = [(rests.at(q), rests.at(p)) for q, p in free_parts(self.lines)]
-        body, (left, *_, right) = rests.scene.indenter, self.lines
+        rests, body, (left, *_, right) = self.motion.rests, self.motion.scene.indenter, self.lines
         if left == -right < 0 and self.alone and body.symmetric and not body.apex:
-            found = rests.surfaces.solve(*ends[1], self.depth)
+            found = rests.surfaces.solve(rests.at(right), None, self.depth)
             return [found._replace(pulls=found.pulls[::-1]), found]
+        ends = [(rests.at(q), rests.at(p)) for q, p in free_parts(self.lines)]
         return [rests.surfaces.solve(*pair, self.depth) for pair in ends]
 
     @functools.cached_property
-    def rates(self) -> tuple[Array, Mask, Array]:
-        """Lines (n, 2) of the free surfaces, which of them are free, the changes of D (n, 2, 2)."""
+    def felt(self) -> tuple[Array, Mask, Array, Array]:
+        """Lines (n, 2) of the free surfaces, which are free, D there (3, n, 2), its changes.
+
+        D just ahead of a contact that closes, the same without adhesion, and behind one that opens,
+        of free lines off by their rounding; changes (n, 2, 2) with both lines, 0 if all are held.
+        """
         rests, lines = self.motion.rests, np.array(free_parts(self.lines))
         held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
-        _, rates = rests.with_rates(lines[:, None], rests.between_corners(lines, 1), 1, True)
-        assert rates is not None
-        return lines, np.isfinite(lines) & ~held, rates[:, 0]
-
-    @functools.cached_property
-    def around(self) -> Array:
-        """D of the lines of free surfaces (3, n, 2), a free line off by its rounding.
-
-        Just ahead of a contact that closes, the same without adhesion, and behind one that opens.
-        """
-        rests, (lines, loose, _) = self.motion.rests, self.rates
-        with np.errstate(invalid="ignore"):
+        loose, rates = np.isfinite(lines) & ~held, np.zeros((len(lines), 2, 2))
+        with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * (1, -1)
-        return rests.ahead(lines + _WAYS * off, _WAYS, _ADHERES)
+            own = other = [lines + off, lines + off, lines - off]
+            if loose.any():
+                moved = lines + rests.step(lines)[:, None] * _STEPS
+                moved = np.clip(moved, *(lines + rests.between_corners(lines, 1)) / 2)
+                crossed = [lines, lines] if len(lines) > 2 else []
+                own, other = (
+                    [*own, *moved, *crossed],
+                    [*other, lines, lines, *moved][: 5 + len(crossed)],
+                )
+            places = _PLACES[:, : len(own)]
+            depths = rests.beside((1, -1), np.array(own), np.array(other)[..., ::-1], *places)
+            if loose.any():
+                width = moved[0] - moved[1]
+                rates[:, [0, 1], [0, 1]] = (depths[3] - depths[4]) / width
+                if len(lines) > 2:
+                    rates[:, [0, 1], [1, 0]] = (depths[5] - depths[6]) / width[:, ::-1]
+        return lines, loose, depths[:3], np.where(np.isfinite(rates), rates, 0.0)
 
     @property
     def neutral(self) -> bool:
@@ -113,7 +125,7 @@ class Contacts:
         walls = self.motion.profile.indenter.walls
         if not (self.motion.scene.work_of_adhesion and walls):
             return False
-        off = np.abs(_of_contacts(self.around[2]) - self.depth)[np.isin(self.x, walls) & self.wide]
+        off = np.abs(_of_contacts(self.felt[2][2]) - self.depth)[np.isin(self.x, walls) & self.wide]
         return bool((off <= 2 * ROUNDING * self.motion.rests.size).any())
 
     @property
@@ -207,11 +219,11 @@ def _steepest(contacts: Contacts) -> float:
 
 def _at_lines(contacts: Contacts) -> tuple[float, float]:
     """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
-    rests, depth, (lines, *_) = contacts.motion.rests, contacts.depth, contacts.rates
+    rests, depth, (lines, _, felt, _) = contacts.motion.rests, contacts.depth, contacts.felt
     noise = rests.noise(lines)[:, None]
-    closing, bare = (depth - (contacts.around[:2] + noise).min(axis=(1, 2))).tolist()
+    closing, bare = (depth - (felt[:2] + noise).min(axis=(1, 2))).tolist()
     through = bare if closing > ROUNDING * rests.size else closing  # no more than that
-    opening = _of_contacts(contacts.around[2] - depth - noise)[contacts.wide[:, 0]]
+    opening = _of_contacts(felt[2] - depth - noise)[contacts.wide[:, 0]]
     return through, max(closing, float(opening.max(initial=-math.inf)))
 
 
@@ -221,7 +233,7 @@ def _unstable(contacts: Contacts) -> float:
     Where D is least the line of a lone contact is found to the root of its rounding, where D
     changes by _FLAT.
     """
-    scene, (lines, loose, rates) = contacts.motion.scene, contacts.rates
+    scene, (lines, loose, _, rates) = contacts.motion.scene, contacts.felt
     if scene.hysteretic or not scene.work_of_adhesion:
         return 0.0  # held by another work of adhesion than what moves it; or the energy is convex
     steepest = np.abs(rates).max(axis=(1, 2))
@@ -281,7 +293,7 @@ def _tension(contacts: Contacts, scale: float) -> float:
 def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     """Errors of rounding times the condition of the lines, and of the quadrature."""
     rests, scene = contacts.motion.rests, contacts.motion.scene
-    lines, free, rates = contacts.rates
+    lines, free, _, rates = contacts.felt
     off = ROUNDING * rests.size + found.rounding
     place = _POSITION * np.where(free, np.abs(lines), 0.0)
     moves = _of_contacts(conditions(rates, free) * off + place)

@@ -69,8 +69,8 @@ class RestDepths:
         q, p, slope = lines[..., 0], lines[..., 1], self.profile.indenter.slope
         with np.errstate(divide="ignore", invalid="ignore"):
             steep = self.length / np.maximum(p - q, 0.0)
-        found, near = np.asarray(self.size * steep**2), self._narrow(q, p)
-        if near.any():
+        found = np.asarray(self.size * steep**2)
+        if (near := self._narrow(q, p)).any():
             ends = lines[near]
             f1 = np.asarray(slope(ends.ravel()), float).reshape(ends.shape)
             bend = np.abs(np.diff(f1) / np.diff(ends))[..., 0]
@@ -148,37 +148,45 @@ class RestDepths:
             lines = np.where(close, near, lines)
         return lines
 
-    def _of(self, x: Array, f: Array, f1: Array, facing: At, w: Any) -> Array:
-        """D of lines (.., 2) with heights and slopes that face others, infinite if there is none.
+    def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: At, w: Any) -> Array:
+        """D of lines with heights and slopes that face others, infinite if there is none.
 
         D of a line at infinity is ∞.
         """
-        found, inner, paired = np.full(x.shape, math.inf), np.isfinite(x), np.isfinite(facing.x)
-        side, w = (np.broadcast_to(part, x.shape) for part in (_SIDES, w))
+        inner, paired = np.isfinite(x), np.isfinite(facing.x)
+        found, one = np.full(x.shape, math.inf), np.ones(x.shape)
+        side, w = side * one, w * one
         for own, other in ((inner & paired, True), (inner & ~paired, False)):
             if own.any():
                 beyond = At(facing.x[own], facing.f[own]) if other else None
                 found[own] = self._with_work(side[own], x[own], f[own], f1[own], beyond, w[own])
         return found
 
-    def _beside(self, lines: Array, side: Any) -> tuple[Array, Array]:
-        """f and f' on this side of lines; at the lowest point for those at infinity."""
-        return self.profile.beside(np.where(np.isfinite(lines), lines, self.profile.lowest), side)
+    def beside(
+        self, side: Any, x: Array, facing: Array, aside: Any, way: Any, adheres: Any = True
+    ) -> Array:
+        """D of lines whose contacts are on the left (side 1) or on the right (-1) of them.
 
-    def ahead(self, lines: Array, way: Any, adheres: Any = True) -> Array:
-        """D just ahead of lines (.., 2) that move outwards of contacts (way 1) or inwards (-1).
-
-        Beyond the edge of the body nothing can be touched, D = ∞; so it is of a line that is none.
-        adheres: False without adhesion; this and the way may differ between lines.
+        Read just outwards (aside 1) or inwards (-1) of the contact. facing: the lines beyond their
+        free surfaces, infinite if there is none; adheres: False without adhesion. Beyond the edge
+        of the body nothing can be touched, D = ∞; so it is of a line at infinity.
         """
-        outwards, indenter = _SIDES * way, self.profile.indenter
-        f, f1 = self._beside(lines, outwards)
-        x, facing = self.profile.past(lines, outwards), At(lines[..., ::-1], f[..., ::-1])
-        rest = self._of(x, f, f1, facing, self.w(way) * adheres)
+        side = np.asarray(side)
+        indenter, outwards = self.profile.indenter, side * aside
+        known, other = (np.where(np.isfinite(z), z, self.profile.lowest) for z in (x, facing))
+        f, f1 = self.profile.beside(known, outwards)
+        beyond = At(facing, np.asarray(indenter.height(other), float))
+        place = self.profile.past(x, outwards), f, f1
+        rest = self._of(side, *place, beyond, self.w(way) * adheres)
         if indenter.walls:
-            edge = (lines == indenter.extent[::-1]) & np.isin(lines, indenter.walls)
-            rest[edge & np.greater(way, 0)] = math.inf
+            end = np.where(np.greater(side, 0), *indenter.extent[::-1])
+            edge = (x == end) & np.isin(x, indenter.walls)
+            rest = np.where(edge & np.greater(aside, 0), math.inf, rest)
         return rest
+
+    def ahead(self, lines: Array, way: int) -> Array:
+        """D just ahead of lines (.., 2) that move outwards of contacts (way 1) or inwards (-1)."""
+        return self.beside(_SIDES, lines, lines[..., ::-1], way, way)
 
     def reach(self, lines: Array, depth: float, way: int) -> Array:
         """How much further lines (n, 2) can be pressed or retracted before a corner matters.
@@ -192,9 +200,8 @@ class RestDepths:
             return np.full(lines.shape, math.nan)
         lo, hi = self.between_corners(lines, way)
         x = np.where(outwards > 0, hi, lo)
-        facing = At(lines[:, ::-1], self._beside(lines, 1)[0][:, ::-1])
         with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
-            rest = self._of(x, *self._beside(x, -outwards), facing, self.w(way))
+            rest = self.beside(_SIDES, x, lines[:, ::-1], -way, way)
         held, found = way * (self.ahead(lines, way) - depth), way * (rest - depth)
         found = np.where(held > TIE * self.size, held, found)
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
@@ -207,13 +214,13 @@ class RestDepths:
         tails = not inner.all(axis=2).any()
         own, other = (part[: (3 if tails else 5) if rates else 1] for part in _MOVES)
         if rates:  # half-way to a corner at most: which side of it a place is on is not known there
-            z = x + self._step(x)[..., None] * _STEPS
+            z = x + self.step(x)[..., None] * _STEPS
             z[1:] = np.clip(z[1:], *(x + room[:, :, None]) / 2)
         known = np.where(np.isfinite(z), z, self.profile.lowest)
         f, f1 = (np.asarray(read(known), float) for read in (indenter.height, indenter.slope))
         at, facing = z[own], At(z[other][..., ::-1], f[other][..., ::-1])
         at[3:][np.isinf(facing.x[3:])] = math.inf  # nothing moves beside the line of a tail
-        rest = self._of(at, f[own], f1[own], facing, self.w(way))
+        rest = self._of(_SIDES, at, f[own], f1[own], facing, self.w(way))
         if not rates:
             return rest[0], None
         with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
@@ -224,7 +231,7 @@ class RestDepths:
                 rate[..., [0, 1], [1, 0]] = (rest[3] - rest[4]) / width[..., ::-1]
         return rest[0], np.where(inner[..., None] & inner[..., None, :], rate, 0.0)
 
-    def _step(self, lines: Array) -> Array:
+    def step(self, lines: Array) -> Array:
         """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.
 
         In a narrow gap D varies by (L/l)² and is known to (l/L)²: the step is the cube root of what

@@ -35,6 +35,8 @@ def stiffness(side: Any, s: Any) -> Any:
     """
     near = np.maximum(s, BESIDE)
     found = _FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / rough(side, near)
+    if (near == s).all():
+        return found[()]
     part = np.where(np.greater(s, 0), np.minimum(s / BESIDE, 1.0), 1.0)
     ring = found / (part * (1 - near * found * np.log(part)))
     return np.where(np.greater(side, 0), ring, found * part)[()]

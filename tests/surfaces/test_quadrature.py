@@ -199,12 +199,15 @@ def test_a_difference_by_rounding_is_not_halved(monkeypatch, off, halved):
 
     def over(*given):
         calls.append(given)
-        return (1 + off * (len(calls) == 1) * np.finfo(float).eps) * np.array(plain(*given))
+        found = np.array(plain(*given))
+        if len(calls) == 1:  # the panels, and after them their halves
+            found[:, :, 0] *= 1 + off * np.finfo(float).eps
+        return found
 
     monkeypatch.setattr(quadrature, "over", over)
     found = refined(scene_of(Parabola(2.0)), 0.3, np.array([[-1.0, 1.0]]), NONE)
     apart = [found.errors[0] / found.energy_scale, found.errors[1] / found.force_scale]
-    assert (len(calls) > 2) == halved  # else each panel and its halves once, all at once
+    assert (len(calls) > 1) == halved  # else each panel and its halves once, all at once
     assert halved or 20 * 2.0**-52 <= max(apart) <= 80 * 2.0**-52
 
 
