@@ -133,12 +133,12 @@ def in_contact(scene: Scene, depth: float, contacts: Array) -> tuple[Array, floa
 
 def _ends(scene: Scene, contacts: Array) -> Array:
     """Ends (2, n) of the panels of contacts (m, 2)."""
-    edges = () if scene.pattern is None else scene.pattern.edges
-    cuts = np.append(breaks(scene.indenter), edges)
+    cuts = breaks(scene.indenter)
+    if scene.pattern is not None:
+        cuts = np.append(cuts, scene.pattern.edges)
     own = np.searchsorted(contacts[:, 0], cuts) - 1  # the contact that begins before
     inner = cuts[(own >= 0) & (cuts < contacts[own, 1])]
-    starts, stops = (np.sort(np.append(end, inner)) for end in contacts.T)
-    return np.array([starts, stops])
+    return np.sort([np.concatenate([end, inner]) for end in contacts.T])
 
 
 def height_rounding(indenter: Indenter, ends: Array) -> float:

@@ -139,7 +139,7 @@ class Alone:
 
         places = np.append(start, self.corners(side, start))
         beyond = self.rest_depth(side, places, 1, way=way) - depth
-        tie = _NEUTRAL * (abs(h(start)) + self.size(depth))
+        tie = _NEUTRAL * self.size(depth, self.touch)
         for inside, x, held in zip([start, *places], places.tolist(), beyond > tie, strict=False):
             if held:
                 return bracketed(h, float(inside), x) if inside != x and h(x, -1) > tie else x

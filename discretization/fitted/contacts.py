@@ -30,7 +30,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free_parts
-from discretization.fitted.rest_depths import conditions, margins
+from discretization.fitted.rest_depths import margins, solved
 from discretization.quadrature import Interval, refined
 from discretization.roots import least
 from discretization.surfaces.protocol import At, Free
@@ -43,6 +43,7 @@ _PLACES = np.array(  # where D of a line judges it: on its outer or inner side, 
     [[1, 1, -1, 0, 0, 0, 0], [1, 1, -1, 1, 1, 1, 1], [1, 0, 1, 1, 1, 1, 1]]
 )[..., None, None]
 _STEPS = np.array([1.0, -1.0])[:, None, None]
+_SIGNS = np.array([[[1, 1], [1, -1]]])  # of what D of both lines is off by
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
 _POSITION = ROUNDING / 4  # of |x|, to which a line is found
@@ -56,7 +57,7 @@ class Contacts:
     lines: Lines
     depth: float
 
-    @property
+    @functools.cached_property
     def x(self) -> Array:
         """Ends of each contact (m, 2)."""
         return np.array(self.lines).reshape(-1, 2)
@@ -77,7 +78,7 @@ class Contacts:
         profile = self.motion.profile
         edges = profile.edges, np.nextafter(profile.edges, -math.inf)
         held = np.concatenate([profile.corners, profile.indenter.walls, *edges])
-        return np.isin(self.x, held)
+        return np.isin(self.x, held) if held.size else np.zeros(self.x.shape, bool)
 
     @functools.cached_property
     def surfaces(self) -> list[Free]:
@@ -97,6 +98,8 @@ class Contacts:
         of free lines off by their rounding; changes (n, 2, 2) with both lines, 0 if all are held.
         """
         rests, lines = self.motion.rests, np.array(free_parts(self.lines))
+        if rests.scene.axisymmetric and not self.lines[0]:
+            lines[0, 1] = math.inf  # a contact around the axis has no line there
         held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
         loose, rates = np.isfinite(lines) & ~held, np.zeros((len(lines), 2, 2))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -140,9 +143,9 @@ class Contacts:
 
     def totals(self) -> Interval:
         """Energy and force."""
-        energy, area = np.sum([(each.energy, each.area) for each in self.surfaces], axis=0).tolist()
-        pulls = [pull for each in self.surfaces for pull in each.pulls]
-        beside = energy, sum(pulls), area, sum(map(abs, pulls))
+        energies, both, areas, _ = zip(*self.surfaces, strict=True)
+        pulls = [pull for pair in both for pull in pair]
+        beside = sum(energies), sum(pulls), sum(areas), sum(map(abs, pulls))
         return refined(self.motion.scene, self.depth, self.x, beside)
 
 
@@ -172,7 +175,7 @@ def estimated(
 
     moves: how far lines (m, 2) may be off.
     """
-    (energy, force), width = found.errors, np.diff(lines, axis=1).sum()
+    (energy, force), width = found.errors, (lines[:, 1] - lines[:, 0]).sum()
     off = moves > 0
     force += float(push(scene, depth, lines[off]) @ moves[off])
     parts = (
@@ -223,7 +226,8 @@ def _at_lines(contacts: Contacts) -> tuple[float, float]:
     noise = rests.noise(lines)[:, None]
     closing, bare = (depth - (felt[:2] + noise).min(axis=(1, 2))).tolist()
     through = bare if closing > ROUNDING * rests.size else closing  # no more than that
-    opening = _of_contacts(felt[2] - depth - noise)[contacts.wide[:, 0]]
+    behind = np.where(np.isfinite(lines), felt[2], -math.inf)
+    opening = _of_contacts(behind - depth - noise)[contacts.wide[:, 0]]
     return through, max(closing, float(opening.max(initial=-math.inf)))
 
 
@@ -280,7 +284,7 @@ def _tension(contacts: Contacts, scale: float) -> float:
     motion, scene, x = contacts.motion, contacts.motion.scene, contacts.x
     unit, corners = scene.stiffness * scene.elastocapillary_length, motion.profile.corners
     forces = [unit * motion.search.pull(*part, contacts.depth).force for part in motion.bare(x)]
-    if corners.size:
+    if corners.size and not scene.indenter.convex:
         inside = np.searchsorted(x.ravel(), corners) & np.searchsorted(x.ravel(), corners, "right")
         over = motion.profile.falls(scene.slopes) - motion.holds(corners)
         forces += (scene.gamma1 * over[inside % 2 == 1]).tolist()
@@ -296,5 +300,6 @@ def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     lines, free, _, rates = contacts.felt
     off = ROUNDING * rests.size + found.rounding
     place = _POSITION * np.where(free, np.abs(lines), 0.0)
-    moves = _of_contacts(conditions(rates, free) * off + place)
+    moved = np.abs(solved(rates[:, None], off * _SIGNS, free)).max(axis=1)
+    moves = _of_contacts(moved + place)
     return estimated(scene, contacts.depth, contacts.x, moves, found)

@@ -68,7 +68,9 @@ class RestDepths:
         """What rounding of heights makes of D, of surfaces with lines (.., 2)."""
         q, p, slope = lines[..., 0], lines[..., 1], self.profile.indenter.slope
         with np.errstate(divide="ignore", invalid="ignore"):
-            steep = self.length / np.maximum(p - q, 0.0)
+            if not np.isfinite(width := p - q).any():
+                return np.zeros(width.shape)
+            steep = self.length / np.maximum(width, 0.0)
         found = np.asarray(self.size * steep**2)
         if (near := self._narrow(q, p)).any():
             ends = lines[near]
@@ -255,14 +257,6 @@ def solved(rate: Array, off: Array, free: Mask) -> Array:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         found = np.array([(e * r - b * s) / det, (a * s - c * r) / det])
     return np.where(free[:, None], found.T, 0.0)
-
-
-def conditions(rate: Array, free: Mask) -> Array:
-    """How far free lines (n, 2) move if each D is off by 1, of changes of D (n, 2, 2); else 0."""
-    (a, b), (c, e), det = (part[..., 0, :] for part in _of_free(rate[:, None], free))
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        found = np.array([np.abs(e) + np.abs(b), np.abs(a) + np.abs(c)]) / np.abs(det)
-    return np.where(free, found.T, 0.0)
 
 
 def margins(rate: Array, free: Mask) -> tuple[Mask, Array]:
