@@ -88,8 +88,8 @@ class Resolved:
 
     def at(self, x: float, side: int) -> tuple[float, float]:
         """f and f' at x; the slope of a corner is that on this side (+1: right)."""
-        f, slope = self.beside(np.array([x]), side)
-        return float(f[0]), float(slope[0])
+        f, slope = self.beside(np.asarray(x), side)
+        return float(f), float(slope)
 
     def past(self, x: Any, side: Any) -> Any:
         """x just on this side of a pattern's edge, where adhesion is that of the next patch.

@@ -21,7 +21,7 @@ what lies between the lowest point and a line cancels.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,12 +29,11 @@ import numpy as np
 
 from discretization.certificate import EPSILON, ROUNDING
 from discretization.profile import Resolved, breaks
+from discretization.surfaces.protocol import Free
 from energy import Indenter, Scene, terms
 from energy.arrays import Array
 
 Density = Callable[[Array], Array]  # of places (.., p): several densities (m, .., p)
-Beside = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
-NONE: Beside = 0.0, 0.0, 0.0, 0.0
 _T, _DT = np.polynomial.legendre.leggauss(12)
 _NEAR, _DT = ((_T + 1) / 2) ** 4 / 2, _DT * ((_T + 1) / 2) ** 3
 # points and weights of a panel, half of them for each half, crowded at its ends by t⁴: a power law
@@ -181,13 +180,15 @@ class Interval(NamedTuple):
     rounding: float = 0.0
 
 
-def refined(scene: Scene, depth: float, contacts: Array, free: Beside) -> Interval:
-    """Energy and force of contacts (m, 2); free: what the free surfaces beside them add."""
+def refined(scene: Scene, depth: float, contacts: Array, free: Sequence[Free]) -> Interval:
+    """Energy and force of contacts (m, 2) and of the free surfaces beside them."""
     parts, rounding = in_contact(scene, depth, contacts)
     (springs, tension, adhesion, force), (*_, size), off = parts.tolist()
-    energy, pull, area, pulls = free
-    stored = springs + tension + energy
-    totals = stored - adhesion, force + pull, force + area, stored + adhesion, size + pulls
+    pulls = [pull for each in free for pull in each.pulls]
+    stored = springs + tension + sum(each.energy for each in free)
+    by_field = force + sum(each.area for each in free)
+    scales = stored + adhesion, size + sum(map(abs, pulls))
+    totals = stored - adhesion, force + sum(pulls), by_field, *scales
     return Interval(*totals, (sum(off[:3]), off[3]), rounding)
 
 

@@ -30,7 +30,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free_parts
-from discretization.fitted.rest_depths import margins, solved
+from discretization.fitted.rest_depths import solved, stable
 from discretization.quadrature import Interval, refined
 from discretization.roots import least
 from discretization.surfaces.protocol import At, Free
@@ -136,17 +136,9 @@ class Contacts:
         """Which contacts (m, 1) are more than a point."""
         return self.x[:, :1] < self.x[:, 1:]
 
-    @property
-    def pulls(self) -> Array:
-        """What the free surfaces pull at both lines of each contact, S (m, 2)."""
-        return _of_contacts(np.array([each.pulls for each in self.surfaces]))
-
     def totals(self) -> Interval:
         """Energy and force."""
-        energies, both, areas, _ = zip(*self.surfaces, strict=True)
-        pulls = [pull for pair in both for pull in pair]
-        beside = sum(energies), sum(pulls), sum(areas), sum(map(abs, pulls))
-        return refined(self.motion.scene, self.depth, self.x, beside)
+        return refined(self.motion.scene, self.depth, self.x, self.surfaces)
 
 
 def _of_contacts(values: Array) -> Array:
@@ -250,8 +242,7 @@ def _unstable(contacts: Contacts) -> float:
         slack = np.maximum(slack, _FLAT * contacts.motion.rests.size / span)
     aside = np.diag([1, -1]) * slack[:, None, None]
     with np.errstate(over="ignore"):
-        stable, _ = margins((rates + aside)[:, None], loose)
-    return 0.0 if stable.all() else 1.0
+        return 0.0 if stable((rates + aside)[:, None], loose).all() else 1.0
 
 
 def penetration(contacts: Contacts) -> float:
@@ -290,7 +281,8 @@ def _tension(contacts: Contacts, scale: float) -> float:
         forces += (scene.gamma1 * over[inside % 2 == 1]).tolist()
     if not contacts.wide.all():
         lone = ~contacts.wide[:, 0] & (scene.measure(x[:, 0]) > 0)
-        forces += (-contacts.pulls.sum(axis=1)[lone] / scene.measure(x[lone, 0])).tolist()
+        pulls = _of_contacts(np.array([each.pulls for each in contacts.surfaces])).sum(axis=1)
+        forces += (-pulls[lone] / scene.measure(x[lone, 0])).tolist()
     return max([0.0, *forces]) / (unit * scale)
 
 

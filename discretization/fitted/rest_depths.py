@@ -259,14 +259,13 @@ def solved(rate: Array, off: Array, free: Mask) -> Array:
     return np.where(free[:, None], found.T, 0.0)
 
 
-def margins(rate: Array, free: Mask) -> tuple[Mask, Array]:
-    """Whether free lines are stable at all depths (n,), and the stiffness (n, j), nan without any.
+def stable(rate: Array, free: Mask) -> Mask:
+    """Whether free lines are stable at all depths (n,).
 
     D must grow outwards of every line, and with both lines free their matrix be definite.
     """
     (a, _), (_, e), det = _of_free(rate, free)
-    stable = ((a > 0) & (e < 0) & (det < 0)).all(axis=0)
-    return np.asarray(stable), np.where(free.any(axis=1), np.abs(det), math.nan).T
+    return np.asarray(((a > 0) & (e < 0) & (det < 0)).all(axis=0))
 
 
 def _of_free(rate: Array, free: Mask) -> tuple[Array, Array, Array]:

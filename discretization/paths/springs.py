@@ -24,7 +24,7 @@ from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import equilibrium, estimated
 from discretization.paths.branch import Branch, Leg, Point
 from discretization.profile import Resolved, resolve
-from discretization.quadrature import NONE, Integrals, Interval, refined
+from discretization.quadrature import Integrals, Interval, refined
 from discretization.roots import crossings
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
@@ -189,7 +189,7 @@ class SpringsBranch(Branch):
             return detached(scene, depth, branch, surfaces, apart)
         level = max(level, self.touch)
         lines = lines_below(self.profile, np.array([level]))[0].reshape(-1, 2)
-        found = refined(scene, depth, lines, NONE)
+        found = refined(scene, depth, lines, ())
         pinned = np.isin(lines, self.profile.indenter.walls)
         judged = _judged(self.profile, lines, pinned, depth, level, lift, found)
         judged.demand(f"the state at depth = {depth!r}", "try another depth")
