@@ -30,7 +30,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free_parts
-from discretization.fitted.rest_depths import solved, stable
+from discretization.fitted.rest_depths import MOVES, SIDES, solved, stable
 from discretization.quadrature import Interval, refined
 from discretization.roots import least
 from discretization.surfaces.protocol import At, Free
@@ -42,7 +42,6 @@ _ULPS = 4.0  # roundings of its position, within which a line is where it is
 _PLACES = np.array(  # where D of a line judges it: on its outer or inner side, way, adhesion
     [[1, 1, -1, 0, 0, 0, 0], [1, 1, -1, 1, 1, 1, 1], [1, 0, 1, 1, 1, 1, 1]]
 )[..., None, None]
-_STEPS = np.array([1.0, -1.0])[:, None, None]
 _SIGNS = np.array([[[1, 1], [1, -1]]])  # of what D of both lines is off by
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
@@ -95,31 +94,20 @@ class Contacts:
         """Lines (n, 2) of the free surfaces, which are free, D there (3, n, 2), its changes.
 
         D just ahead of a contact that closes, the same without adhesion, and behind one that opens,
-        of free lines off by their rounding; changes (n, 2, 2) with both lines, 0 if all are held.
+        of free lines off by their rounding; changes (n, 2, 2) with both lines.
         """
         rests, lines = self.motion.rests, np.array(free_parts(self.lines))
         if rests.scene.axisymmetric and not self.lines[0]:
             lines[0, 1] = math.inf  # a contact around the axis has no line there
         held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
-        loose, rates = np.isfinite(lines) & ~held, np.zeros((len(lines), 2, 2))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * (1, -1)
-            own = other = [lines + off, lines + off, lines - off]
-            if loose.any():
-                moved = lines + rests.step(lines)[:, None] * _STEPS
-                moved = np.clip(moved, *(lines + rests.between_corners(lines, 1)) / 2)
-                crossed = [lines, lines] if len(lines) > 2 else []
-                own, other = (
-                    [*own, *moved, *crossed],
-                    [*other, lines, lines, *moved][: 5 + len(crossed)],
-                )
-            places = _PLACES[:, : len(own)]
-            depths = rests.beside((1, -1), np.array(own), np.array(other)[..., ::-1], *places)
-            if loose.any():
-                width = moved[0] - moved[1]
-                rates[:, [0, 1], [0, 1]] = (depths[3] - depths[4]) / width
-                if len(lines) > 2:
-                    rates[:, [0, 1], [1, 0]] = (depths[5] - depths[6]) / width[:, ::-1]
+        loose, last = np.isfinite(lines) & ~held, 5 if len(lines) > 2 else 3
+        with np.errstate(invalid="ignore"):
+            off = np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * SIDES
+            z = rests.moved(lines, rests.between_corners(lines, 1))
+        near = lines + off, lines + off, lines - off
+        own, other = (np.array([*near, *z[part[1:last]]]) for part in MOVES)
+        depths = rests.beside(SIDES, own, other[..., ::-1], *_PLACES[:, : len(own)])
+        rates = rests.changes(depths[2:], z)
         return lines, loose, depths[:3], np.where(np.isfinite(rates), rates, 0.0)
 
     @property

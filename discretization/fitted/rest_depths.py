@@ -28,9 +28,9 @@ _FELT = 2.0**10  # roundings of a position: a step that is certainly felt
 _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
 _LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
-_STEPS = np.array([0.0, 1.0, -1.0])[:, None, None, None]
-_MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
-_SIDES = np.array([1, -1])  # of the lines of a free surface
+_STEPS = np.array([0.0, 1.0, -1.0])
+MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
+SIDES = np.array([1, -1])  # of the lines of a free surface
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 _NARROW = 1e-2  # of l
 _ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
@@ -129,7 +129,7 @@ class RestDepths:
 
         A line at a corner is on that side of it to which it moves.
         """
-        known, outwards = self.profile.joints, _SIDES * way > 0
+        known, outwards = self.profile.joints, SIDES * way > 0
         after, least = known.searchsorted(lines, "right"), _ULPS * self._spacing(known)
         at = np.clip(np.where(outwards, after, known.searchsorted(lines)), 1, known.size - 1)
         found = np.array([(known + least)[at - 1], (known - least)[at]])
@@ -188,7 +188,7 @@ class RestDepths:
 
     def ahead(self, lines: Array, way: int) -> Array:
         """D just ahead of lines (.., 2) that move outwards of contacts (way 1) or inwards (-1)."""
-        return self.beside(_SIDES, lines, lines[..., ::-1], way, way)
+        return self.beside(SIDES, lines, lines[..., ::-1], way, way)
 
     def reach(self, lines: Array, depth: float, way: int) -> Array:
         """How much further lines (n, 2) can be pressed or retracted before a corner matters.
@@ -196,14 +196,14 @@ class RestDepths:
         Until a free line comes to the next one, or one that is held there comes free; all but
         linear in the depth. nan where there is none.
         """
-        profile, outwards = self.profile, _SIDES * way
+        profile, outwards = self.profile, SIDES * way
         kept = self.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
         if profile.joints.size <= 2 and not kept:
             return np.full(lines.shape, math.nan)
         lo, hi = self.between_corners(lines, way)
         x = np.where(outwards > 0, hi, lo)
         with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
-            rest = self.beside(_SIDES, x, lines[:, ::-1], -way, way)
+            rest = self.beside(SIDES, x, lines[:, ::-1], -way, way)
         held, found = way * (self.ahead(lines, way) - depth), way * (rest - depth)
         found = np.where(held > TIE * self.size, held, found)
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
@@ -212,26 +212,34 @@ class RestDepths:
         self, x: Array, room: Array, way: int, rates: bool
     ) -> tuple[Array, Array | None]:
         """D of both lines (n, j, 2), and its changes (n, j, 2, 2): of the first with the second."""
-        indenter, z, inner = self.profile.indenter, x[None], np.isfinite(x)
-        tails = not inner.all(axis=2).any()
-        own, other = (part[: (3 if tails else 5) if rates else 1] for part in _MOVES)
-        if rates:  # half-way to a corner at most: which side of it a place is on is not known there
-            z = x + self.step(x)[..., None] * _STEPS
-            z[1:] = np.clip(z[1:], *(x + room[:, :, None]) / 2)
+        indenter, tails = self.profile.indenter, not np.isfinite(x).all(axis=2).any()
+        own, other = (part[: (3 if tails else 5) if rates else 1] for part in MOVES)
+        z = self.moved(x, room[:, :, None]) if rates else x[None]
         known = np.where(np.isfinite(z), z, self.profile.lowest)
         f, f1 = (np.asarray(read(known), float) for read in (indenter.height, indenter.slope))
         at, facing = z[own], At(z[other][..., ::-1], f[other][..., ::-1])
         at[3:][np.isinf(facing.x[3:])] = math.inf  # nothing moves beside the line of a tail
-        rest = self._of(_SIDES, at, f[own], f1[own], facing, self.w(way))
-        if not rates:
-            return rest[0], None
+        rest = self._of(SIDES, at, f[own], f1[own], facing, self.w(way))
+        return rest[0], self.changes(rest, z) if rates else None
+
+    def moved(self, x: Array, room: Array) -> Array:
+        """Lines (.., 2), and a little further and back for central differences, (3, .., 2).
+
+        Half-way to a corner at most: which side of it a place is on is not known there.
+        """
+        z = x + np.multiply.outer(_STEPS, self.step(x))[..., None]
+        z[1:] = np.clip(z[1:], *(x + room) / 2)
+        return z
+
+    def changes(self, rest: Array, z: Array) -> Array:
+        """Changes (.., 2, 2) of D of lines with both, of D at such places by MOVES (k, .., 2)."""
+        inner, rate = np.isfinite(z[0]), np.zeros((*z.shape[1:], 2))
         with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
             width = z[1] - z[2]
-            rate = np.zeros((*x.shape, 2))
             rate[..., [0, 1], [0, 1]] = (rest[1] - rest[2]) / width
-            if not tails:
+            if len(rest) > 3:
                 rate[..., [0, 1], [1, 0]] = (rest[3] - rest[4]) / width[..., ::-1]
-        return rest[0], np.where(inner[..., None] & inner[..., None, :], rate, 0.0)
+        return np.where(inner[..., None] & inner[..., None, :], rate, 0.0)
 
     def step(self, lines: Array) -> Array:
         """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.

@@ -38,9 +38,8 @@ class SmallSurfaces(Surfaces):
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """Linear in the heights and the slope."""
         net, off = self.net, s
-        if (
-            self.scene.axisymmetric and np.less(s, BESIDE).any()
-        ):  # differences may look beyond the axis
+        if self.scene.axisymmetric and np.less(s, BESIDE).any():
+            # differences may look beyond the axis
             off = np.where(np.isinf(width) & np.greater(s, 0), s, np.maximum(s, BESIDE))[()]
         found = net.between(side, off, width)
         u = (net.measure(off) * (steep - np.sqrt(2 * w)) + found.tie * rise) / found.left
