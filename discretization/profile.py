@@ -56,19 +56,13 @@ class Resolved:
 
     @classmethod
     def of(cls, indenter: Indenter, x: Array, edges: ArrayLike = ()) -> Resolved:
-        """With samples at these places, increasing, and at the corners between them."""
-        corners, side = np.asarray(indenter.corners, float), np.zeros(x.size)
-        inner = corners[(corners > x[0]) & (corners < x[-1])]
-        if inner.size:
-            x = np.sort(np.concatenate([x[~np.isin(x, inner)], inner, inner]))
-            twice = x[1:] == x[:-1]
-            side = np.append(0, twice) - np.append(twice, 0)
-        side[0], side[-1] = 1, -1
-        f, slope = _read(indenter, x, side)
-        if inner.size:
-            kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
-            x, f, slope = x[kept], f[kept], slope[kept]
-        return cls(indenter, x, f, slope, np.asarray(edges, float))
+        """With samples at these places, increasing, the corners among them."""
+        corners = np.asarray(indenter.corners, float)
+        x = np.repeat(x, 1 + np.isin(x, corners[(corners > x[0]) & (corners < x[-1])]))
+        twice = x[1:] == x[:-1]
+        f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
+        kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
+        return cls(indenter, x[kept], f[kept], slope[kept], np.asarray(edges, float))
 
     @functools.cached_property
     def touch(self) -> float:

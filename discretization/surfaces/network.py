@@ -202,21 +202,11 @@ class Line:
     def __init__(self, degree: int) -> None:
         self.degree = degree
 
-    def measure(self, s: Any) -> Any:
-        """Length of a contact line at s."""
-        return 1.0
-
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side, maybe infinitely far."""
-        apart = Network(endless(self.degree), 0.0, endless(self.degree))
-        if not isinstance(width, np.ndarray):
-            return apart if width.real > FAR else self._gap(width)
-        near = self._gap(np.minimum(width, FAR))
-        return Network(*(np.where(width > FAR, *both) for both in zip(apart, near, strict=True)))
-
-    def _gap(self, width: Any) -> Network:
-        """Of lines that feel each other."""
-        half = piece(self.degree, width / 2)
+        if not isinstance(width, np.ndarray) and width.real > FAR:
+            return Network(endless(self.degree), 0.0, endless(self.degree))
+        half = piece(self.degree, np.minimum(width, FAR) / 2)
         return half.then(half)
 
     def shape(

@@ -37,12 +37,13 @@ class SmallSurfaces(Surfaces):
 
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """Linear in the heights and the slope."""
-        net, off = self.net, s
-        if self.scene.axisymmetric and np.less(s, BESIDE).any():
+        net, off, turned = self.net, s, self.scene.axisymmetric
+        if turned and np.less(s, BESIDE).any():
             # differences may look beyond the axis
             off = np.where(np.isinf(width) & np.greater(s, 0), s, np.maximum(s, BESIDE))[()]
         found = net.between(side, off, width)
-        u = (net.measure(off) * (steep - np.sqrt(2 * w)) + found.tie * rise) / found.left
+        pull = (off if turned else 1.0) * (steep - np.sqrt(2 * w))
+        u = (pull + found.tie * rise) / found.left
         if off is s or np.isfinite(width).all():
             return u
         # a line at the axis rests as just beside it, if it does not adhere as it is touched;
@@ -77,7 +78,7 @@ class SmallSurfaces(Surfaces):
         Im E(s + ih)/h has no difference to lose digits in (W. Squire, G. Trapp, SIAM Review 40
         (1998) 110).
         """
-        m, net = self.net.measure(s), self.net
+        m, net = s if self.scene.axisymmetric else 1.0, self.net
         if not m or not width:
             return 0.0
         part = min(width, s if self.scene.axisymmetric else 1.0, 1.0) / 4  # one element
