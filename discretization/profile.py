@@ -93,7 +93,7 @@ class Resolved:
         if not self.edges.size:
             return x
         at_edge = np.isin(x, self.edges) | np.isin(np.nextafter(x, math.inf), self.edges)
-        found = np.where(at_edge, np.nextafter(x, side * math.inf), x)
+        found = np.where(at_edge, np.nextafter(x, np.copysign(math.inf, side)), x)
         return found if np.ndim(x) else float(found)
 
     def beside(self, x: Array, side: Any) -> tuple[Array, Array]:
