@@ -30,7 +30,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free_parts
-from discretization.fitted.rest_depths import MOVES, SIDES, solved, stable
+from discretization.fitted.rest_depths import GROWING, MOVES, SIDES, solved, stable
 from discretization.quadrature import Interval, refined
 from discretization.roots import least
 from discretization.surfaces.protocol import At, Free
@@ -228,7 +228,7 @@ def _unstable(contacts: Contacts) -> float:
     slack = _FALLING * steepest
     if contacts.alone:
         slack = np.maximum(slack, _FLAT * contacts.motion.rests.size / span)
-    aside = np.diag([1, -1]) * slack[:, None, None]
+    aside = GROWING * slack[:, None, None]
     with np.errstate(over="ignore"):
         return 0.0 if stable((rates + aside)[:, None], loose).all() else 1.0
 

@@ -31,6 +31,7 @@ _SMALL = 1e-6  # of l
 _STEPS = np.array([0.0, 1.0, -1.0])
 MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
 SIDES = np.array([1, -1])  # of the lines of a free surface
+GROWING = np.diag([1.0, -1.0])  # changes of D of two lines with both, if they grow outwards
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 _NARROW = 1e-2  # of l
 _ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
@@ -131,7 +132,8 @@ class RestDepths:
         """
         known, outwards = self.profile.joints, SIDES * way > 0
         after, least = known.searchsorted(lines, "right"), _ULPS * self._spacing(known)
-        at = np.clip(np.where(outwards, after, known.searchsorted(lines)), 1, known.size - 1)
+        at = np.where(outwards, after, known.searchsorted(lines))
+        at = np.minimum(np.maximum(at, 1), known.size - 1)
         found = np.array([(known + least)[at - 1], (known - least)[at]])
         return np.where(np.isfinite(lines), found, lines)
 
@@ -228,7 +230,8 @@ class RestDepths:
         Half-way to a corner at most: which side of it a place is on is not known there.
         """
         z = x + np.multiply.outer(_STEPS, self.step(x))[..., None]
-        z[1:] = np.clip(z[1:], *(x + room) / 2)
+        lo, hi = (x + room) / 2
+        z[1:] = np.minimum(np.maximum(z[1:], lo), hi)
         return z
 
     def changes(self, rest: Array, z: Array) -> Array:
@@ -279,5 +282,5 @@ def stable(rate: Array, free: Mask) -> Mask:
 def _of_free(rate: Array, free: Mask) -> tuple[Array, Array, Array]:
     """Rows of the matrices (n, j, 2, 2), each (2, j, n), and their determinants; ±1 if not free."""
     both = free[:, None, :, None] & free[:, None, None]
-    one, other = np.where(both, rate, np.diag([1.0, -1.0])).transpose(2, 3, 1, 0)
+    one, other = np.where(both, rate, GROWING).transpose(2, 3, 1, 0)
     return one, other, one[0] * other[1] - one[1] * other[0]

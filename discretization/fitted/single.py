@@ -51,7 +51,7 @@ def motion_of(alone: Alone, ends: tuple[float, ...], depth: float) -> Motion:
     aside = _ASIDE * min(length, max(ends[1] - ends[0], _ASIDE * length))
     lo, hi = max(ends[0] - aside, profile.extent[0]), min(ends[1] + aside, profile.extent[1])
     inner = breaks(profile)
-    x = np.unique([lo, *inner[(inner > lo) & (inner < hi)], hi])
-    samples = Resolved.of(profile, x)
+    x = {lo, hi, *inner[(inner > lo) & (inner < hi)].tolist()}
+    samples = Resolved.of(profile, np.array(sorted(x)))
     rests = RestDepths(scene, samples, alone.surfaces, float(terms.max()) or scene.layer.h)
     return Motion(scene, samples, alone.surfaces, rests)
