@@ -57,12 +57,16 @@ class Resolved:
     @classmethod
     def of(cls, indenter: Indenter, x: Array, edges: ArrayLike = ()) -> Resolved:
         """With samples at these places, increasing, the corners among them."""
-        corners = np.asarray(indenter.corners, float)
-        x = np.repeat(x, 1 + np.isin(x, corners[(corners > x[0]) & (corners < x[-1])]))
+        corners, edges = (np.asarray(part, float) for part in (indenter.corners, edges))
+        inner = corners[(corners > x[0]) & (corners < x[-1])]
+        if not inner.size:
+            f, slope = _read(indenter, x, [1] + [0] * (x.size - 2) + [-1])
+            return cls(indenter, x, f, slope, edges)
+        x = np.repeat(x, 1 + np.isin(x, inner))
         twice = x[1:] == x[:-1]
         f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
         kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
-        return cls(indenter, x[kept], f[kept], slope[kept], np.asarray(edges, float))
+        return cls(indenter, x[kept], f[kept], slope[kept], edges)
 
     @functools.cached_property
     def touch(self) -> float:
