@@ -102,9 +102,8 @@ class Resolved:
 
     def beside(self, x: Array, side: Any) -> tuple[Array, Array]:
         """`at` for positions of any shape, and sides for each of them or one for all."""
-        f, slope = (
-            np.asarray(read(x), float) for read in (self.indenter.height, self.indenter.slope)
-        )
+        f = np.asarray(self.indenter.height(x), float)
+        slope = np.asarray(self.indenter.slope(x), float)
         if not len(self.indenter.corners):
             return f, slope
         right, left = np.searchsorted(self.x, x, side="right") - 1, np.searchsorted(self.x, x)
