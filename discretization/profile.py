@@ -9,13 +9,16 @@ between to a part of what a contact line notices, √(2w/γ₁), or of how the s
 Corners are kept twice, with the slope on either side, and the local extremes of f are samples, too.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from discretization.certificate import AccuracyWarning
 from discretization.roots import crossings
@@ -49,7 +52,21 @@ class Resolved:
     x: Array
     f: Array
     slope: Array
-    edges: Array = field(default_factory=lambda: np.empty(0))
+    edges: Array
+
+    @classmethod
+    def of(cls, indenter: Indenter, x: Array, edges: ArrayLike = ()) -> Resolved:
+        """With samples at these places, increasing, the corners among them."""
+        corners, edges = (np.asarray(part, float) for part in (indenter.corners, edges))
+        inner = corners[(corners > x[0]) & (corners < x[-1])]
+        if not inner.size:
+            f, slope = _read(indenter, x, [1] + [0] * (x.size - 2) + [-1])
+            return cls(indenter, x, f, slope, edges)
+        x = np.repeat(x, 1 + np.isin(x, inner))
+        twice = x[1:] == x[:-1]
+        f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
+        kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
+        return cls(indenter, x[kept], f[kept], slope[kept], edges)
 
     @functools.cached_property
     def touch(self) -> float:
@@ -69,8 +86,8 @@ class Resolved:
 
     def at(self, x: float, side: int) -> tuple[float, float]:
         """f and f' at x; the slope of a corner is that on this side (+1: right)."""
-        f, slope = self.beside(np.array([x]), side)
-        return float(f[0]), float(slope[0])
+        f, slope = self.beside(np.asarray(x), side)
+        return float(f), float(slope)
 
     def past(self, x: Any, side: Any) -> Any:
         """x just on this side of a pattern's edge, where adhesion is that of the next patch.
@@ -80,15 +97,18 @@ class Resolved:
         if not self.edges.size:
             return x
         at_edge = np.isin(x, self.edges) | np.isin(np.nextafter(x, math.inf), self.edges)
-        found = np.where(at_edge, np.nextafter(x, side * math.inf), x)
+        found = np.where(at_edge, np.nextafter(x, np.copysign(math.inf, side)), x)
         return found if np.ndim(x) else float(found)
 
     def beside(self, x: Array, side: Any) -> tuple[Array, Array]:
-        """`at` for positions (n,)."""
-        right, left = np.searchsorted(self.x, x, side="right") - 1, np.searchsorted(self.x, x)
-        i = np.clip(np.where(np.asarray(side) > 0, right, left), 0, self.x.size - 1)
-        known, slope = self.x[i] == x, np.asarray(self.indenter.slope(x), float)
+        """`at` for positions of any shape, and sides for each of them or one for all."""
         f = np.asarray(self.indenter.height(x), float)
+        slope = np.asarray(self.indenter.slope(x), float)
+        if not len(self.indenter.corners):
+            return f, slope
+        right, left = np.searchsorted(self.x, x, side="right") - 1, np.searchsorted(self.x, x)
+        i = np.clip(np.where(np.greater(side, 0), right, left), 0, self.x.size - 1)
+        known = self.x[i] == x
         return np.where(known, self.f[i], f), np.where(known, self.slope[i], slope)
 
     @functools.cached_property
@@ -99,8 +119,10 @@ class Resolved:
     @functools.cached_property
     def joints(self) -> Array:
         """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
+        if not (self.corners.size or self.edges.size):
+            return self.x[[0, -1]]
         inside = self.edges[(self.edges > self.x[0]) & (self.edges < self.x[-1])]
-        return np.unique(np.concatenate([self.x[:1], self.corners, inside, self.x[-1:]]))
+        return np.unique(np.concatenate([self.x[[0, -1]], self.corners, inside]))
 
     def falls(self, slopes: str) -> Array:
         """By how much the slope falls at the corners; for finite slopes the inclination [rad]."""
@@ -129,7 +151,8 @@ def resolve(scene: Scene, depth: float) -> Resolved:
             AccuracyWarning,
             stacklevel=4,
         )
-    return Resolved(indenter, *_with_extremes(indenter, *_with_corners(indenter, x)), edges)
+    extremes = _extremes(Resolved.of(indenter, x, edges))
+    return Resolved.of(indenter, np.sort(np.append(x, extremes)), edges)
 
 
 def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple[float, float]:
@@ -191,10 +214,11 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool
     t = np.concatenate([np.arange(n) / n for n in count.tolist()])
     x = np.append(np.repeat(cuts[:-1], count) + np.repeat(np.diff(cuts), count) * t, cuts[-1])
     noticed = _PART * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
-    noticed = max(noticed, _NOISE * float(np.abs(_with_corners(indenter, x)[2]).max()))
     lo, hi, least = x[:-1], x[1:], _FINEST * float(np.ptp(cuts))
-    for _ in range(_ROUNDS):
+    for i in range(_ROUNDS):
         low, high = _read(indenter, lo, 1), _read(indenter, hi, -1)
+        if not i:
+            noticed = max(noticed, _NOISE * float(np.abs([low[1], high[1]]).max()))
         rough = _unpredicted(indenter, lo, hi, low, high, noticed) & (hi - lo > least)
         lo, hi = lo[rough], hi[rough]
         if not lo.size or x.size + lo.size > MOST:
@@ -204,20 +228,11 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool
     return np.sort(x), not lo.size
 
 
-def _with_corners(indenter: Indenter, x: Array) -> tuple[Array, Array, Array]:
-    """x, f and f' of samples; corners twice, first with the slope on their left."""
-    x = np.sort(np.append(x, np.intersect1d(indenter.corners, x[1:-1])))
-    twice = x[1:] == x[:-1]
-    f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
-    kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
-    return x[kept], f[kept], slope[kept]
-
-
 def _read(indenter: Indenter, x: Array, side: Any) -> Array:
     """f and f' (2, n), the slope at corners on this side of them."""
-    at_corner = np.isin(x, np.asarray(indenter.corners, float))
-    slope = indenter.slope_beside(x, np.where(at_corner, side, 0))
-    return np.array([heights(indenter, x), slope])
+    corners = np.asarray(indenter.corners, float)
+    beside = np.where(np.isin(x, corners), side, 0) if corners.size else 0
+    return np.array([heights(indenter, x), indenter.slope_beside(x, beside)])
 
 
 def _unpredicted(
@@ -236,19 +251,15 @@ def _unpredicted(
     return np.asarray(off > np.maximum(tolerance, _OF_RANGE * (most - least)))
 
 
-def _with_extremes(
-    indenter: Indenter, x: Array, f: Array, slope: Array
-) -> tuple[Array, Array, Array]:
-    """Samples with the local extremes of f, where f' changes sign between two of them."""
-    turns = np.flatnonzero((slope[:-1] * slope[1:] < 0) & (np.diff(x) > 0))
-    lo, hi, (one, other) = x[turns], x[turns + 1], (slope[turns], slope[turns + 1])
-    rise = (other - one) / (hi - lo)
-    at = crossings(
-        lambda z, _: np.asarray(indenter.slope(z), float), lo, hi, lo - one / rise, rise, 0.0
-    )
-    new = (lo < at) & (at < hi)
-    at, turns = at[new], turns[new]
-    read = heights(indenter, at), np.asarray(indenter.slope(at), float)
-    whole = zip((x, f, slope), (at, *read), strict=True)
-    x, f, slope = (np.insert(known, turns + 1, more) for known, more in whole)
-    return x, f, slope
+def _extremes(samples: Resolved) -> Array:
+    """Where f' changes sign between two samples: the local extremes of f."""
+    x, slopes = samples.x, samples.slope
+    turns = np.flatnonzero((slopes[:-1] * slopes[1:] < 0) & (x[:-1] < x[1:]))
+    lo, hi, one = x[turns], x[turns + 1], slopes[turns]
+    rise = (slopes[turns + 1] - one) / (hi - lo)
+
+    def slope(x: Array, _: Any) -> Array:
+        return np.asarray(samples.indenter.slope(x), float)
+
+    at = crossings(slope, lo, hi, lo - one / rise, rise, 0.0)
+    return at[(lo < at) & (at < hi)]

@@ -21,7 +21,7 @@ what lies between the lowest point and a line cancels.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,12 +29,11 @@ import numpy as np
 
 from discretization.certificate import EPSILON, ROUNDING
 from discretization.profile import Resolved, breaks
+from discretization.surfaces.protocol import Free
 from energy import Indenter, Scene, terms
-from energy.arrays import Array, Mask
+from energy.arrays import Array
 
-Density = Callable[[Array], Array]  # of places (n, p): several densities (m, n, p)
-Beside = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
-NONE: Beside = 0.0, 0.0, 0.0, 0.0
+Density = Callable[[Array], Array]  # of places (.., p): several densities (m, .., p)
 _T, _DT = np.polynomial.legendre.leggauss(12)
 _NEAR, _DT = ((_T + 1) / 2) ** 4 / 2, _DT * ((_T + 1) / 2) ** 3
 # points and weights of a panel, half of them for each half, crowded at its ends by t⁴: a power law
@@ -60,15 +59,11 @@ class Sums(NamedTuple):
     sizes: Array
     off: Array
 
-    def among(self, own: Mask) -> Sums:
-        """Of some panels."""
-        return Sums(*(part[:, own] for part in self))
-
 
 def over(density: Density, ends: Array) -> tuple[Array, Array]:
-    """Integrals (m, n) over panels with ends (2, n) as they are, and of absolute values."""
+    """Integrals (m, ..) over panels with ends (2, ..) as they are, and of absolute values."""
     lo, hi = ends[..., None]
-    values, width = density(lo + (hi - lo) * _AT), (hi - lo)[:, 0]
+    values, width = density(lo + (hi - lo) * _AT), (hi - lo)[..., 0]
     return (values @ _OF) * width, (np.abs(values) @ _OF) * width
 
 
@@ -77,25 +72,28 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
 
     lost (m, 1): what they are off by however often they are halved; smooth: on each panel.
     """
-    left, done = Sums(ends, *over(density, ends), np.zeros((len(lost), ends.shape[1]))), []
-    limit = part * left.sizes.sum(axis=1, keepdims=True) + lost
-    for _ in range(_HALVINGS):
-        (lo, hi), n = left.ends, left.ends.shape[1]
-        middle = (lo + hi) / 2
-        halves = np.array([np.append(lo, middle), np.append(middle, hi)])
-        sums, sizes = over(density, halves)
-        apart = np.abs(sums[:, :n] + sums[:, n:] - left.sums)
-        off = np.maximum(apart, left.off)
-        rough = (off > np.maximum(limit, _SUMMED * left.sizes)).any(axis=0)
+    done, whole, luck = list[Sums](), None, np.zeros((len(lost), 1))
+    m, most = len(lost), _MOST * ends.shape[1]
+    for more in reversed(range(_HALVINGS)):
+        (lo, hi), middle = ends, ends.sum(axis=0) / 2
+        halves = np.array([[lo, middle], [middle, hi]])
+        if whole is None:  # panels and their halves at once
+            sums, sizes = over(density, np.concatenate([ends[:, None], halves], axis=1))
+            limit = part * sizes[:, 0].sum(axis=1, keepdims=True) + lost
+            whole, sums, sizes = sums[:, 0], sums[:, 1:], sizes[:, 1:]
+        else:
+            sums, sizes = over(density, halves)
+        both, size = sums.sum(axis=1), sizes.sum(axis=1)
+        off = np.maximum(apart := np.abs(both - whole), luck)
+        rough = (off > np.maximum(limit, _SUMMED * size)).any(axis=0)
         rough &= (lo < middle) & (middle < hi)
-        rough &= rough.sum() <= _MOST * ends.shape[1]
-        whole = sums[:, :n] + sums[:, n:], sizes[:, :n] + sizes[:, n:]
-        done.append(Sums(left.ends, *whole, off).among(~rough))
-        luck = np.tile(apart * (0.0 if smooth else _LUCK), 2)
-        left = Sums(halves, sums, sizes, luck).among(np.tile(rough, 2))
-        if not rough.any():
+        if not (more and rough.any() and rough.sum() <= most):
+            done.append(Sums(ends, both, size, off))
             break
-    found = Sums(*(np.hstack(parts) for parts in zip(*done, left, strict=True)))
+        done.append(Sums(*(each[:, ~rough] for each in (ends, both, size, off))))
+        ends, whole = halves[..., rough].reshape(2, -1), sums[..., rough].reshape(m, -1)
+        luck = np.tile(apart[:, rough] * (0.0 if smooth else _LUCK), 2)
+    found = Sums(*map(np.hstack, zip(*done, strict=True))) if done[1:] else done[0]
     found.off[:, :1] += lost
     return found
 
@@ -114,10 +112,11 @@ def densities(scene: Scene, level: float, x: Array) -> Array:
     return found * scene.measure(x) if scene.axisymmetric else found
 
 
-def in_contact(scene: Scene, depth: float, contacts: Array) -> tuple[Sums, float]:
+def in_contact(scene: Scene, depth: float, contacts: Array) -> tuple[Array, float]:
     """Springs, surface, adhesion as it binds and pressure over contacts (m, 2).
 
-    And what the heights are off by as measured, which is counted in what the sums are off by.
+    Their integrals, those of absolute values, and errors (3, 4); and what the heights are off by as
+    measured, which is counted in the errors.
     """
     ends, smooth, k = _ends(scene, contacts), scene.indenter.complete, scene.stiffness
     rounding, lost = height_rounding(scene.indenter, ends.T), np.zeros((5, 1))
@@ -126,21 +125,19 @@ def in_contact(scene: Scene, depth: float, contacts: Array) -> tuple[Sums, float
         wide = np.diff(contacts).sum() + 2 * scene.elastocapillary_length
         lost[1] = rounding * wide * float(scene.measure(contacts.max()))
         lost[2] = 2 * deepest * lost[1]
-    part = ROUNDING / max(1, ends.shape[1])
-    found = summed(lambda x: densities(scene, depth, x), ends, part, lost, smooth=smooth)
-    units = np.array([[k / 2], [1.0], [scene.work_of_adhesion], [k]])
-    parts = (units * part[[2, 3, 4, 1]] for part in found[1:])
-    return Sums(ends, *parts), rounding
+    part, density = ROUNDING / max(1, ends.shape[1]), functools.partial(densities, scene, depth)
+    found = np.array(summed(density, ends, part, lost, smooth=smooth)[1:]).sum(axis=2)
+    return found[:, [2, 3, 4, 1]] * (k / 2, 1.0, scene.work_of_adhesion, k), rounding
 
 
 def _ends(scene: Scene, contacts: Array) -> Array:
     """Ends (2, n) of the panels of contacts (m, 2)."""
-    edges = () if scene.pattern is None else scene.pattern.edges
-    cuts = np.union1d(breaks(scene.indenter), edges)
+    cuts = breaks(scene.indenter)
+    if scene.pattern is not None:
+        cuts = np.append(cuts, scene.pattern.edges)
     own = np.searchsorted(contacts[:, 0], cuts) - 1  # the contact that begins before
     inner = cuts[(own >= 0) & (cuts < contacts[own, 1])]
-    starts, stops = (np.sort(np.append(end, inner)) for end in contacts.T)
-    return np.array([starts, stops])
+    return np.sort([np.concatenate([end, inner]) for end in contacts.T])
 
 
 def height_rounding(indenter: Indenter, ends: Array) -> float:
@@ -183,15 +180,16 @@ class Interval(NamedTuple):
     rounding: float = 0.0
 
 
-def refined(scene: Scene, depth: float, contacts: Array, free: Beside) -> Interval:
-    """Energy and force of contacts (m, 2); free: what the free surfaces beside them add."""
-    found, rounding = in_contact(scene, depth, contacts)
-    springs, tension, adhesion, force = found.sums.sum(axis=1).tolist()
-    off, size = found.off.sum(axis=1), float(found.sizes[3].sum())
-    energy, pull, area, pulls = free
-    stored = springs + tension + energy
-    totals = stored - adhesion, force + pull, force + area, stored + adhesion, size + pulls
-    return Interval(*totals, (float(off[:3].sum()), float(off[3])), rounding)
+def refined(scene: Scene, depth: float, contacts: Array, free: Sequence[Free]) -> Interval:
+    """Energy and force of contacts (m, 2) and of the free surfaces beside them."""
+    parts, rounding = in_contact(scene, depth, contacts)
+    (springs, tension, adhesion, force), (*_, size), off = parts.tolist()
+    pulls = [pull for each in free for pull in each.pulls]
+    stored = springs + tension + sum(each.energy for each in free)
+    by_field = force + sum(each.area for each in free)
+    scales = stored + adhesion, size + sum(map(abs, pulls))
+    totals = stored - adhesion, force + sum(pulls), by_field, *scales
+    return Interval(*totals, (sum(off[:3]), off[3]), rounding)
 
 
 @dataclass(frozen=True, eq=False)

@@ -67,7 +67,7 @@ class Alone:
         return max(map(abs, depths)) + self.scene.opened.critical_separation
 
     def rest_depth(
-        self, side: Any, x: Any, beside: Any = None, *, way: int = 1, adhesive: bool = True
+        self, side: Any, x: Any, beside: Any = None, *, way: int = 1, adhesive: Any = True
     ) -> Any:
         """D of a line at x that advances (way 1) or recedes (-1); or D₀ without adhesion.
 
@@ -76,7 +76,7 @@ class Alone:
         """
         scene, indenter = self.scene if way > 0 else self.scene.opened, self.scene.indenter
         beyond = indenter.slope(x) if beside is None else indenter.slope_beside(x, side * beside)
-        w = scene.work_of_adhesion if adhesive else 0.0
+        w = scene.work_of_adhesion * adhesive
         found = self.surfaces.rest_depth(side, x, indenter.height(x), beyond, None, w)
         if beside is None or not indenter.walls:
             return found
@@ -92,7 +92,11 @@ class Alone:
 
     def lines(self, depth: float) -> tuple[float, ...]:
         """Both ends of the contact, 0 at the axis; () where it has let go."""
-        left, right = [0.0, *(self.find(side, depth) for side in self.sides)][-2:]
+        right, body = self.find(1, depth), self.scene.indenter
+        if self.scene.axisymmetric:
+            left = 0.0
+        else:
+            left = -right if body.symmetric and not body.apex else self.find(-1, depth)
         held = left < right or (left == right and depth >= self.touch)
         return (left, right) if held else ()
 
@@ -129,12 +133,13 @@ class Alone:
             if low > depth:
                 return math.nan
 
+        @functools.cache
         def h(x: float, beside: int | None = None) -> float:
             return float(self.rest_depth(side, x, beside, way=way)) - depth
 
         places = np.append(start, self.corners(side, start))
         beyond = self.rest_depth(side, places, 1, way=way) - depth
-        tie = _NEUTRAL * (abs(h(start)) + self.size(depth))
+        tie = _NEUTRAL * self.size(depth, self.touch)
         for inside, x, held in zip([start, *places], places.tolist(), beyond > tie, strict=False):
             if held:
                 return bracketed(h, float(inside), x) if inside != x and h(x, -1) > tie else x
@@ -150,12 +155,12 @@ class Alone:
         self, h: Callable[[float], float], side: int, start: float, depth: float
     ) -> tuple[float, float]:
         """Points on both sides of a line, or ValueError where the known profile ends before it."""
-        indenter = self.scene.indenter
+        indenter, finite = self.scene.indenter, self.scene.slopes == "finite"
         x, limit = start, indenter.extent[0 if side < 0 else 1]
         for inside, x in _further(start, side * self.scene.elastocapillary_length, limit):
             if h(x) > 0:
                 return inside, x
-            if depth < indenter.height(x):  # pulled up, and further out even more
+            if finite and depth < indenter.height(x):  # pulled up, and further out even more
                 self.solve(side, x, depth)
         raise ValueError(
             f"depth = {depth!r} spreads the contact to x = {x!r}, where the profile is not known "

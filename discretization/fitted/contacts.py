@@ -30,7 +30,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free_parts
-from discretization.fitted.rest_depths import margins
+from discretization.fitted.rest_depths import GROWING, MOVES, SIDES, solved, stable
 from discretization.quadrature import Interval, refined
 from discretization.roots import least
 from discretization.surfaces.protocol import At, Free
@@ -39,6 +39,10 @@ from energy.arrays import Array, Mask
 
 _NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
+_PLACES = np.array(  # where D of a line judges it: on its outer or inner side, way, adhesion
+    [[1, 1, -1, 0, 0, 0, 0], [1, 1, -1, 1, 1, 1, 1], [1, 0, 1, 1, 1, 1, 1]]
+)[..., None, None]
+_SIGNS = np.array([[[1, 1], [1, -1]]])  # of what D of both lines is off by
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
 _POSITION = ROUNDING / 4  # of |x|, to which a line is found
@@ -52,7 +56,7 @@ class Contacts:
     lines: Lines
     depth: float
 
-    @property
+    @functools.cached_property
     def x(self) -> Array:
         """Ends of each contact (m, 2)."""
         return np.array(self.lines).reshape(-1, 2)
@@ -73,29 +77,38 @@ class Contacts:
         profile = self.motion.profile
         edges = profile.edges, np.nextafter(profile.edges, -math.inf)
         held = np.concatenate([profile.corners, profile.indenter.walls, *edges])
-        return np.isin(self.x, held)
+        return np.isin(self.x, held) if held.size else np.zeros(self.x.shape, bool)
 
     @functools.cached_property
     def surfaces(self) -> list[Free]:
         """The free surfaces. ValueError if one would turn over."""
-        rests = self.motion.rests
+        rests, body, (left, *_, right) = self.motion.rests, self.motion.scene.indenter, self.lines
+        if left == -right < 0 and self.alone and body.symmetric and not body.apex:
+            found = rests.surfaces.solve(rests.at(right), None, self.depth)
+            return [found._replace(pulls=found.pulls[::-1]), found]
         ends = [(rests.at(q), rests.at(p)) for q, p in free_parts(self.lines)]
         return [rests.surfaces.solve(*pair, self.depth) for pair in ends]
 
     @functools.cached_property
-    def rates(self) -> tuple[Array, Mask, Array]:
-        """Lines (n, 2) of the free surfaces, which of them are free, the changes of D (n, 2, 2)."""
-        rests, lines = self.motion.rests, np.array(free_parts(self.lines))
-        held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
-        _, rates = rests.with_rates(lines[:, None], rests.between_corners(lines, 1), 1, True)
-        assert rates is not None
-        return lines, np.isfinite(lines) & ~held, rates[:, 0]
+    def felt(self) -> tuple[Array, Mask, Array, Array]:
+        """Lines (n, 2) of the free surfaces, which are free, D there (3, n, 2), its changes.
 
-    @functools.cached_property
-    def behind(self) -> Array:
-        """D just behind the lines of each contact (m, 2), where a contact that opens holds them."""
-        rests, (lines, loose, _) = self.motion.rests, self.rates
-        return _of_contacts(rests.ahead(lines - _rounding(lines, loose), -1))
+        D just ahead of a contact that closes, the same without adhesion, and behind one that opens,
+        of free lines off by their rounding; changes (n, 2, 2) with both lines.
+        """
+        rests, lines = self.motion.rests, np.array(free_parts(self.lines))
+        if rests.scene.axisymmetric and not self.lines[0]:
+            lines[0, 1] = math.inf  # a contact around the axis has no line there
+        held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
+        loose, last = np.isfinite(lines) & ~held, 5 if len(lines) > 2 else 3
+        with np.errstate(invalid="ignore"):
+            off = np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * SIDES
+            z = rests.moved(lines, rests.between_corners(lines, 1))
+        near = lines + off, lines + off, lines - off
+        own, other = (np.array([*near, *z[part[1:last]]]) for part in MOVES)
+        depths = rests.beside(SIDES, own, other[..., ::-1], *_PLACES[:, : len(own)])
+        rates = rests.changes(depths[2:], z)
+        return lines, loose, depths[:3], np.where(np.isfinite(rates), rates, 0.0)
 
     @property
     def neutral(self) -> bool:
@@ -103,7 +116,7 @@ class Contacts:
         walls = self.motion.profile.indenter.walls
         if not (self.motion.scene.work_of_adhesion and walls):
             return False
-        off = np.abs(self.behind - self.depth)[np.isin(self.x, walls) & self.wide]
+        off = np.abs(_of_contacts(self.felt[2][2]) - self.depth)[np.isin(self.x, walls) & self.wide]
         return bool((off <= 2 * ROUNDING * self.motion.rests.size).any())
 
     @property
@@ -111,17 +124,9 @@ class Contacts:
         """Which contacts (m, 1) are more than a point."""
         return self.x[:, :1] < self.x[:, 1:]
 
-    @property
-    def pulls(self) -> Array:
-        """What the free surfaces pull at both lines of each contact, S (m, 2)."""
-        return _of_contacts(np.array([each.pulls for each in self.surfaces]))
-
     def totals(self) -> Interval:
         """Energy and force."""
-        energy, area = np.sum([(each.energy, each.area) for each in self.surfaces], axis=0).tolist()
-        pulls = [pull for each in self.surfaces for pull in each.pulls]
-        beside = energy, sum(pulls), area, sum(map(abs, pulls))
-        return refined(self.motion.scene, self.depth, self.x, beside)
+        return refined(self.motion.scene, self.depth, self.x, self.surfaces)
 
 
 def _of_contacts(values: Array) -> Array:
@@ -150,7 +155,7 @@ def estimated(
 
     moves: how far lines (m, 2) may be off.
     """
-    (energy, force), width = found.errors, np.diff(lines, axis=1).sum()
+    (energy, force), width = found.errors, (lines[:, 1] - lines[:, 0]).sum()
     off = moves > 0
     force += float(push(scene, depth, lines[off]) @ moves[off])
     parts = (
@@ -188,8 +193,8 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
 
 def _steepest(contacts: Contacts) -> float:
     """l |f'| at the lines, with finite slopes l |sin β| [length]."""
-    scene, profile = contacts.motion.scene, contacts.motion.profile
-    slopes = np.array([profile.beside(contacts.x.ravel(), side)[1] for side in (-1, 1)])
+    scene = contacts.motion.scene
+    _, slopes = contacts.motion.profile.beside(contacts.x[..., None], (-1, 1))
     if scene.slopes == "finite":
         slopes = slopes / np.hypot(1.0, slopes)
     return scene.elastocapillary_length * float(np.abs(slopes).max())
@@ -197,21 +202,13 @@ def _steepest(contacts: Contacts) -> float:
 
 def _at_lines(contacts: Contacts) -> tuple[float, float]:
     """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
-    rests, depth = contacts.motion.rests, contacts.depth
-    lines, loose, _ = contacts.rates
-    beyond, noise = lines + _rounding(lines, loose), rests.noise(lines)
-    closing = depth - float((rests.ahead(beyond, 1) + noise[:, None]).min())
-    through = closing  # no more than that
-    if closing > ROUNDING * rests.size:
-        through = depth - float((rests.ahead(beyond, 1, adhesive=False) + noise[:, None]).min())
-    opening = contacts.behind - depth - _of_contacts(np.repeat(noise, 2))
-    return through, max(closing, float(opening[contacts.wide[:, 0]].max(initial=-math.inf)))
-
-
-def _rounding(lines: Array, loose: Mask) -> Array:
-    """How far outwards of contacts a free line (n, 2) may be off by rounding."""
-    with np.errstate(invalid="ignore"):
-        return np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * (1, -1)
+    rests, depth, (lines, _, felt, _) = contacts.motion.rests, contacts.depth, contacts.felt
+    noise = rests.noise(lines)[:, None]
+    closing, bare = (depth - (felt[:2] + noise).min(axis=(1, 2))).tolist()
+    through = bare if closing > ROUNDING * rests.size else closing  # no more than that
+    behind = np.where(np.isfinite(lines), felt[2], -math.inf)
+    opening = _of_contacts(behind - depth - noise)[contacts.wide[:, 0]]
+    return through, max(closing, float(opening.max(initial=-math.inf)))
 
 
 def _unstable(contacts: Contacts) -> float:
@@ -220,7 +217,7 @@ def _unstable(contacts: Contacts) -> float:
     Where D is least the line of a lone contact is found to the root of its rounding, where D
     changes by _FLAT.
     """
-    scene, (lines, loose, rates) = contacts.motion.scene, contacts.rates
+    scene, (lines, loose, _, rates) = contacts.motion.scene, contacts.felt
     if scene.hysteretic or not scene.work_of_adhesion:
         return 0.0  # held by another work of adhesion than what moves it; or the energy is convex
     steepest = np.abs(rates).max(axis=(1, 2))
@@ -231,10 +228,9 @@ def _unstable(contacts: Contacts) -> float:
     slack = _FALLING * steepest
     if contacts.alone:
         slack = np.maximum(slack, _FLAT * contacts.motion.rests.size / span)
-    aside = np.diag([1, -1]) * slack[:, None, None]
+    aside = GROWING * slack[:, None, None]
     with np.errstate(over="ignore"):
-        stable = margins(rates[:, None], loose)[0] | margins((rates + aside)[:, None], loose)[0]
-    return 0.0 if stable.all() else 1.0
+        return 0.0 if stable((rates + aside)[:, None], loose).all() else 1.0
 
 
 def penetration(contacts: Contacts) -> float:
@@ -266,21 +262,24 @@ def _tension(contacts: Contacts, scale: float) -> float:
     """Largest force that would open a contact, over kδl."""
     motion, scene, x = contacts.motion, contacts.motion.scene, contacts.x
     unit, corners = scene.stiffness * scene.elastocapillary_length, motion.profile.corners
-    inside = np.searchsorted(x.ravel(), corners) & np.searchsorted(x.ravel(), corners, "right")
-    over = (motion.profile.falls(scene.slopes) - motion.holds(corners))[inside % 2 == 1]
-    lone = ~contacts.wide[:, 0] & (scene.measure(x[:, 0]) > 0)
-    pulls = contacts.pulls.sum(axis=1)[lone] / scene.measure(x[lone, 0])
-    bare = (motion.search.pull(*part, contacts.depth).force for part in motion.bare(x))
-    worst = max([0.0, *(scene.gamma1 * over), *-pulls, *(unit * force for force in bare)])
-    return float(worst) / (unit * scale)
+    forces = [unit * motion.search.pull(*part, contacts.depth).force for part in motion.bare(x)]
+    if corners.size and not scene.indenter.convex:
+        inside = np.searchsorted(x.ravel(), corners) & np.searchsorted(x.ravel(), corners, "right")
+        over = motion.profile.falls(scene.slopes) - motion.holds(corners)
+        forces += (scene.gamma1 * over[inside % 2 == 1]).tolist()
+    if not contacts.wide.all():
+        lone = ~contacts.wide[:, 0] & (scene.measure(x[:, 0]) > 0)
+        pulls = _of_contacts(np.array([each.pulls for each in contacts.surfaces])).sum(axis=1)
+        forces += (-pulls[lone] / scene.measure(x[lone, 0])).tolist()
+    return max([0.0, *forces]) / (unit * scale)
 
 
 def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     """Errors of rounding times the condition of the lines, and of the quadrature."""
     rests, scene = contacts.motion.rests, contacts.motion.scene
-    lines, free, rates = contacts.rates
-    own = np.where(free[:, :, None] & free[:, None], rates, 0.0)
+    lines, free, _, rates = contacts.felt
     off = ROUNDING * rests.size + found.rounding
     place = _POSITION * np.where(free, np.abs(lines), 0.0)
-    moves = _of_contacts(np.abs(np.linalg.pinv(own)).sum(axis=2) * off + place)
+    moved = np.abs(solved(rates[:, None], off * _SIGNS, free)).max(axis=1)
+    moves = _of_contacts(moved + place)
     return estimated(scene, contacts.depth, contacts.x, moves, found)

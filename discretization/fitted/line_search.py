@@ -14,7 +14,7 @@ import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.first_zero import first_zero
-from discretization.fitted.rest_depths import TIE, RestDepths, margins, solved
+from discretization.fitted.rest_depths import TIE, RestDepths, solved, stable
 from discretization.fitted.tension import Pull, pull
 from discretization.surfaces.protocol import At
 from energy.arrays import Array
@@ -166,7 +166,7 @@ class LineSearch:
             with np.errstate(over="ignore", invalid="ignore"):  # lines that have all but met
                 value, rates = self.rests.with_rates(x[None, None], room, way, True)
             assert rates is not None
-            if not margins(rates, both)[0].all():
+            if not stable(rates, both).all():
                 return None
             step = solved(rates, value - depth, both)[0, 0]
             even = float(np.abs(value - depth).max()) <= float(self.rests.noise(x))

@@ -29,8 +29,9 @@ _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
 _LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
 _STEPS = np.array([0.0, 1.0, -1.0])
-_MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
-_SIDES = np.array([1, -1])  # of the lines of a free surface
+MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
+SIDES = np.array([1, -1])  # of the lines of a free surface
+GROWING = np.diag([1.0, -1.0])  # changes of D of two lines with both, if they grow outwards
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 _NARROW = 1e-2  # of l
 _ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
@@ -68,9 +69,11 @@ class RestDepths:
         """What rounding of heights makes of D, of surfaces with lines (.., 2)."""
         q, p, slope = lines[..., 0], lines[..., 1], self.profile.indenter.slope
         with np.errstate(divide="ignore", invalid="ignore"):
-            steep = self.length / np.maximum(p - q, 0.0)
-        found, near = np.asarray(self.size * steep**2), self._narrow(q, p)
-        if near.any():
+            if not np.isfinite(width := p - q).any():
+                return np.zeros(width.shape)
+            steep = self.length / np.maximum(width, 0.0)
+        found = np.asarray(self.size * steep**2)
+        if (near := self._narrow(q, p)).any():
             ends = lines[near]
             f1 = np.asarray(slope(ends.ravel()), float).reshape(ends.shape)
             bend = np.abs(np.diff(f1) / np.diff(ends))[..., 0]
@@ -88,26 +91,22 @@ class RestDepths:
         return found
 
     def _rise(self, line: At, facing: At) -> Any:
-        """By how much the profile is higher at the facing line."""
+        """By how much the profile is higher at the facing line; of narrow gaps as ∫f' dx."""
         found, near = np.asarray(facing.f - line.f, float), self._narrow(line.x, facing.x)
         if near.any():
             start, end = (part[near] for part in np.broadcast_arrays(line.x, facing.x))
-            low, high = np.minimum(start, end), np.maximum(start, end)
-            x = self.profile.x
-            at = np.searchsorted(x, low, "right")
-            between = np.clip(x[np.minimum(at, x.size - 1)], low, high)  # a knot
-            found[near] = self._risen(start, between) + self._risen(between, end)
+            x, low, high = self.profile.x, np.minimum(start, end), np.maximum(start, end)
+            knot = np.clip(x[np.searchsorted(x, low, "right") % x.size], low, high)
+            parts = np.array([knot - start, end - knot])
+            at = np.array([start, knot])[..., None] + parts[..., None] * (1 + _POINTS) / 2
+            slope = np.asarray(self.profile.indenter.slope(at), float)
+            found[near] = (parts * (slope @ _WEIGHTS)).sum(axis=0) / 2
         return found[()]
 
-    def _risen(self, start: Array, end: Array) -> Array:
-        """∫f' dx (n,)."""
-        apart = end - start
-        at = start[:, None] + apart[:, None] * (1 + _POINTS) / 2
-        slope = np.asarray(self.profile.indenter.slope(at.ravel()), float).reshape(at.shape)
-        return np.asarray(apart * (slope @ _WEIGHTS) / 2)
-
-    def with_work(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+    def _with_work(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D of a line with a work of adhesion: of a gap, heights count from that of the line."""
+        if self.scene.pattern is not None:
+            w = w * self.scene.pattern.factor(x)
         if facing is None:
             return self.surfaces.rest_depth(side, x, f, f1, None, w)
         beyond = At(facing.x, self._rise(At(x, f), facing))
@@ -117,29 +116,25 @@ class RestDepths:
         """A line at x, or lines (n,); None at infinity."""
         return At(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
 
-    def w(self, way: int) -> float:
+    def w(self, way: Any) -> Any:
         """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
-        return (self.scene if way > 0 else self.scene.opened).work_of_adhesion
+        closing, opening = self.scene.work_of_adhesion, self.scene.opened.work_of_adhesion
+        return closing if closing == opening else np.where(np.greater(way, 0), closing, opening)[()]
 
     def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
         """D of a line that moves this way, numbers or arrays."""
-        w: Any = self.w(way)
-        if self.scene.pattern is not None:
-            w = w * self.scene.pattern.factor(x)
-        return self.with_work(side, x, f, f1, facing, w)
+        return self._with_work(side, x, f, f1, facing, self.w(way))
 
     def between_corners(self, lines: Array, way: int) -> Array:
         """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
 
         A line at a corner is on that side of it to which it moves.
         """
-        known, found = self.profile.joints, np.empty((2, *lines.shape))
-        for own, side in ((0, 1), (1, -1)):
-            at = np.searchsorted(known, lines[:, own], side="right" if side * way > 0 else "left")
-            at = np.clip(at, 1, known.size - 1)
-            lo, hi = known[at - 1], known[at]
-            low, high = (_ULPS * self._spacing(end) for end in (lo, hi))
-            found[:, :, own] = lo + low, hi - high
+        known, outwards = self.profile.joints, SIDES * way > 0
+        after, least = known.searchsorted(lines, "right"), _ULPS * self._spacing(known)
+        at = np.where(outwards, after, known.searchsorted(lines))
+        at = np.minimum(np.maximum(at, 1), known.size - 1)
+        found = np.array([(known + least)[at - 1], (known - least)[at]])
         return np.where(np.isfinite(lines), found, lines)
 
     def _spacing(self, x: Array) -> Array:
@@ -157,44 +152,45 @@ class RestDepths:
             lines = np.where(close, near, lines)
         return lines
 
-    def _of(
-        self, side: Any, x: Array, f: Array, f1: Array, facing: At, way: int, adhesive: bool = True
-    ) -> Array:
-        """D of lines at x with heights and slopes that face others, both infinite if there is none.
+    def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: At, w: Any) -> Array:
+        """D of lines with heights and slopes that face others, infinite if there is none.
 
         D of a line at infinity is ∞.
         """
-        found, side, inner = (
-            np.full(x.shape, math.inf),
-            np.broadcast_to(side, x.shape),
-            np.isfinite(x),
-        )
-        paired = np.isfinite(facing.x)
-        for own in (inner & paired, inner & ~paired):
+        inner, paired = np.isfinite(x), np.isfinite(facing.x)
+        found, one = np.full(x.shape, math.inf), np.ones(x.shape)
+        side, w = side * one, w * one
+        for own, other in ((inner & paired, True), (inner & ~paired, False)):
             if own.any():
-                beyond = At(facing.x[own], facing.f[own]) if paired[own][0] else None
-                place = side[own], x[own], f[own], f1[own], beyond
-                found[own] = (
-                    self.rest_depth(*place, way) if adhesive else self.with_work(*place, 0.0)
-                )
+                beyond = At(facing.x[own], facing.f[own]) if other else None
+                found[own] = self._with_work(side[own], x[own], f[own], f1[own], beyond, w[own])
         return found
 
-    def _beside(self, lines: Array, side: Any) -> tuple[Array, Array]:
-        """f and f' on this side of lines; at the lowest point for those at infinity."""
-        return self.profile.beside(np.where(np.isfinite(lines), lines, self.profile.lowest), side)
+    def beside(
+        self, side: Any, x: Array, facing: Array, aside: Any, way: Any, adheres: Any = True
+    ) -> Array:
+        """D of lines whose contacts are on the left (side 1) or on the right (-1) of them.
 
-    def ahead(self, lines: Array, way: int, adhesive: bool = True) -> Array:
-        """D just ahead of lines (n, 2) that move outwards of contacts (way 1) or inwards (-1).
-
-        Beyond the edge of the body nothing can be touched, D = ∞; so it is of a line that is none.
-        adhesive: or without adhesion.
+        Read just outwards (aside 1) or inwards (-1) of the contact. facing: the lines beyond their
+        free surfaces, infinite if there is none; adheres: False without adhesion. Beyond the edge
+        of the body nothing can be touched, D = ∞; so it is of a line at infinity.
         """
-        outwards, indenter = _SIDES * way, self.profile.indenter
-        f, f1 = self._beside(lines, outwards)
-        x, facing = self.profile.past(lines, outwards), At(lines[:, ::-1], f[:, ::-1])
-        rest = self._of(_SIDES, x, f, f1, facing, way, adhesive)
-        edge = (way > 0) & (lines == indenter.extent[::-1]) & np.isin(lines, indenter.walls)
-        return np.where(edge, math.inf, rest)
+        side = np.asarray(side)
+        indenter, outwards = self.profile.indenter, side * aside
+        known, other = (np.where(np.isfinite(z), z, self.profile.lowest) for z in (x, facing))
+        f, f1 = self.profile.beside(known, outwards)
+        beyond = At(facing, np.asarray(indenter.height(other), float))
+        place = self.profile.past(x, outwards), f, f1
+        rest = self._of(side, *place, beyond, self.w(way) * adheres)
+        if indenter.walls:
+            end = np.where(np.greater(side, 0), *indenter.extent[::-1])
+            edge = (x == end) & np.isin(x, indenter.walls)
+            rest = np.where(edge & np.greater(aside, 0), math.inf, rest)
+        return rest
+
+    def ahead(self, lines: Array, way: int) -> Array:
+        """D just ahead of lines (.., 2) that move outwards of contacts (way 1) or inwards (-1)."""
+        return self.beside(SIDES, lines, lines[..., ::-1], way, way)
 
     def reach(self, lines: Array, depth: float, way: int) -> Array:
         """How much further lines (n, 2) can be pressed or retracted before a corner matters.
@@ -202,17 +198,14 @@ class RestDepths:
         Until a free line comes to the next one, or one that is held there comes free; all but
         linear in the depth. nan where there is none.
         """
-        profile, outwards = self.profile, _SIDES * way
+        profile, outwards = self.profile, SIDES * way
         kept = self.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
         if profile.joints.size <= 2 and not kept:
             return np.full(lines.shape, math.nan)
         lo, hi = self.between_corners(lines, way)
-        x, facing = (
-            np.where(outwards > 0, hi, lo),
-            At(lines[:, ::-1], self._beside(lines, 1)[0][:, ::-1]),
-        )
+        x = np.where(outwards > 0, hi, lo)
         with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
-            rest = self._of(_SIDES, x, *self._beside(x, -outwards), facing, way)
+            rest = self.beside(SIDES, x, lines[:, ::-1], -way, way)
         held, found = way * (self.ahead(lines, way) - depth), way * (rest - depth)
         found = np.where(held > TIE * self.size, held, found)
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
@@ -221,44 +214,50 @@ class RestDepths:
         self, x: Array, room: Array, way: int, rates: bool
     ) -> tuple[Array, Array | None]:
         """D of both lines (n, j, 2), and its changes (n, j, 2, 2): of the first with the second."""
-        indenter, (moved, other) = self.profile.indenter, _MOVES if rates else ([0], [0])
-        z = x[..., None] + self._step(x)[..., None, None] * (_STEPS if rates else _STEPS[:1])
-        if rates:  # half-way to a corner at most: which side of it a place is on is not known there
-            z[..., 1:] = np.clip(z[..., 1:], *((x + room[:, :, None]) / 2)[..., None])
+        indenter, tails = self.profile.indenter, not np.isfinite(x).all(axis=2).any()
+        own, other = (part[: (3 if tails else 5) if rates else 1] for part in MOVES)
+        z = self.moved(x, room[:, :, None]) if rates else x[None]
         known = np.where(np.isfinite(z), z, self.profile.lowest)
         f, f1 = (np.asarray(read(known), float) for read in (indenter.height, indenter.slope))
-        facing = At(*(part[:, :, ::-1][..., other] for part in (z, f)))
-        at = z[..., moved]
-        at[..., 3:][np.isinf(facing.x[..., 3:])] = (
-            math.inf
-        )  # nothing moves beside the line of a tail
-        rest = self._of(_SIDES[:, None], at, f[..., moved], f1[..., moved], facing, way)
-        if not rates:
-            return rest[..., 0], None
-        with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
-            width = z[..., 1] - z[..., 2]
-            alone = (rest[..., 1] - rest[..., 2]) / width
-            crossed = (rest[..., 3] - rest[..., 4]) / width[..., ::-1]
-        rate = np.stack([alone, crossed], axis=-1)
-        rate[..., 1, :] = rate[..., 1, ::-1]
-        inner = np.isfinite(x)
-        return rest[..., 0], np.where(inner[..., None] & inner[..., None, :], rate, 0.0)
+        at, facing = z[own], At(z[other][..., ::-1], f[other][..., ::-1])
+        at[3:][np.isinf(facing.x[3:])] = math.inf  # nothing moves beside the line of a tail
+        rest = self._of(SIDES, at, f[own], f1[own], facing, self.w(way))
+        return rest[0], self.changes(rest, z) if rates else None
 
-    def _step(self, lines: Array) -> Array:
+    def moved(self, x: Array, room: Array) -> Array:
+        """Lines (.., 2), and a little further and back for central differences, (3, .., 2).
+
+        Half-way to a corner at most: which side of it a place is on is not known there.
+        """
+        z = x + np.multiply.outer(_STEPS, self.step(x))[..., None]
+        lo, hi = (x + room) / 2
+        z[1:] = np.minimum(np.maximum(z[1:], lo), hi)
+        return z
+
+    def changes(self, rest: Array, z: Array) -> Array:
+        """Changes (.., 2, 2) of D of lines with both, of D at such places by MOVES (k, .., 2)."""
+        inner, rate = np.isfinite(z[0]), np.zeros((*z.shape[1:], 2))
+        with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
+            width = z[1] - z[2]
+            rate[..., [0, 1], [0, 1]] = (rest[1] - rest[2]) / width
+            if len(rest) > 3:
+                rate[..., [0, 1], [1, 0]] = (rest[3] - rest[4]) / width[..., ::-1]
+        return np.where(inner[..., None] & inner[..., None, :], rate, 0.0)
+
+    def step(self, lines: Array) -> Array:
         """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.
 
         In a narrow gap D varies by (L/l)² and is known to (l/L)²: the step is the cube root of what
         rounding is of that.
         """
-        width = lines[..., 1] - lines[..., 0]
+        width, x = lines[..., 1] - lines[..., 0], np.where(np.isfinite(lines), np.abs(lines), 0.0)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             steep = np.maximum(self.length / width, 0.0)
             part = np.clip(np.cbrt(EPSILON * steep**4), _DIFFERENCE, _WIDEST)
+        furthest = x.max(axis=-1)
         if self.scene.axisymmetric:
-            radius = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
-            width = np.minimum(width, np.maximum(radius, _LEAST * self.length))
-        x = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
-        least = np.minimum(_FELT * np.spacing(x), width / 4)  # where l is no length beside x
+            width = np.minimum(width, np.maximum(furthest, _LEAST * self.length))
+        least = np.minimum(_FELT * np.spacing(furthest), width / 4)  # where l is none beside x
         return np.asarray(np.maximum(part * np.minimum(width, self.length), least))
 
 
@@ -271,18 +270,17 @@ def solved(rate: Array, off: Array, free: Mask) -> Array:
     return np.where(free[:, None], found.T, 0.0)
 
 
-def margins(rate: Array, free: Mask) -> tuple[Mask, Array]:
-    """Whether free lines are stable at all depths (n,), and the stiffness (n, j), nan without any.
+def stable(rate: Array, free: Mask) -> Mask:
+    """Whether free lines are stable at all depths (n,).
 
     D must grow outwards of every line, and with both lines free their matrix be definite.
     """
     (a, _), (_, e), det = _of_free(rate, free)
-    stable = ((a > 0) & (e < 0) & (det < 0)).all(axis=0)
-    return np.asarray(stable), np.where(free.any(axis=1), np.abs(det), math.nan).T
+    return np.asarray(((a > 0) & (e < 0) & (det < 0)).all(axis=0))
 
 
 def _of_free(rate: Array, free: Mask) -> tuple[Array, Array, Array]:
     """Rows of the matrices (n, j, 2, 2), each (2, j, n), and their determinants; ±1 if not free."""
     both = free[:, None, :, None] & free[:, None, None]
-    one, other = np.where(both, rate, np.diag([1.0, -1.0])).transpose(2, 3, 1, 0)
+    one, other = np.where(both, rate, GROWING).transpose(2, 3, 1, 0)
     return one, other, one[0] * other[1] - one[1] * other[0]

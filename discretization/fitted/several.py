@@ -135,29 +135,25 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilib
     NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
     """
     scene = motion.scene
-    if not lines:
+    if lines:
+        contacts = Contacts(motion, lines, depth)
+        found = contacts.totals()
+        state = equilibrium(
+            contacts.x,
+            found,
+            scene=scene,
+            depth=depth,
+            pinned=contacts.pinned,
+            certificate=certify(contacts, found),
+            surfaces=motion.surfaces,
+            errors=errors(contacts, found),
+            branch=branch,
+            neutral=contacts.neutral,
+        )
+    else:
         scale = max(abs(depth), scene.opened.critical_separation) or 1.0
         apart = Certificate.undeformed(motion.penetration(lines, depth) / scale)
-        return _demanded(detached(scene, depth, branch, motion.surfaces, apart))
-    contacts = Contacts(motion, lines, depth)
-    found = contacts.totals()
-    state = equilibrium(
-        contacts.x,
-        found,
-        scene=scene,
-        depth=depth,
-        pinned=contacts.pinned,
-        certificate=certify(contacts, found),
-        surfaces=motion.surfaces,
-        errors=errors(contacts, found),
-        branch=branch,
-        neutral=contacts.neutral,
-    )
-    return _demanded(state)
-
-
-def _demanded(state: Equilibrium) -> Equilibrium:
-    """The state. NotCertifiedError if its certificate failed."""
-    name = f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts"
+        state = detached(scene, depth, branch, motion.surfaces, apart)
+    name = f"the state at depth = {depth!r} with {len(state.contacts)} contacts"
     state.certificate.demand(name, "try another depth: this one may be that of an event")
     return state

@@ -13,6 +13,7 @@ from energy import Scene
 from energy.axis import Radial
 
 _UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once
+_ADHERES = np.array([[True], [False]])
 _ASIDE = 1e-3  # of l and of the width: so far beyond its lines a contact is judged
 
 
@@ -44,18 +45,13 @@ def motion_of(alone: Alone, ends: tuple[float, ...], depth: float) -> Motion:
     indenter, length = scene.indenter, scene.elastocapillary_length
     lines = np.array(ends)[-sides.size :]
     f = np.asarray(indenter.height(lines), float)
-    rest, bare = (alone.rest_depth(sides, lines, adhesive=adheres) for adheres in (True, False))
+    rest, bare = alone.rest_depth(sides, lines, adhesive=_ADHERES)
     terms = abs(depth) + np.abs(f) + np.abs(bare - f) + np.abs(bare - rest)
     profile = Radial(indenter) if scene.axisymmetric else indenter
     aside = _ASIDE * min(length, max(ends[1] - ends[0], _ASIDE * length))
     lo, hi = max(ends[0] - aside, profile.extent[0]), min(ends[1] + aside, profile.extent[1])
-    x, inner = np.array([lo, hi]), breaks(profile)
-    if inner.size:
-        inner = inner[(inner > lo) & (inner < hi)]
-        corners = inner[np.isin(inner, profile.corners)]  # twice
-        x = np.sort(np.concatenate([x, np.unique(inner), corners]))
-    twice = x[1:] == x[:-1]
-    slope = profile.slope_beside(x, np.append(1, twice) - np.append(twice, 1))
-    samples = Resolved(profile, x, np.asarray(profile.height(x), float), slope)
+    inner = breaks(profile)
+    x = {lo, hi, *inner[(inner > lo) & (inner < hi)].tolist()}
+    samples = Resolved.of(profile, np.array(sorted(x)))
     rests = RestDepths(scene, samples, alone.surfaces, float(terms.max()) or scene.layer.h)
     return Motion(scene, samples, alone.surfaces, rests)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.fitted.rest_depths import RestDepths, margins, solved
+from discretization.fitted.rest_depths import RestDepths, solved, stable
 from discretization.quadrature import Integrals
 from discretization.surfaces.network import polynomial, rounded
 from energy.arrays import Array, Mask
@@ -145,8 +145,7 @@ class Smooth:
         last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
         room, active = self.rests.between_corners(lines, way), free.any(axis=1) & good
         rates, found = self._newton(x, depths, way, free, room, size, last, active)
-        stable, _ = margins(rates, free)
-        good &= stable & (found | ~free.any(axis=1))
+        good &= stable(rates, free) & (found | ~free.any(axis=1))
         with np.errstate(divide="ignore", invalid="ignore"):
             loose = self.rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
             moved = way * np.diff(np.concatenate([lines[:, None], x], axis=1), axis=1) * (1.0, -1.0)

@@ -25,7 +25,7 @@ from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import equilibrium, estimated
 from discretization.paths.branch import Branch, Leg, Point
 from discretization.profile import Resolved, resolve
-from discretization.quadrature import NONE, Integrals, Interval, refined
+from discretization.quadrature import Integrals, Interval, refined
 from discretization.roots import crossings
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
@@ -157,7 +157,7 @@ class SpringsBranch(Branch):
         level = max(level, touch)
         lines = lines_below(self.profile, np.array([level]))[0].reshape(-1, 2)
         pinned = np.isin(lines, self.profile.indenter.walls)
-        found = refined(scene, depth, lines, NONE)
+        found = refined(scene, depth, lines, ())
         judged = _judged(self.profile, lines, pinned, (depth, level, lift))
         judged.demand(f"the state at depth = {depth!r}", "try another depth")
         errors = estimated(scene, depth, lines, _moves(scene, lines, pinned, depth, found), found)

@@ -226,8 +226,6 @@ class MeniscusSurfaces(Surfaces):
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
         """Read from the family. As all its nodes are balanced, k∫u over it is what it pulls."""
-        if not s:
-            return Free(0.0, (0.0, 0.0), 0.0, 0.0)
         radius = np.array([s])
         phi = inclination(side, radius, np.array([u]))
         if s < LEAST[side] or abs(phi[0]) >= STEEPEST * (1 - _UPRIGHT):

@@ -96,7 +96,8 @@ def band(blocks: Array) -> Array:
 
 def chebyshev(t: Array, count: int) -> Array:
     """The first Chebyshev polynomials at t (n, count)."""
-    return np.asarray(np.cos(np.arccos(np.clip(t, -1, 1))[:, None] * np.arange(count)))
+    angle = np.arccos(np.minimum(np.maximum(t, -1.0), 1.0))
+    return np.asarray(np.cos(angle[:, None] * np.arange(count)))
 
 
 class Family:
@@ -113,20 +114,24 @@ class Family:
 
     def piece(self, kind: int, number: float) -> Array:
         """Chebyshev coefficients (points, values)."""
-        t = chebpts1(self.points)
-        found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
-        return np.asarray(np.linalg.solve(chebyshev(t, self.points), found))
+        if (kind, number) not in self.pieces:
+            t = chebpts1(self.points)
+            found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
+            solved = np.linalg.solve(chebyshev(t, self.points), found)
+            self.pieces[kind, number] = np.asarray(solved)
+        return self.pieces[kind, number]
 
     def at(self, kinds: Any, s: Array) -> Array:
         """Values (n, values) of these kinds, a number or (n,), at s (n,)."""
-        place, found = np.log2(s) / self.octaves, np.empty((s.size, self.values))
-        numbers, kinds = np.floor(place), np.broadcast_to(kinds, s.shape)
+        place = np.log2(s) / self.octaves
+        numbers = np.floor(place)
+        basis = chebyshev(2 * (place - numbers) - 1, self.points)
+        if s.size == 1:
+            return np.asarray(basis @ self.piece(np.asarray(kinds).item(), numbers.item()))
+        found, kinds = np.empty((s.size, self.values)), np.broadcast_to(kinds, s.shape)
         for kind, number in set(zip(kinds.tolist(), numbers.tolist(), strict=True)):
             own = (kinds == kind) & (numbers == number)
-            if (kind, number) not in self.pieces:
-                self.pieces[kind, number] = self.piece(kind, number)
-            at = chebyshev(2 * (place[own] - number) - 1, self.points)
-            found[own] = at @ self.pieces[kind, number]
+            found[own] = basis[own] @ self.piece(kind, number)
         return found
 
 
@@ -197,21 +202,11 @@ class Line:
     def __init__(self, degree: int) -> None:
         self.degree = degree
 
-    def measure(self, s: Any) -> Any:
-        """Length of a contact line at s."""
-        return 1.0
-
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side, maybe infinitely far."""
-        apart = Network(endless(self.degree), 0.0, endless(self.degree))
-        if not isinstance(width, np.ndarray):
-            return apart if width.real > FAR else self._gap(width)
-        near = self._gap(np.minimum(width, FAR))
-        return Network(*(np.where(width > FAR, *both) for both in zip(apart, near, strict=True)))
-
-    def _gap(self, width: Any) -> Network:
-        """Of lines that feel each other."""
-        half = piece(self.degree, width / 2)
+        if not isinstance(width, np.ndarray) and width.real > FAR:
+            return Network(endless(self.degree), 0.0, endless(self.degree))
+        half = piece(self.degree, np.minimum(width, FAR) / 2)
         return half.then(half)
 
     def shape(

@@ -82,7 +82,10 @@ class Surfaces:
 
     def solve(self, left: At | None, right: At | None, depth: float) -> Free:
         """One free surface. ValueError if it would turn over."""
-        found, unit = self.solved(*self._lines(left, right, depth)), self._unit
+        lines, unit = self._lines(left, right, depth), self._unit
+        if self.scene.axisymmetric and lines[1:3] == (0.0, math.inf):
+            return Free(0.0, (0.0, 0.0), 0.0, 0.0)  # at the axis there is none
+        found = self.solved(*lines)
         if found is None:
             raise ValueError(self.refusal(left, right, depth))
         (one, other), length = found.pulls, self.scene.elastocapillary_length

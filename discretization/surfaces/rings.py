@@ -35,6 +35,8 @@ def stiffness(side: Any, s: Any) -> Any:
     """
     near = np.maximum(s, BESIDE)
     found = _FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / rough(side, near)
+    if (near == s).all():
+        return found[()]
     part = np.where(np.greater(s, 0), np.minimum(s / BESIDE, 1.0), 1.0)
     ring = found / (part * (1 - near * found * np.log(part)))
     return np.where(np.greater(side, 0), ring, found * part)[()]
@@ -118,18 +120,10 @@ def _matrices(lo: Array, width: Array) -> tuple[Array, Array]:
 class Axis:
     """The networks about an axis: the questions of network.Line."""
 
-    def measure(self, s: Any) -> Any:
-        """Length of a line of radius s, over 2π."""
-        return s
-
-    def alone(self, side: Any, s: Any) -> Any:
-        """s S(s) of the surface outside a line or of the disc inside it; 0 at the axis."""
-        return s * stiffness(side, s)
-
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From lines of radii s to others, this much further to a side; ∞ where there is none."""
         if np.isinf(width).all():
-            return Network(self.alone(side, s), 0.0, 0.0)
+            return Network(s * stiffness(side, s), 0.0, 0.0)
         many = np.ndim(s) or np.ndim(width) or np.ndim(side)
         side, s, width = np.broadcast_arrays(*map(np.atleast_1d, (side, s, width)))
         out, other = side > 0, s + side * width
@@ -141,7 +135,7 @@ class Axis:
         for part, way, line in ((0, 1, q), (2, -1, p)):
             own = ~near & (np.real(line) > 0)
             if own.any():
-                found[part, own] = self.alone(way, line[own])
+                found[part, own] = line[own] * stiffness(way, line[own])
         found = np.where(out, found, found[::-1])
         return Network(*found if many else found[:, 0])
 

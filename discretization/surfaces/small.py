@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization.surfaces.network import Line
+from discretization.surfaces.network import Line, Network
 from discretization.surfaces.protocol import ANY, NARROWEST, Free, Surfaces
 from discretization.surfaces.rings import BESIDE, Axis
 from energy.arrays import Array
@@ -37,12 +37,14 @@ class SmallSurfaces(Surfaces):
 
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """Linear in the heights and the slope."""
-        net, excess, turned, off = self.net, steep - np.sqrt(2 * w), self.scene.axisymmetric, s
-        if turned:  # differences may look beyond the axis
+        net, off, turned = self.net, s, self.scene.axisymmetric
+        if turned and np.less(s, BESIDE).any():
+            # differences may look beyond the axis
             off = np.where(np.isinf(width) & np.greater(s, 0), s, np.maximum(s, BESIDE))[()]
         found = net.between(side, off, width)
-        u = (net.measure(off) * excess + found.tie * rise) / found.left
-        if not turned or np.isfinite(width).all():
+        pull = (off if turned else 1.0) * (steep - np.sqrt(2 * w))
+        u = (pull + found.tie * rise) / found.left
+        if off is s or np.isfinite(width).all():
             return u
         # a line at the axis rests as just beside it, if it does not adhere as it is touched;
         # a contact around the axis has no line there: it rests at any depth
@@ -76,15 +78,15 @@ class SmallSurfaces(Surfaces):
         Im E(s + ih)/h has no difference to lose digits in (W. Squire, G. Trapp, SIAM Review 40
         (1998) 110).
         """
-        m, net = self.net.measure(s), self.net
+        m, net = s if self.scene.axisymmetric else 1.0, self.net
         if not m or not width:
             return 0.0
         part = min(width, s if self.scene.axisymmetric else 1.0, 1.0) / 4  # one element
         middle, h = s + side * part, _STEP * part
-        mine, rest = net.between(side, s, part), net.between(side, middle, width - part)
+        moved = net.between(side, complex(s, -side * h), complex(part, h))
+        mine, rest = Network(*np.real(moved)), net.between(side, middle, width - part)
         between = mine.right + rest.left
         fall = (between * u + rest.tie * apart) / (mine.tie + between + rest.tie)
-        moved = net.between(side, complex(s, -side * h), complex(part, h))
         rate = moved.energy(u, u - fall, fall).imag / h
         S = pull / m
         return float(abs(rate - m * (u * u - S * S) / 2) / (m * (u * u + S * S) or 1.0))

@@ -16,7 +16,7 @@ from scenes import plain
 from discretization import AccuracyWarning, minimise, quadrature
 from discretization.equilibrium import QUANTITIES
 from discretization.profile import resolve
-from discretization.quadrature import NONE, Integrals, refined
+from discretization.quadrature import Integrals, refined
 from energy import ElasticLayer, FlatPunch, Parabola, PowerLaw, Profile, Sampled, Scene, Wedge
 
 LINES = (-0.83, 1.17)
@@ -109,7 +109,7 @@ def test_jumps_that_are_not_declared_are_found_by_local_halving(name, slopes):
     height = profile.height
     object.__setattr__(profile, "height", lambda x: points.append(np.size(x)) or height(x))
     ends = np.array([LINES])
-    fine = refined(scene_of(profile, slopes), 0.1, ends, NONE)
+    fine = refined(scene_of(profile, slopes), 0.1, ends, ())
     for estimate, error in judged(fine, exact(body, 0.1, *LINES, slopes)):
         assert error <= max(10 * estimate, 1e-14)
         assert estimate <= 1e-12
@@ -124,7 +124,7 @@ def test_integrals_of_random_profiles_are_as_good_as_they_say(slopes):
         left, right = np.sort(rng.uniform(-3, 3, 2)).tolist()
         ends, scene = np.array([[left, right]]), scene_of(body.profile(convex), slopes)
         depth = float(rng.uniform(-0.1, 1))
-        fine = refined(scene, depth, ends, NONE)
+        fine = refined(scene, depth, ends, ())
         for estimate, error in judged(fine, exact(body, depth, left, right, slopes)):
             assert error <= max(10 * estimate, 1e-14)
             assert estimate <= 1e-12
@@ -199,12 +199,15 @@ def test_a_difference_by_rounding_is_not_halved(monkeypatch, off, halved):
 
     def over(*given):
         calls.append(given)
-        return (1 + off * (len(calls) == 1) * np.finfo(float).eps) * np.array(plain(*given))
+        found = np.array(plain(*given))
+        if len(calls) == 1:  # the panels, and after them their halves
+            found[:, :, 0] *= 1 + off * np.finfo(float).eps
+        return found
 
     monkeypatch.setattr(quadrature, "over", over)
-    found = refined(scene_of(Parabola(2.0)), 0.3, np.array([[-1.0, 1.0]]), NONE)
+    found = refined(scene_of(Parabola(2.0)), 0.3, np.array([[-1.0, 1.0]]), ())
     apart = [found.errors[0] / found.energy_scale, found.errors[1] / found.force_scale]
-    assert (len(calls) > 2) == halved  # else each panel and its halves once, all at once
+    assert (len(calls) > 1) == halved  # else each panel and its halves once, all at once
     assert halved or 20 * 2.0**-52 <= max(apart) <= 80 * 2.0**-52
 
 
