@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.fitted.alone import Alone, LoneTrack
-from discretization.fitted.contacts import Contacts
+from discretization.fitted.alone import Alone
 from discretization.fitted.free_part import Lines
 from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import TIE
@@ -19,25 +18,25 @@ from discretization.following.smooth import Piece
 from discretization.following.trials import Enclosing, Trials, Tried
 from energy.arrays import Array
 
+_LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
 
 
 class Part(NamedTuple):
     """Smooth motion up to a depth: the lines there. after: beyond an event there.
 
-    pieces, alone: the lines on the way.
+    pieces: the lines on the way.
     """
 
     depth: float
     lines: Lines
     after: Lines | None
     pieces: tuple[Piece, ...] = ()
-    alone: LoneTrack | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Motion from event to event; alone: the contact, if it stays alone."""
+    """Motion from event to event; alone: the contact as it opens, if it stays alone."""
 
     motion: Motion
     alone: Alone | None = None
@@ -49,10 +48,13 @@ class Events:
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
-        if known := self._gradual(lines, start, end):
-            return known
         trials, begin = self.trials, Tried(start, np.array(free_parts(lines)), {})
         everything = set(range(len(begin.lines)))
+        lost = self._lost(lines, start)
+        if end < lost:
+            found = trials.tried(begin, everything, lost)
+            if not found.failed:
+                return Part(lost, _flat(found.lines), (), found.pieces)
         found = trials.tried(begin, everything, end)
         if not found.failed:
             return Part(end, _flat(found.lines), None, found.pieces)
@@ -64,18 +66,11 @@ class Events:
         part = Part(high.depth, _flat(found.lines), None, low.pieces + found.pieces)
         return self._beyond(part, own, low.depth, end) if high.failed else part
 
-    def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:
-        """The same of a contact that stays alone; None where that is not all that happens."""
-        if self.alone is None or len(lines) != 2 or start == end:
-            return None
-        way = LoneTrack.of(self.alone, lines, start, end)
-        if way is None:
-            return None
-        end = way.depths[1]
-        if way.lost:
-            return Part(end, way.ends, (), alone=way)
-        beside = Contacts(self.motion, way.ends, end).surfaces  # ValueError if one turns over
-        return Part(end, way.ends, None, alone=way) if beside else None
+    def _lost(self, lines: Lines, start: float) -> float:
+        """The depth at which a contact that stays alone is lost, -∞ where that is not known."""
+        if self.alone is None or len(lines) != 2 or lines[0] == lines[1]:
+            return -math.inf
+        return min(self.alone.lowest[1] + _LOST * self.motion.rests.size, start)
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
         """What the lines do at an event, or where they only come free.

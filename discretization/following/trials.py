@@ -66,7 +66,7 @@ class Trials:
         """Some of the surfaces taken to a depth."""
         lines, kept, way = low.lines.copy(), sorted(which), 1 if end > low.depth else -1
         if low.depth == end or not kept:
-            return Tried(low.depth, lines, {})
+            return Tried(low.depth, lines, {}, pieces=low.pieces)
         piece, smooth = self.smooth.over(tuple(kept), low.lines[kept], low.depth, end)
         lines[kept] = self.motion.rests.snapped(piece.lines[:, -1])
         lost = set(np.array(kept)[~smooth].tolist())

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.alone import Alone, LoneTrack
+from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import TIE
@@ -94,19 +94,16 @@ class Track:
 class Tracked(Leg):
     """A leg of lines that move smoothly."""
 
-    track: LoneTrack | Track
+    track: Track
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        if isinstance(self.track, LoneTrack):
-            rows = self.track.at(depths).tolist()
-        else:
-            rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
+        rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
         return [Point(d, tuple(row) or None) for d, row in zip(depths.tolist(), rows, strict=True)]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
-        if not roughly or isinstance(self.track, LoneTrack):
+        if not roughly:
             return super().forces(depths)
         lines = self.track.lines(depths, roughly=True)
         return np.asarray(self.branch.events.trials.smooth.many(lines, depths)[1])
@@ -125,7 +122,7 @@ class FittedMany(Branch):
         """deepest: the largest depth of the programme."""
         motion = Motion.of(scene, resolve(scene, deepest), deepest)
         alone = one_contact(scene) and scene.pattern is None
-        return cls(scene, motion, Events(motion, Alone.of(scene) if alone else None))
+        return cls(scene, motion, Events(motion, Alone.of(scene.opened) if alone else None))
 
     @property
     def resolution(self) -> float:
@@ -150,7 +147,7 @@ class FittedMany(Branch):
             after = Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
         first = np.array(free_parts(point.lines or ()))
-        track = part.alone or Track(self.events.trials.smooth, first, part.pieces)
+        track = Track(self.events.trials.smooth, first, part.pieces)
         return Tracked(self, point, end, after, jumps, track)
 
     def pinned(self, point: Point) -> Pinned:
