@@ -27,7 +27,7 @@ from energy import Scene
 from energy.arrays import Array, Mask
 
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
-_AT_ONCE = 256  # depths
+_AT_ONCE = 1024  # depths
 _NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to where they disappear
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
