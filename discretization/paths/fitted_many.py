@@ -17,6 +17,7 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.motion import Motion, free_parts
+from discretization.fitted.newton import followed
 from discretization.fitted.rest_depths import TIE
 from discretization.following.events import Events
 from discretization.following.smooth import Piece, Smooth
@@ -68,7 +69,7 @@ class Track:
             return guess
         whole = np.append(piece.start, depths)
         guess = np.concatenate([lines[:, :1], guess], axis=1)
-        x, good = self.smooth.followed(lines[:, 0], whole, way, guess.copy())
+        x, good = followed(self.smooth.rests, lines[:, 0], whole, way, guess.copy())
         lost = np.flatnonzero(~good)
         if lost.size:  # next to where an equilibrium disappears rounding may make it unstable
             near = np.where(np.isfinite(x), np.clip(x, *ends), guess)[lost]
