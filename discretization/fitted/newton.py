@@ -86,7 +86,8 @@ def _newton(
         past = moves & ((aim < lo) | (aim > hi)) & ~exact  # that a corner leaves no room is no rest
         stuck = (past & (new == x[own])).any(axis=(1, 2))
         x[own] = new
-        done = _settled(now, last[own], size[own], worse[own], exact.all(axis=(1, 2)))
+        even = np.asarray(exact.all(axis=(1, 2)))
+        done = _settled(now, last[own], size[own], worse[own], even)
         done &= ~past.any(axis=(1, 2))
         worse[own] += now > _SHRINKS * last[own]
         lost = stuck | (~done & (worse[own] > _PATIENCE)) | ~np.isfinite(now)

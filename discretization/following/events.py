@@ -5,7 +5,7 @@ How far they move smoothly is found by trials.py, what they do there as for a st
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -14,32 +14,33 @@ from discretization.fitted.alone import Alone
 from discretization.fitted.free_part import Lines
 from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import TIE
+from discretization.following.lone import LoneTrack
 from discretization.following.smooth import Piece
 from discretization.following.trials import Enclosing, Trials, Tried
 from energy.arrays import Array
 
-_LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
 
 
 class Part(NamedTuple):
     """Smooth motion up to a depth: the lines there. after: beyond an event there.
 
-    pieces: the lines on the way.
+    pieces, lone: the lines on the way.
     """
 
     depth: float
     lines: Lines
     after: Lines | None
     pieces: tuple[Piece, ...] = ()
+    lone: LoneTrack | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Motion from event to event; alone: the contact as it opens, if it stays alone."""
+    """Motion from event to event; alone: of a contact that stays so, closing (1) and opening."""
 
     motion: Motion
-    alone: Alone | None = None
+    alone: dict[int, Alone] = field(default_factory=dict)
 
     @functools.cached_property
     def trials(self) -> Trials:
@@ -48,13 +49,12 @@ class Events:
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
+        alone = self.alone.get(1 if end >= start else -1)
+        if alone and len(lines) == 2 and (way := LoneTrack.of(alone, lines, start, end)):
+            there = (0.0, *way.last.tolist())[-2:]
+            return Part(way.end, there, None if way.end == end else (), lone=way)
         trials, begin = self.trials, Tried(start, np.array(free_parts(lines)), {})
         everything = set(range(len(begin.lines)))
-        lost = self._lost(lines, start)
-        if end < lost:
-            found = trials.tried(begin, everything, lost)
-            if not found.failed:
-                return Part(lost, _flat(found.lines), (), found.pieces)
         found = trials.tried(begin, everything, end)
         if not found.failed:
             return Part(end, _flat(found.lines), None, found.pieces)
@@ -65,12 +65,6 @@ class Events:
         found.lines[sorted(own)] = low.lines[sorted(own)]
         part = Part(high.depth, _flat(found.lines), None, low.pieces + found.pieces)
         return self._beyond(part, own, low.depth, end) if high.failed else part
-
-    def _lost(self, lines: Lines, start: float) -> float:
-        """The depth at which a contact that stays alone is lost, -∞ where that is not known."""
-        if self.alone is None or len(lines) != 2 or lines[0] == lines[1]:
-            return -math.inf
-        return min(self.alone.lowest[1] + _LOST * self.motion.rests.size, start)
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
         """What the lines do at an event, or where they only come free.

@@ -20,6 +20,7 @@ from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.newton import followed
 from discretization.fitted.rest_depths import TIE
 from discretization.following.events import Events
+from discretization.following.lone import LoneTrack
 from discretization.following.smooth import Piece, Smooth
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
@@ -95,7 +96,7 @@ class Track:
 class Tracked(Leg):
     """A leg of lines that move smoothly."""
 
-    track: Track
+    track: LoneTrack | Track
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
@@ -123,7 +124,8 @@ class FittedMany(Branch):
         """deepest: the largest depth of the programme."""
         motion = Motion.of(scene, resolve(scene, deepest), deepest)
         alone = one_contact(scene) and scene.pattern is None
-        return cls(scene, motion, Events(motion, Alone.of(scene.opened) if alone else None))
+        lone = {1: Alone.of(scene), -1: Alone.of(scene.opened)} if alone else {}
+        return cls(scene, motion, Events(motion, lone))
 
     @property
     def resolution(self) -> float:
@@ -148,7 +150,7 @@ class FittedMany(Branch):
             after = Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
         first = np.array(free_parts(point.lines or ()))
-        track = Track(self.events.trials.smooth, first, part.pieces)
+        track = part.lone or Track(self.events.trials.smooth, first, part.pieces)
         return Tracked(self, point, end, after, jumps, track)
 
     def pinned(self, point: Point) -> Pinned:
