@@ -46,7 +46,8 @@ class LoneTrack:
         end = max(end, min(low + _LOST * size, start))
         last = np.array([alone.find(side, end) for side in alone.sides]) if end != start else first
         corners = np.reshape(alone.scene.indenter.corners, (-1, 1))
-        if (((corners - first) * (corners - last) <= 0) & (corners != first)).any():
+        met = ((corners - first) * (corners - last) <= 0) & (corners != first)
+        if met.any() or (end != start and (last == first).any()):
             return None
         for side, x in zip(alone.sides, last.tolist(), strict=True):
             alone.solve(side, x, end)
