@@ -32,12 +32,10 @@ from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free_parts
 from discretization.fitted.rest_depths import GROWING, MOVES, SIDES, solved, stable
 from discretization.quadrature import Interval, refined
-from discretization.roots import least
-from discretization.surfaces.protocol import At, Free
+from discretization.surfaces.protocol import Free
 from energy import Scene
 from energy.arrays import Array, Mask
 
-_NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
 _PLACES = np.array(  # where D of a line judges it: on its outer or inner side, way, adhesion
     [[1, 1, -1, 0, 0, 0, 0], [1, 1, -1, 1, 1, 1, 1], [1, 0, 1, 1, 1, 1, 1]]
@@ -181,7 +179,9 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
     size = scale + _steepest(contacts)  # of the terms that cancel in D
-    beyond = 0.0 if contacts.alone else penetration(contacts)
+    beyond = 0.0
+    if not contacts.alone:
+        beyond = contacts.motion.penetration(contacts.lines, depth)
     return Certificate(
         penetration=max(0.0, through / size, beyond / scale),
         stationarity=max(each.residual for each in contacts.surfaces),
@@ -231,31 +231,6 @@ def _unstable(contacts: Contacts) -> float:
     aside = GROWING * slack[:, None, None]
     with np.errstate(over="ignore"):
         return 0.0 if stable((rates + aside)[:, None], loose).all() else 1.0
-
-
-def penetration(contacts: Contacts) -> float:
-    """max (g - u) [length] between the lines and beyond them, as deep as it is found to be.
-
-    At samples of the profile, and between those next to one that is the highest around.
-    """
-    motion, depth, worst = contacts.motion, contacts.depth, 0.0
-    for lines in free_parts(contacts.lines):
-        left, right = map(motion.rests.at, lines)
-
-        def deep(x: Array, left: At | None = left, right: At | None = right) -> Array:
-            u = motion.surfaces.shape(x, left, right, depth)[0]
-            return np.asarray(depth - motion.profile.indenter.height(x) - u)
-
-        inner = motion.profile.x[motion.profile.beyond(*lines)]
-        x, v = np.array([lines[0], *inner, lines[1]]), np.array([0.0, *deep(inner), 0.0])
-        x, v = x[np.isfinite(x)], v[np.isfinite(x)]
-        steps = np.abs(np.diff(v))
-        peak = (v[1:-1] >= v[:-2]) & (v[1:-1] >= v[2:])
-        peak &= v[1:-1] > -_NEAR * np.maximum(steps[:-1], steps[1:])
-        if peak.any():
-            v = np.append(v, -least(lambda z: -deep(z), x[:-2][peak], x[2:][peak])[1])
-        worst = max(worst, float(v.max(initial=0.0)))
-    return worst
 
 
 def _tension(contacts: Contacts, scale: float) -> float:

@@ -17,9 +17,7 @@ import numpy as np
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.line_search import LineSearch, Pair
 from discretization.fitted.rest_depths import TIE, RestDepths
-from discretization.roots import bracketed
-from discretization.surfaces.protocol import At
-from energy.arrays import Array, Indices
+from discretization.roots import crossings
 
 Lines = tuple[float, ...]
 _STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
@@ -27,8 +25,8 @@ _TOUCHED = 1e-9  # of the same: the penetration at which a contact has begun
 _AGAIN = 2  # smaller steps passed, after which a longer one is tried again
 _UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that does not tell
 _MOST = 100_000  # changes on one way, as in motion.py
-_UNSURE = 1 / 16  # of the width of an interval and of how v' varies in it
 _HIGHER = 1 / 16  # of δ₀
+_NEAR = 4.0  # steps between samples: how far above 0 a minimum is still looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +65,12 @@ class FreePart:
         for _ in range(_MOST):
             moved = self.search.advance(q, p, depth)
             plain = moved is not None and not self.overtakes(q, p, moved, low, depth)
-            least, place = self.least(moved, depth) if moved and plain else _UNKNOWN
-            if moved and least >= -TIE * size:
+            clear, place = self.least(moved, depth) if moved and plain else _UNKNOWN
+            if moved and clear >= -TIE * size:
                 if depth == end:
                     return [moved], end, True
                 (q, p), low, passes = moved, depth, passes + 1
-            elif moved and least >= -_TOUCHED * size:
+            elif moved and clear >= -_TOUCHED * size:
                 return [(moved[0], place), (place, moved[1])], depth, False
             elif depth - low <= _STEP * size:
                 if moved is None and math.isinf(q - p):
@@ -125,8 +123,8 @@ class FreePart:
             step = (self._next(q, goal[0], 1), self._next(p, goal[1], -1))
             if step[0] >= step[1] or step == (q, p):
                 return () if end is None else end
-            least, place = self.least(step, depth)
-            if least < -TIE * self.rests.size:
+            clear, place = self.least(step, depth)
+            if clear < -TIE * self.rests.size:
                 return q, place, place, p
             q, p = step
         return q, p
@@ -143,55 +141,37 @@ class FreePart:
     def least(self, lines: Pair, depth: float) -> tuple[float, float]:
         """The least clearance v = u - g between two lines, and where.
 
-        Read where it is negative at samples; between two of them, where v' changes sign, at the
-        minimum of the cubic through v and v'. The least of all these is solved for, unless its sign
-        is certain. Towards a line v vanishes: that is no minimum, ∞.
+        At samples of the profile that are not above those beside them, and between these where v
+        may reach 0. Towards a line v vanishes: that is no minimum, ∞. As the surface is nowhere
+        lower than at both lines and far away, samples higher by a part of δ₀ do not count.
         """
         left, right = (self.rests.at(x) for x in lines)
-        highest = max([depth, *(line.f for line in (left, right) if line is not None)])
-        z, f, slope = self._near(lines, highest)
-        if not z.size:
+        profile, shape = self.rests.profile, self.rests.surfaces.shape
+        own, level = profile.beyond(*lines), max([depth, *(z.f for z in (left, right) if z)])
+        inner, f = profile.x[own], profile.f[own]
+        low = f <= level + _HIGHER * self.rests.scene.opened.critical_separation
+        if not low.any():
             return math.inf, math.nan
-        u, u1 = self.rests.surfaces.shape(z, left, right, depth)
-        v, v1 = u - depth + f, u1 + slope
-        i = int(np.argmin(v))
-        best, place = (float(v[i]), float(z[i])) if v[i] < 0 else (math.inf, math.nan)
-        dips = np.flatnonzero((v1[:-1] < 0) & (v1[1:] > 0))
-        if dips.size:
-            low, unsure = _dips(z, v, v1, dips)
-            j = int(np.argmin(low))
-            if low[j] < best:
-                i = int(dips[j])
-                if abs(low[j]) <= unsure[j]:
-                    return self._bottom(left, right, depth, *z[i : i + 2].tolist())
-                return float(low[j]), float(z[i] + v1[i] / (v1[i] - v1[i + 1]) * (z[i + 1] - z[i]))
-        return best, place
-
-    def _near(self, lines: Pair, highest: float) -> Array:
-        """x, f and f' of the samples between two lines that are low: v >= f - max(d, f_line).
-
-        And of those a little higher, so that the least v changes with the depth without a jump.
-        """
-        profile, own = self.rests.profile, self.rests.profile.beyond(*lines)
-        f = profile.f[own]
-        low = f <= highest + _HIGHER * self.rests.scene.opened.critical_separation
-        kept = low.copy()
-        kept[1:] |= low[:-1]
-        kept[:-1] |= low[1:]
-        return np.array([profile.x[own][kept], f[kept], profile.slope[own][kept]])
-
-    def _bottom(
-        self, left: At | None, right: At | None, depth: float, start: float, end: float
-    ) -> tuple[float, float]:
-        """The minimum between two samples, as v and its place."""
-        indenter, shape = self.rests.profile.indenter, self.rests.surfaces.shape
-
-        def inclined(z: float) -> float:
-            return float(shape(np.array(z), left, right, depth)[1] + indenter.slope(z))
-
-        place = bracketed(inclined, start, end)
-        u = float(shape(np.array(place), left, right, depth)[0])
-        return u - depth + float(indenter.height(place)), place
+        v = np.full(inner.size + 2, math.inf)
+        v[1:-1][low] = shape(inner[low], left, right, depth)[0] - depth + f[low]
+        v[[0, -1]] = np.where(np.isfinite(lines), 0.0, math.inf)
+        x = np.append(inner[0], np.append(inner, inner[-1]))
+        x[[0, -1]] = np.where(np.isfinite(lines), lines, x[[0, -1]])
+        dips = 1 + np.flatnonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]) & np.isfinite(v[1:-1]))
+        steps = np.abs(np.diff(np.where(np.isfinite(v), v, v[1:-1][low].max())))
+        near = dips[v[dips] < _NEAR * np.maximum(steps[dips - 1], steps[dips])]
+        if near.size:
+            place = crossings(
+                lambda z, _: shape(z, left, right, depth)[1] + profile.indenter.slope(z),
+                *(x[near - 1], x[near + 1], x[near], np.ones(near.size), 0.0),
+            )
+            deep = shape(place, left, right, depth)[0] - depth + profile.indenter.height(place)
+            deeper = deep < v[near]
+            x[near[deeper]], v[near[deeper]] = place[deeper], deep[deeper]
+        if not dips.size:
+            return math.inf, math.nan
+        best = dips[np.argmin(v[dips])]
+        return float(v[best]), float(x[best])
 
 
 def _beyond(depth: float, x: float) -> str:
@@ -205,13 +185,3 @@ def _beyond(depth: float, x: float) -> str:
 def pairs(lines: Sequence[float]) -> list[Pair]:
     """Lines two by two."""
     return list(zip(lines[::2], lines[1::2], strict=True))
-
-
-def _dips(z: Array, v: Array, v1: Array, at: Indices) -> tuple[Array, Array]:
-    """The least v of the cubics between samples `at` and the next, and how far it may be off."""
-    width, fall, rise = z[at + 1] - z[at], -v1[at], v1[at + 1]
-    t = fall / (fall + rise)
-    t2, t3 = t * t, t * t * t
-    low = v[at] * (2 * t3 - 3 * t2 + 1) + v[at + 1] * (3 * t2 - 2 * t3)
-    low += width * (rise * (t3 - t2) - fall * (t3 - 2 * t2 + t))
-    return low, _UNSURE * width * (fall + rise)

@@ -14,7 +14,8 @@ import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.first_zero import first_zero
-from discretization.fitted.rest_depths import TIE, RestDepths, solved, stable
+from discretization.fitted.newton import followed
+from discretization.fitted.rest_depths import TIE, RestDepths
 from discretization.fitted.tension import Pull, pull
 from discretization.surfaces.protocol import At
 from energy.arrays import Array
@@ -25,8 +26,6 @@ PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap
 _SHUT = 1 / 4  # of that: what still keeps a gap open
 _SWEEPS = 1000  # over all lines; each is a contraction
 _STILL = 4e-16  # of the positions: a line that moves less has come to rest
-_ROUNDED = 1e-12  # of the same: a step of Newton's method that may be, if it shrinks no more
-_NEWTON = 12  # steps of Newton's method before halving
 _ALONG = np.arange(1, 9) / 8  # of a way: where a line is asked whether it rests
 
 
@@ -159,32 +158,10 @@ class LineSearch:
 
         None where a sample lies in between, they are not stable, or it fails.
         """
-        x, last, both = np.array(start), math.inf, np.ones((1, 2), bool)
-        size = abs(start[0]) + abs(start[1]) + self.rests.length
-        room = self.rests.between_corners(np.array([start]), way)
-        for _ in range(_NEWTON):
-            with np.errstate(over="ignore", invalid="ignore"):  # lines that have all but met
-                value, rates = self.rests.with_rates(x[None, None], room, way, True)
-            assert rates is not None
-            if not stable(rates, both).all():
-                return None
-            step = solved(rates, value - depth, both)[0, 0]
-            even = float(np.abs(value - depth).max()) <= float(self.rests.noise(x))
-            x, now = x - step, float(np.abs(step).max())
-            if not self.rests.profile.x[0] <= x[0] < x[1] <= self.rests.profile.x[-1]:
-                return None
-            if now <= _STILL * size or (last / 2 <= now and (now <= _ROUNDED * size or even)):
-                break
-            last = now
-        else:
-            return None
-        if (way * (x - start) * (1, -1) < -max(_ROUNDED * size, now)).any():
-            return None
-        for old, new in zip(start, x.tolist(), strict=True):
-            between = self.rests.profile.beyond(old, new)
-            if between.stop > between.start:
-                return None
-        return float(x[0]), float(x[1])
+        x, good = followed(self.rests, np.array([start]), np.array([depth]), way)
+        q, p = x[0, 0].tolist()
+        passed = (self.rests.profile.beyond(*both) for both in ((start[0], q), (start[1], p)))
+        return (q, p) if good[0] and all(own.stop == own.start for own in passed) else None
 
     def _further(self, q: float, p: float, step: Pair, depth: float, way: int) -> Pair:
         """The lines of a gap further on the same way, in growing steps of the one that moves most.

@@ -5,16 +5,16 @@ How far they move smoothly is found by trials.py, what they do there as for a st
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from discretization.fitted.alone import Alone, LoneTrack
-from discretization.fitted.contacts import Contacts
+from discretization.fitted.alone import Alone
 from discretization.fitted.free_part import Lines
 from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import TIE
+from discretization.following.lone import LoneTrack
 from discretization.following.smooth import Piece
 from discretization.following.trials import Enclosing, Trials, Tried
 from energy.arrays import Array
@@ -25,22 +25,22 @@ _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event i
 class Part(NamedTuple):
     """Smooth motion up to a depth: the lines there. after: beyond an event there.
 
-    pieces, alone: the lines on the way.
+    pieces, lone: the lines on the way.
     """
 
     depth: float
     lines: Lines
     after: Lines | None
     pieces: tuple[Piece, ...] = ()
-    alone: LoneTrack | None = None
+    lone: LoneTrack | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Motion from event to event; alone: the contact, if it stays alone."""
+    """Motion from event to event; alone: of a contact that stays so, closing (1) and opening."""
 
     motion: Motion
-    alone: Alone | None = None
+    alone: dict[int, Alone] = field(default_factory=dict)
 
     @functools.cached_property
     def trials(self) -> Trials:
@@ -49,8 +49,10 @@ class Events:
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
-        if known := self._gradual(lines, start, end):
-            return known
+        alone = self.alone.get(1 if end >= start else -1)
+        if alone and len(lines) == 2 and (way := LoneTrack.of(alone, lines, start, end)):
+            there = (0.0, *way.last.tolist())[-2:]
+            return Part(way.end, there, None if way.end == end else (), lone=way)
         trials, begin = self.trials, Tried(start, np.array(free_parts(lines)), {})
         everything = set(range(len(begin.lines)))
         found = trials.tried(begin, everything, end)
@@ -63,19 +65,6 @@ class Events:
         found.lines[sorted(own)] = low.lines[sorted(own)]
         part = Part(high.depth, _flat(found.lines), None, low.pieces + found.pieces)
         return self._beyond(part, own, low.depth, end) if high.failed else part
-
-    def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:
-        """The same of a contact that stays alone; None where that is not all that happens."""
-        if self.alone is None or len(lines) != 2 or start == end:
-            return None
-        way = LoneTrack.of(self.alone, lines, start, end)
-        if way is None:
-            return None
-        end = way.depths[1]
-        if way.lost:
-            return Part(end, way.ends, (), alone=way)
-        beside = Contacts(self.motion, way.ends, end).surfaces  # ValueError if one turns over
-        return Part(end, way.ends, None, alone=way) if beside else None
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
         """What the lines do at an event, or where they only come free.

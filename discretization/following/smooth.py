@@ -12,13 +12,13 @@ d = start + (end - start)(2t - t²) at Gauss-Lobatto points t: next to where an 
 disappears a line moves as the root of the distance in depth, which is smooth in t.
 """
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from discretization.fitted.rest_depths import RestDepths, solved, stable
+from discretization.fitted.newton import followed
+from discretization.fitted.rest_depths import RestDepths
 from discretization.quadrature import Integrals
 from discretization.surfaces.network import polynomial, rounded
 from energy.arrays import Array, Mask
@@ -26,15 +26,7 @@ from energy.arrays import Array, Mask
 DEGREE = 12  # of the Lobatto rule in t
 _SHORTEST = 2.0**-10  # of a way: parts of it whose energy does not balance are halved to that
 _MOST = 512  # such parts
-_NEWTON = 48  # where an equilibrium disappears the steps only halve
-_SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
-_STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
-_GUESSED = 1e-4  # of the same: so far polynomials through neighbouring lines may be off
-_ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
-_LOCAL = 1e-5  # of the same, and of the least gap: the changes of D are those of the step before
-_EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
-_HELD = 1e-11  # of the size of depths: lines so far from rest are held until they come free
-_BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
+_EVEN = 4e-15  # of the size of depths: a depth is not known better
 BALANCED = 1e-12  # of the energy's terms
 
 
@@ -90,7 +82,7 @@ class Smooth:
     ) -> tuple[Piece, Mask]:
         """Lines (n, 2) of these surfaces, at rest at one depth, to another; which move smoothly."""
         lines, depths = self.rests.snapped(lines), way_of(start, end)
-        x, good = self.followed(lines, depths, 1 if end >= start else -1)
+        x, good = followed(self.rests, lines, depths, 1 if end >= start else -1)
         return Piece(which, depths[None], x), good
 
     def balanced(self, piece: Piece, good: Mask) -> tuple[Piece, Mask]:
@@ -114,7 +106,7 @@ class Smooth:
             halves = way_of(depths[0], depths[-1], 2)
             guess = Piece((), depths[None], lines).drawn(halves, way)
             guess = np.concatenate([first[:, None], guess], axis=1)
-            x, good = self.followed(first, np.append(start, halves), way, guess)
+            x, good = followed(self.rests, first, np.append(start, halves), way, guess)
             smooth, x[~good] = smooth & good, first[~good, None]
             half = DEGREE + 1
             todo += [(halves[half:], x[:, 1 + half :]), (halves[:half], x[:, 1 : 1 + half])]
@@ -131,79 +123,6 @@ class Smooth:
         rounding = _EVEN * self.rests.size * np.abs(force).max(axis=1)
         off = np.abs(energy[:, -1] - energy[:, 0] - work)
         return np.asarray(off <= BALANCED * size.max(axis=1) + rounding)
-
-    def followed(
-        self, lines: Array, depths: Array, way: int, guess: Array | None = None
-    ) -> tuple[Array, Mask]:
-        """Lines (n, j, 2) at depths (j,), by Newton's method; whether they are in equilibrium."""
-        inner, rests = np.isfinite(lines), self.rests.ahead(lines, way)
-        free = inner & (way * (rests - depths[-1]) < 0)
-        early = _HELD * self.rests.size + self.rests.noise(lines)[:, None]
-        good = ~(free & (way * (rests - depths[0]) > early)).any(axis=1)
-        size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.rests.length
-        x = np.repeat(lines[:, None, :], depths.size, axis=1) if guess is None else guess
-        last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
-        room, active = self.rests.between_corners(lines, way), free.any(axis=1) & good
-        rates, found = self._newton(x, depths, way, free, room, size, last, active)
-        good &= stable(rates, free) & (found | ~free.any(axis=1))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            loose = self.rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
-            moved = way * np.diff(np.concatenate([lines[:, None], x], axis=1), axis=1) * (1.0, -1.0)
-        slack = (_BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0))[:, None]
-        good &= ~(moved[:, 0] > slack).any(axis=1) & ~(moved < -slack[..., None]).any(axis=(1, 2))
-        held = inner & ~free
-        if held.any():  # they must be so at the end, too
-            left = way * (self.rests.ahead(x[:, -1], way) - depths[-1])
-            good &= ~(held & (left < -self._even(x[:, -1])[:, None])).any(axis=1)
-        return x, good
-
-    def _newton(
-        self,
-        x: Array,
-        depths: Array,
-        way: int,
-        free: Mask,
-        room: Array,
-        size: Array,
-        last: Array,
-        active: Mask,
-    ) -> tuple[Array, Mask]:
-        """Move the free lines of active surfaces to rest, x (n, j, 2) in place.
-
-        The changes of D (n, j, 2, 2), and which surfaces have come to rest. size: of positions;
-        last: of the step before, or of what a guess is off by.
-        """
-        rates, rests, worse = np.zeros((*x.shape, 2)), np.zeros(len(x), bool), np.zeros(len(x), int)
-        near = False
-        for _ in range(_NEWTON):
-            own = np.flatnonzero(active)
-            if not own.size:
-                break
-            value, fresh = self.rests.with_rates(x[own], room[:, own], way, not near)
-            if fresh is not None:
-                rates[own] = fresh
-            off = np.where(free[own, None], value - depths[:, None], 0.0)
-            new, past = _stepped(x[own], rates[own], off, free[own], room[:, own, None])
-            with np.errstate(invalid="ignore"):
-                now = np.where(free[own, None], np.abs(new - x[own]), 0.0).max(axis=(1, 2))
-            exact = np.abs(off) <= self._even(x[own])[..., None]
-            past &= ~exact  # that a corner leaves no room is no rest
-            stuck = (past & (new == x[own])).any(axis=(1, 2))
-            x[own] = new
-            even = np.asarray(exact.all(axis=(1, 2)))
-            done = _settled(now, last[own], size[own], worse[own], even) & ~past.any(axis=(1, 2))
-            worse[own] += now > _SHRINKS * last[own]
-            lost = stuck | (~done & (worse[own] > _PATIENCE)) | ~np.isfinite(now)
-            lost |= ~(new[..., 0] < new[..., 1]).all(axis=1)
-            least = np.minimum(size[own], (new[..., 1] - new[..., 0]).min(axis=1))
-            near = bool((now <= np.minimum(_LOCAL * least, last[own] / 8)).all())
-            rests[own] = done & ~lost
-            last[own], active[own] = now, ~done & ~lost
-        return rates, rests
-
-    def _even(self, lines: Array) -> Array:
-        """D - d of surfaces (.., 2) that is rounding."""
-        return _EVEN * self.rests.size + self.rests.noise(lines)
 
     def many(self, lines: Array, depths: Array) -> Array:
         """Energy and force (2, k) of states with as many surfaces (k, n, 2) at depths (k,)."""
@@ -225,20 +144,3 @@ class Smooth:
                 energy, force = self.rests.surfaces.stored(left, right, at)
                 total[:, own] += np.array([energy, energy, force]).reshape(3, -1, j)
         return total
-
-
-def _settled(now: Array, last: Array, size: Array, worse: Array, even: Mask) -> Mask:
-    """Whether steps of this size, after others, are rounding, or the next one will be."""
-    rounding = (now <= _ROUNDED * size * 4.0**worse) | even
-    fast = (now * now <= _STILL * size * last) & np.isfinite(last)
-    return np.asarray((now <= _STILL * size) | ((last / 2 <= now) & rounding) | fast)
-
-
-def _stepped(x: Array, rate: Array, off: Array, free: Mask, room: Array) -> tuple[Array, Mask]:
-    """Free lines after a step of Newton's method within their rooms; which would have passed those.
-
-    x, off (n, j, 2), rate (n, j, 2, 2), free (n, 2), room (2, n, 1, 2).
-    """
-    (lo, hi), free = room, free[:, None]
-    aim = x - solved(rate, off, free[:, 0])
-    return np.where(free, np.clip(aim, lo, hi), x), free & ((aim < lo) | (aim > hi))

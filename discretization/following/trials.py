@@ -66,7 +66,7 @@ class Trials:
         """Some of the surfaces taken to a depth."""
         lines, kept, way = low.lines.copy(), sorted(which), 1 if end > low.depth else -1
         if low.depth == end or not kept:
-            return Tried(low.depth, lines, {})
+            return Tried(low.depth, lines, {}, pieces=low.pieces)
         piece, smooth = self.smooth.over(tuple(kept), low.lines[kept], low.depth, end)
         lines[kept] = self.motion.rests.snapped(piece.lines[:, -1])
         lost = set(np.array(kept)[~smooth].tolist())
@@ -129,6 +129,7 @@ class Enclosing:
 
     def __post_init__(self) -> None:
         self.older, self.start, self.known = self.low, self.low.depth, [math.inf] * _PATIENCE
+        self.first = _FIRST
         self.least = _CLOSE * self.trials.motion.rests.size
         self.involved = self._involved(self.high)
 
@@ -153,35 +154,41 @@ class Enclosing:
         )
 
     def _take(self, tried: Tried) -> None:
-        """The range after a trial."""
+        """The range after a trial, and where something runs out by what is known now."""
         self.passed = not tried.failed
-        if not self.passed:
+        if tried.failed:
             self.high, self.involved = tried, self.involved & self._involved(tried)
-            return
-        self.older, self.low = self.low, tried
-        if tried.depth == self.high.depth or self._released():
-            self.high = tried
-        elif not abs(self.aim - tried.depth) <= self.least:  # else the way was too short to tell
-            last, self.aim = self.aim, runs_out(self.older, tried, self.high)
-            left, way = abs(self.aim - tried.depth), abs(tried.depth - self.older.depth)
-            self.off = float(np.fmin(abs(self.aim - last), _OFF * left)) * min(1.0, left / way)
+            self.first *= self.first
+        else:
+            self.older, self.low = self.low, tried
+            if tried.depth == self.high.depth or self._released():
+                self.high = tried
+        last, self.aim = self.aim, runs_out(self.older, self.low, self.high)
+        left, way = abs(self.aim - self.low.depth), abs(self.low.depth - self.older.depth)
+        if self.passed or self.aim != last:
+            self.off = float(np.fmin(abs(self.aim - last), _OFF * left)) * min(
+                1.0, left / (way or left or 1.0)
+            )
             self.off += self.least / 4
+        else:
+            self.off = 8 * self.off
 
     def _next(self, width: float) -> float:
         """The next depth to try: a little before what is aimed at, or beyond it if that is near."""
         low, high = self.low.depth, self.high.depth
+        if low == self.start:
+            return low + math.copysign(max(abs(width) * self.first, self.least / 2), width)
         share, part = (self.aim - low) / width, self.off / abs(width)
         self.known.append(min(abs(width), self.off))
-        if self.passed and not self.high.known and not 0 < share < 1 + part:
-            return high  # from here nothing may happen
-        if math.isnan(share):
-            return low + width * _FIRST
+        if not 0 < share < 2:  # unknown, or far: from here nothing may happen
+            return high if self.passed and not self.high.known else low + width / 2
         slow = self.known[-1] > self.known[-1 - _PATIENCE] / 2
+        share = min(share, 1.0)
         if share > 2 * part:
             found = low + width * (share - part)
         else:
             found, self.off = low + width * (share + 2 * part), 4 * self.off
-        near = -part < share < 1 and part < _WORTH and min(low, high) < found < max(low, high)
+        near = part < _WORTH and min(low, high) < found < max(low, high)
         return found if near and not slow else low + width / 2
 
     def _released(self) -> bool:
@@ -213,7 +220,8 @@ def turning(depths: Array, lines: Array) -> float:
 
     By the cubic d(x) through four of them; nan where it has no extreme value ahead.
     """
-    x, found = lines[:, ::4], [np.broadcast_to(depths[::4, None], lines[:, ::4].shape)]
+    x = lines[:, 6::2]
+    found = [np.broadcast_to(depths[6::2, None], x.shape)]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         for k in (1, 2, 3):  # divided differences
             found.append(np.diff(found[-1], axis=1) / (x[:, k:] - x[:, :-k]))

@@ -14,11 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.alone import Alone, LoneTrack
+from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.motion import Motion, free_parts
+from discretization.fitted.newton import followed
 from discretization.fitted.rest_depths import TIE
 from discretization.following.events import Events
+from discretization.following.lone import LoneTrack
 from discretization.following.smooth import Piece, Smooth
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
@@ -27,7 +29,7 @@ from energy import Scene
 from energy.arrays import Array, Mask
 
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
-_AT_ONCE = 256  # depths
+_AT_ONCE = 1024  # depths
 _NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to where they disappear
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
@@ -68,7 +70,7 @@ class Track:
             return guess
         whole = np.append(piece.start, depths)
         guess = np.concatenate([lines[:, :1], guess], axis=1)
-        x, good = self.smooth.followed(lines[:, 0], whole, way, guess.copy())
+        x, good = followed(self.smooth.rests, lines[:, 0], whole, way, guess.copy())
         lost = np.flatnonzero(~good)
         if lost.size:  # next to where an equilibrium disappears rounding may make it unstable
             near = np.where(np.isfinite(x), np.clip(x, *ends), guess)[lost]
@@ -98,15 +100,12 @@ class Tracked(Leg):
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        if isinstance(self.track, LoneTrack):
-            rows = self.track.at(depths).tolist()
-        else:
-            rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
+        rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
         return [Point(d, tuple(row) or None) for d, row in zip(depths.tolist(), rows, strict=True)]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
-        if not roughly or isinstance(self.track, LoneTrack):
+        if not roughly:
             return super().forces(depths)
         lines = self.track.lines(depths, roughly=True)
         return np.asarray(self.branch.events.trials.smooth.many(lines, depths)[1])
@@ -125,7 +124,8 @@ class FittedMany(Branch):
         """deepest: the largest depth of the programme."""
         motion = Motion.of(scene, resolve(scene, deepest), deepest)
         alone = one_contact(scene) and scene.pattern is None
-        return cls(scene, motion, Events(motion, Alone.of(scene) if alone else None))
+        lone = {1: Alone.of(scene), -1: Alone.of(scene.opened)} if alone else {}
+        return cls(scene, motion, Events(motion, lone))
 
     @property
     def resolution(self) -> float:
@@ -150,7 +150,7 @@ class FittedMany(Branch):
             after = Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
         first = np.array(free_parts(point.lines or ()))
-        track = part.alone or Track(self.events.trials.smooth, first, part.pieces)
+        track = part.lone or Track(self.events.trials.smooth, first, part.pieces)
         return Tracked(self, point, end, after, jumps, track)
 
     def pinned(self, point: Point) -> Pinned:

@@ -9,7 +9,7 @@ import pytest
 from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
-from discretization.fitted.contacts import Contacts, certify, errors, penetration
+from discretization.fitted.contacts import Contacts, certify, errors
 from discretization.fitted.motion import Motion
 from discretization.fitted.rest_depths import surfaces_of
 from discretization.fitted.several import state_of
@@ -92,7 +92,7 @@ def test_penetration_between_the_points_is_found():
     many = np.linspace(state.contacts[6, 0] - L, state.contacts[6, 1] + L, 200_001)
     deepest = (state.depth - state.scene.indenter.height(many) - missing.displacement(many)).max()
     lines = tuple(missing.contacts.ravel().tolist())
-    found = penetration(Contacts(motion_of(state.scene, state.depth), lines, state.depth))
+    found = motion_of(state.scene, state.depth).penetration(lines, state.depth)
     assert found == pytest.approx(deepest, rel=1e-8, abs=0)
 
 

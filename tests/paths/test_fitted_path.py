@@ -10,7 +10,7 @@ from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
 from discretization.following import trials
-from discretization.following.trials import Trials
+from discretization.following.trials import Enclosing
 from discretization.profile import resolve
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies
 from studies.benchmarks.rivals.problem import waves
@@ -34,8 +34,8 @@ def test_without_adhesion_a_path_begins_with_less_than_rounding():
 def test_one_contact_of_a_smooth_profile_is_followed_without_a_search(
     indenter, w, geometry, monkeypatch
 ):
-    searches, tried = [], Trials.tried
-    monkeypatch.setattr(Trials, "tried", lambda *given: searches.append(1) or tried(*given))
+    searches, run = [], Enclosing.run
+    monkeypatch.setattr(Enclosing, "run", lambda *given: searches.append(1) or run(*given))
     surfaces = SurfaceEnergies.from_work(0.07, w)
     scene = Scene(ElasticLayer(2.5e3, 0.3, 5e-6), surfaces, indenter, geometry=geometry)
     depths = np.r_[np.linspace(0.0, 4e-7, 40), np.linspace(4e-7, -8e-7, 80)]

@@ -1,0 +1,113 @@
+"""The lines of many free surfaces brought to rest at many depths at once, by Newton's method."""
+
+import math
+
+import numpy as np
+
+from discretization.fitted.rest_depths import RestDepths, solved, stable
+from energy.arrays import Array, Mask
+
+_MOST = 48  # steps: where an equilibrium disappears they only halve
+_SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
+_STILL = 1e-15  # of the position and l: a step that is rounding
+_GUESSED = 1e-4  # of the same: so far polynomials through neighbouring lines may be off
+_ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
+_LOCAL = 1e-5  # of the same, and of the least gap: the changes of D are those of the step before
+_EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
+_HELD = 1e-11  # of the size of depths: lines so far from rest are held until they come free
+_BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
+
+
+def followed(
+    rests: RestDepths, lines: Array, depths: Array, way: int, guess: Array | None = None
+) -> tuple[Array, Mask]:
+    """Lines (n, j, 2) at depths (j,) on a way that begins at lines (n, 2), or at a single depth.
+
+    And which surfaces (n,) are in stable equilibrium, each line at rest or held all the way, and
+    move one way.
+    """
+    inner, ahead = np.isfinite(lines), rests.ahead(lines, way)
+    free = inner & (way * (ahead - depths[-1]) < 0)
+    early = _HELD * rests.size + rests.noise(lines)[:, None]
+    good = ~(free & (way * (ahead - depths[0]) > early)).any(axis=1)
+    size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + rests.length
+    x = np.repeat(lines[:, None, :], depths.size, axis=1) if guess is None else guess
+    last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
+    moves = free.any(axis=1)
+    room = rests.between_corners(lines, way)
+    rates, found = _newton(rests, x, depths, way, free, room, size, last, moves & good)
+    good &= stable(rates, free) & (found | ~moves)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        loose = rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
+        moved = way * np.diff(np.concatenate([lines[:, None], x], axis=1), axis=1) * (1.0, -1.0)
+    slack = (_BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0))[:, None]
+    good &= ~(moved < -slack[..., None]).any(axis=(1, 2))
+    if depths.size > 1:  # the first one is that of the start
+        good &= ~(moved[:, 0] > slack).any(axis=1)
+    held = inner & ~free
+    if held.any():  # they must be so at the end, too
+        left = way * (rests.ahead(x[:, -1], way) - depths[-1])
+        good &= ~(held & (left < -_even(rests, x[:, -1])[:, None])).any(axis=1)
+    return x, good
+
+
+def _newton(
+    rests: RestDepths,
+    x: Array,
+    depths: Array,
+    way: int,
+    free: Mask,
+    room: Array,
+    size: Array,
+    last: Array,
+    active: Mask,
+) -> tuple[Array, Mask]:
+    """Move the free lines of active surfaces to rest within their rooms, x (n, j, 2) in place.
+
+    The changes of D (n, j, 2, 2), and which surfaces have come to rest. size: of positions; last:
+    of the step before, or of what a guess is off by.
+    """
+    rates, still, worse = np.zeros((*x.shape, 2)), np.zeros(len(x), bool), np.zeros(len(x), int)
+    near = False
+    for _ in range(_MOST):
+        own = np.flatnonzero(active)
+        if not own.size:
+            break
+        value, fresh = rests.with_rates(x[own], room[:, own], way, not near)
+        if fresh is not None:
+            rates[own] = fresh
+        moves, (lo, hi) = free[own, None], room[:, own, None]
+        off = np.where(moves, value - depths[:, None], 0.0)
+        aim = x[own] - solved(rates[own], off, free[own])
+        new = np.where(moves, np.clip(aim, lo, hi), x[own])
+        with np.errstate(invalid="ignore"):
+            now = np.where(moves, np.abs(new - x[own]), 0.0).max(axis=(1, 2))
+        exact = np.abs(off) <= _even(rests, x[own])[..., None]
+        past = moves & ((aim < lo) | (aim > hi)) & ~exact  # that a corner leaves no room is no rest
+        stuck = (past & (new == x[own])).any(axis=(1, 2))
+        x[own] = new
+        even = np.asarray(exact.all(axis=(1, 2)))
+        done = _settled(now, last[own], size[own], worse[own], even)
+        done &= ~past.any(axis=(1, 2))
+        worse[own] += now > _SHRINKS * last[own]
+        lost = stuck | (~done & (worse[own] > _PATIENCE)) | ~np.isfinite(now)
+        lost |= ~(new[..., 0] < new[..., 1]).all(axis=1)
+        if depths.size == 1:  # from afar only where it is stable all the way
+            lost |= ~stable(rates[own], free[own])
+        least = np.minimum(size[own], (new[..., 1] - new[..., 0]).min(axis=1))
+        near = bool((now <= np.minimum(_LOCAL * least, last[own] / 8)).all())
+        still[own] = done & ~lost
+        last[own], active[own] = now, ~done & ~lost
+    return rates, still
+
+
+def _even(rests: RestDepths, lines: Array) -> Array:
+    """D - d of surfaces (.., 2) that is rounding."""
+    return _EVEN * rests.size + rests.noise(lines)
+
+
+def _settled(now: Array, last: Array, size: Array, worse: Array, even: Mask) -> Mask:
+    """Whether steps of this size, after others, are rounding, or the next one will be."""
+    rounding = (now <= _ROUNDED * size * 4.0**worse) | even
+    fast = (now * now <= _STILL * size * last) & np.isfinite(last)
+    return np.asarray((now <= _STILL * size) | ((last / 2 <= now) & rounding) | fast)

@@ -1,0 +1,79 @@
+"""The lines of a contact that stays alone, on a way on which nothing else happens to it."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from discretization.certificate import NotCertifiedError
+from discretization.fitted.alone import Alone
+from discretization.fitted.rest_depths import TIE
+from discretization.roots import crossings
+from energy.arrays import Array, Indices
+
+_LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
+_KNOWN = 1e-16  # of the same: a D - d that is rounding; a line need not be known better
+_NEAR = 1e-11  # of the same: D - d of lines that are read next to where they disappear
+
+
+@dataclass(frozen=True, eq=False)
+class LoneTrack:
+    """The lines of a contact, one about an axis, at rest from a depth to another.
+
+    Each has one place at every depth on the way (../fitted/alone.py).
+    """
+
+    alone: Alone
+    start: float
+    end: float
+    first: Array
+    last: Array
+
+    @classmethod
+    def of(cls, alone: Alone, lines: tuple[float, ...], start: float, end: float) -> Any:
+        """The way towards a depth, or to where the contact is lost.
+
+        None where a line is held, jumps or comes to a corner; ValueError where the free surface
+        would turn over.
+        """
+        first, (place, low) = np.array(lines[-len(alone.sides) :]), alone.lowest
+        sides, size = np.array(alone.sides), alone.size(start, end)
+        ahead = alone.rest_depth(sides, first, 1 if end > start else -1)
+        around = alone.scene.axisymmetric and first[0] < place
+        if around or (np.abs(ahead - start) > TIE * size).any():
+            return None
+        end = max(end, min(low + _LOST * size, start))
+        last = np.array([alone.find(side, end) for side in alone.sides]) if end != start else first
+        corners = np.reshape(alone.scene.indenter.corners, (-1, 1))
+        met = ((corners - first) * (corners - last) <= 0) & (corners != first)
+        if met.any() or (end != start and (last == first).any()):
+            return None
+        for side, x in zip(alone.sides, last.tolist(), strict=True):
+            alone.solve(side, x, end)
+        return cls(alone, start, end, first, last)
+
+    def lines(self, depths: Array, *, roughly: bool = False) -> Array:
+        """Lines (k, 2, 2) of both free surfaces at depths (k,) on the way, always exact."""
+        sides, count = np.array(self.alone.sides), depths.size
+        side, goal = np.repeat(sides, count), np.tile(depths, sides.size)
+        one, other = np.repeat(self.first, count), np.repeat(self.last, count)
+
+        def off(x: Array, own: Indices) -> Array:
+            return np.asarray(self.alone.rest_depth(side[own], x) - goal[own])
+
+        span, size = self.end - self.start, self.alone.size(self.start, self.end)
+        with np.errstate(divide="ignore", invalid="ignore"):  # where nothing moves
+            guess = np.where(other == one, one, one + (other - one) * ((goal - self.start) / span))
+            rise = np.where(other == one, 1.0, span / (other - one))
+        x = crossings(
+            off, np.minimum(one, other), np.maximum(one, other), guess, rise, _KNOWN * size
+        )
+        if (np.abs(off(x, np.arange(x.size))) > _NEAR * size).any():
+            raise NotCertifiedError(
+                f"the contact between depth = {self.start!r} and {self.end!r} does not come to "
+                "rest; try other depths, or method='lattice'"
+            )
+        found = np.tile([-math.inf, 0.0, 0.0, math.inf], (count, 1))
+        found[:, 3 - sides.size : 3] = x.reshape(sides.size, count).T
+        return found.reshape(count, 2, 2)
