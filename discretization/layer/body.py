@@ -51,6 +51,10 @@ class Body:
         """In contact."""
         return math.pi * a * a if self.power else 2 * a
 
+    def bound(self, a: Any) -> Any:
+        """Energy that adheres."""
+        return self.scene.work_of_adhesion * self.area(a)
+
     def height(self, x: Any) -> Any:
         """Of the profile, so far from its lowest point."""
         return np.asarray(self.scene.indenter.height(self.apex + np.asarray(x)), float)

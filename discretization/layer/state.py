@@ -53,7 +53,7 @@ class Layer:
     outermost = a
     pinned = property(lambda self: self.rate == math.inf)
     force = property(lambda self: float(self.taken[1]))
-    energy = property(lambda self: float(self.taken[2]) - self.bound)
+    energy = property(lambda self: float(self.taken[2] - self.body.bound(self.a)))
 
     def again(self, tolerance: float, first: float = 0.5) -> Layer:
         """The same contact, found otherwise."""
@@ -79,11 +79,6 @@ class Layer:
             [lines, self.both @ self.contact.form[0, :, 0], self.both @ form / 2 + stretched]
         )
 
-    @property
-    def bound(self) -> float:
-        """What adheres."""
-        return self.body.scene.work_of_adhesion * float(self.body.area(self.a))
-
     @functools.cached_property
     def pressed(self) -> Array:
         """Pressure at nodes (e, 13)."""
@@ -94,7 +89,7 @@ class Layer:
         """∫|p| and what the free surface pulls; the sizes of the terms of the energy."""
         pressed = float((self.contact.weights[0] * np.abs(self.pressed)).sum())
         lines, _, stored = np.abs(self.taken).tolist()
-        return {"force": pressed + lines, "energy": stored + self.bound}
+        return {"force": pressed + lines, "energy": stored + self.body.bound(self.a)}
 
     @property
     def rounding(self) -> float:

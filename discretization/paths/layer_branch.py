@@ -132,8 +132,8 @@ class LayerBranch(Branch):
         """U and P (2, n) of points in contact."""
         a, depth = np.array([(point.memory, point.depth) for point in points]).T
         u, (_, _, rate, force, stored) = depth - self.body.height(a), self.table.at(a)
-        bound = self.scene.work_of_adhesion * self.body.area(a)
-        return np.array([stored + force * u + rate * u * u / 2 - bound, rate * u + force])
+        energy = stored + force * u + rate * u * u / 2 - self.body.bound(a)
+        return np.array([energy, rate * u + force])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length or area that opens between two points."""
