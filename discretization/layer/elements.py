@@ -1,17 +1,16 @@
 """The fields of a layer's poles under the indenter, on elements that are graded towards the line.
 
-In units of the half-width a, for many half-widths and poles at once: -(m v')' + τ m v = load, with
-v'(0) = 0 and v known at the line. In each Gauss-Lobatto element the inner nodes are eliminated for
-all poles at once: with the modes K φ = λ M φ of its stiffness and mass, by division by λ + τ. What
-is left of the elements is tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth
-there and about f''/τ.
+In units of the half-width a, for all poles at once: -(m v')' + τ m v = load, with v'(0) = 0 and v
+known at the line. In each Gauss-Lobatto element the inner nodes are eliminated with the modes
+K φ = λ M φ of its stiffness and mass, by division by λ + τ. What is left of the elements is
+tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth there and about f''/τ.
 """
 
 import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,7 +26,7 @@ _CLEAR = 1e-3  # of the elements there: how far from a break others end
 class Elements(NamedTuple):
     """Of e elements: distances from the line and from 0 (e, 13), weights times the measure.
 
-    values (e, 11), modes (e, 11, 11): λ and φ, φᵀ M φ = 1; ties (e, 11, 2), flat (e, 11), bridge
+    values (e, 11), modes (e, 11, 11): λ and φ, φᵀ M φ = 1; ties (2, e, 11), flat (e, 11), bridge
     (e,): stiffness between modes and ends, mass of modes, stiffness between the two ends.
     """
 
@@ -41,12 +40,17 @@ class Elements(NamedTuple):
     bridge: Array
 
 
-class Swept(NamedTuple):
-    """What fields take: own v - given at the line (m, n), (m, n, 2), and what it is found with."""
+class Fields(NamedTuple):
+    """What fields v of poles (n,) take: own v - given at the line (n,), (n, 2), and how they go on.
+
+    share (e, 11, n): 1/(λ + τ); forced (e, 11, n, 2): loads of modes. On the left of every element
+    v is rest (e, n, 2) and passed (e, n, 1) of v on its right.
+    """
 
     own: Complex
     given: Complex
-    inner: list[tuple[Complex, Array]]
+    share: Complex
+    forced: Array
     passed: Complex
     rest: Complex
 
@@ -88,7 +92,7 @@ def elements(power: int, ends: tuple[float, ...]) -> Elements:
     scaled = stiffness[:, 1:-1, 1:-1] / (root[:, :, None] * root[:, None])
     values, vectors = np.linalg.eigh(scaled)
     modes = vectors / root[:, :, None]
-    ties = modes.transpose(0, 2, 1) @ stiffness[:, 1:-1][:, :, [0, -1]]
+    ties = np.moveaxis(modes.swapaxes(1, 2) @ stiffness[:, 1:-1, [0, -1]], -1, 0)
     flat = (modes * mass[:, 1:-1, None]).sum(axis=1)
     return Elements(beside, x, mass, values, modes, ties, flat, stiffness[:, 0, -1])
 
@@ -99,60 +103,40 @@ def risen(own: Elements, slope: Array) -> Array:
     return np.asarray(-(slope * own.mass / half) @ rounded(DEGREE)[2])
 
 
-def sweep(own: Elements, *loads: tuple[Any, Array]) -> Swept:
-    """From 0 to the line, for poles τ (m, n) with two loads (m, 2, e, 13), one after the other."""
-    inner, condensed = [], []
-    for tau, nodal in loads:
-        share, forced, *ends = _condensed(own, tau[:, None, :, None], np.moveaxis(nodal, 1, -1))
-        inner.append((share, forced))
-        condensed.append(ends)
-    tie, first, second = (np.concatenate(part, axis=2) for part in zip(*condensed, strict=True))
-    held, now = np.empty_like(first), np.zeros_like(first[:, 0])
-    for i in range(own.bridge.size):
-        held[:, i] = now + first[:, i]
-        kept = held[:, i, :, :1] / (held[:, i, :, :1] + tie[:, i])
-        now = now + second[:, i] - kept * held[:, i]
-    size = held[..., :1] + tie
-    return Swept(now[..., 0], now[..., 1:], inner, tie / size, held[..., 1:] / size)
-
-
-def _condensed(own: Elements, tau: Any, nodal: Array) -> tuple[Any, ...]:
-    """1/(λ + τ), the load of the modes, and of the ends of elements the tie and what each takes.
+def fields(own: Elements, tau: Complex, loads: Array) -> Fields:
+    """From 0 to the line, for poles τ (n,) with two loads each (e, 13, n, 2).
 
     What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
     found without the large numbers that cancel where τ is small.
     """
-    share = 1 / (own.values[:, None, :] + tau)  # (m, e, n, 11)
-    forced = own.modes.transpose(0, 2, 1) @ nodal[:, :, 1:-1]  # (m, e, 11, 2)
-    left, right, flat = own.ties[..., :1], own.ties[..., 1:], own.flat[..., None]
-    tied = share @ np.concatenate([left * right, own.ties * flat], axis=-1)
-    loaded = share @ np.concatenate([left * forced, flat * forced], axis=-1)
-    takes = (own.mass[:, None, [0, -1]] - tied[..., 1:]) * tau
-    given = nodal[:, :, None, 0] - loaded[..., :2]
-    first = np.concatenate([takes[..., :1], given], axis=-1)
-    whole = nodal.sum(axis=2)[:, :, None] - tau * loaded[..., 2:]
-    second = np.concatenate([takes.sum(-1, keepdims=True), whole], axis=-1)
-    return share, forced, tied[..., :1] - own.bridge[:, None, None], first, second
+    (e, _, n, _), (left, right), flat = loads.shape, own.ties, own.flat
+    share = 1 / (own.values[:, :, None] + tau)
+    forced = (own.modes.swapaxes(1, 2) @ loads[:, 1:-1].reshape(e, -1, 2 * n)).reshape(e, -1, n, 2)
+    tied = np.stack([left * right, left * flat, right * flat], axis=1) @ share
+    loaded = np.stack([left, flat], axis=1) @ (share[..., None] * forced).reshape(e, -1, 2 * n)
+    loaded = loaded.reshape(e, 2, n, 2)
+    takes = tau * (own.mass[:, [0, -1], None] - tied[:, 1:])  # (e, 2, n)
+    given = loads[:, 0] - loaded[:, 0], loads.sum(axis=1) - tau[:, None] * loaded[:, 1]
+    first = np.concatenate([takes[:, 0, :, None], given[0]], axis=2)  # of the left end
+    second = np.concatenate([takes.sum(axis=1)[..., None], given[1]], axis=2)  # of both
+    tie, held, now = tied[:, 0] - own.bridge[:, None], np.empty_like(first), np.zeros_like(first[0])
+    for i in range(e):
+        held[i] = now + first[i]
+        kept = held[i, :, 0] / (held[i, :, 0] + tie[i])
+        now = now + second[i] - kept[:, None] * held[i]
+    size = (held[..., 0] + tie)[..., None]
+    return Fields(now[:, 0], now[:, 1:], share, forced, tie[..., None] / size, held[..., 1:] / size)
 
 
-def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
-    """Σ c v (m, 2, e, 13), real, of fields that are known at the line (m, n, 2)."""
-    m, e, n, _ = found.passed.shape
-    joints = np.empty((m, e + 1, n, 2), complex)
-    joints[:, -1] = at_line
+def total(own: Elements, found: Fields, at_line: Complex, c: Complex) -> Array:
+    """Σ c v (2, e, 13), real, of fields that are known at the line (n, 2)."""
+    e, n, _ = found.rest.shape
+    v = np.empty((e + 1, n, 2), complex)
+    v[-1] = at_line
     for i in range(e)[::-1]:
-        joints[:, i] = found.rest[:, i] + found.passed[:, i] * joints[:, i + 1]
-    joints *= c[:, None]
-    ones = np.broadcast_to(c[:, None], (m, e, n, 1))
-    parts = np.concatenate([ones, joints[:, :-1], joints[:, 1:]], axis=-1)
-    inner, start = np.zeros((m, *own.flat.shape, 2)), 0
-    for share, forced in found.inner:
-        some = parts[:, :, start : start + share.shape[2]]
-        some = some if np.iscomplexobj(share) else some.real
-        sums = (share.swapaxes(-1, -2) @ some).real  # (m, e, 11, 5)
-        inner += forced * sums[..., :1]
-        inner -= own.ties[..., :1] * sums[..., 1:3] + own.ties[..., 1:] * sums[..., 3:]
-        start += share.shape[2]
-    ends = joints.sum(axis=2).real[:, :, None]  # (m, e + 1, 1, 2)
-    v = np.concatenate([ends[:, :-1], own.modes @ inner, ends[:, 1:]], axis=2)
-    return np.moveaxis(v, -1, 1)
+        v[i] = found.rest[i] + found.passed[i] * v[i + 1]
+    left, right = own.ties[..., None, None]
+    moved = found.forced - left * v[:-1, None] - right * v[1:, None]  # (e, 11, n, 2)
+    inner = own.modes @ ((found.share * c)[..., None] * moved).sum(axis=2).real
+    ends = (v * c[:, None]).sum(axis=1).real[:, None]
+    return np.moveaxis(np.concatenate([ends[:-1], inner, ends[1:]], axis=1), -1, 0)

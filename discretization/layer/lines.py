@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from discretization.layer.body import Body
-from discretization.layer.contact import Contacts, each
+from discretization.layer.contact import Contact
 from discretization.roots import bracketed, least
 from discretization.surfaces.network import coefficients, polynomial, rounded
 from energy.arrays import Array
@@ -29,7 +29,6 @@ _CLOSED = 1e-8  # of the half-width below which adhesion rules: a contact that h
 _LEFT = 1 / 8  # of how far below touching a line about an axis rests at most
 _SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
 _TIE = 1e-12  # of depths and heights: depths that are the same
-_TOGETHER = 6  # half-widths that are looked at at once
 _DEGREE = 10
 _HALVINGS = 10
 _KNOWN = 0.1  # of the tolerance: last coefficients of a panel
@@ -114,16 +113,14 @@ class Lines:
         side = np.where(np.isin(x, [end, *corners]), -way, way)
         side[1:][np.diff(x) == 0] = way
         lowest, before, last = math.inf, a, math.nan
-        for i in range(0, x.size, _TOGETHER):
-            part = slice(i, i + _TOGETHER)
-            values = self.rest_depth(x[part], side[part]).tolist()
-            for place, value in zip(x[part].tolist(), values, strict=True):
-                if place != before or way * (value - last) > 0:
-                    yield place, value
-                before, last, lowest = place, value, min(lowest, value)
-                left = value - touch > _LEFT * (lowest - touch)
-                if body.power and way < 0 and lowest < touch and left:
-                    return
+        for place, beside in zip(x.tolist(), side.tolist(), strict=True):
+            value = self.rest_depth(place, beside)
+            if place != before or way * (value - last) > 0:
+                yield place, value
+            before, last, lowest = place, value, min(lowest, value)
+            left = value - touch > _LEFT * (lowest - touch)
+            if body.power and way < 0 and lowest < touch and left:
+                return
 
     def settled(self, depth: float) -> Found:
         """Where it rests at a depth on the way from first touch; "lost": the contact is."""
@@ -200,7 +197,7 @@ class Table:
     def _made(self, lo: float, hi: float, left: int) -> list[Panel]:
         t = (lo + hi) / 2 + (hi - lo) / 2 * rounded(_DEGREE)[0]
         a = np.minimum(np.exp2(t), self.body.edge)
-        values = np.concatenate([_five(own) for own in each(self.body, a, self.tolerance)])
+        values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
         tail = np.abs(coefficients(_DEGREE, values.T)[:, -2:]).max(axis=1)
         slope = abs(float(self.body.slope(2.0**hi, -1)))
         excess = self.body.scene.opened.surfaces.small_slope_deficit
@@ -211,8 +208,3 @@ class Table:
             middle = (lo + hi) / 2
             return self._made(lo, middle, left - 1) + self._made(middle, hi, left - 1)
         return [Panel(lo, hi, values)]
-
-
-def _five(own: Contacts) -> Array:
-    stored = own.form[:, 1, 1] / 2 + own.stretched
-    return np.column_stack([own.reaction, own.form[:, :, 0], stored])

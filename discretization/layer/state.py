@@ -16,7 +16,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
-from discretization.layer.contact import Contacts, contacts, decayed, each
+from discretization.layer.contact import Contact, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
 from discretization.surfaces.network import on_elements
@@ -38,18 +38,14 @@ _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A contact at a depth, the only one of `contact`, with poles to a tolerance.
+    """A contact at a depth; rate: dD/da of its line, infinite where that is pinned."""
 
-    rate: dD/da of its line, infinite where that is pinned.
-    """
-
-    contact: Contacts
+    contact: Contact
     depth: float
-    tolerance: float
     rate: float = math.inf
 
     body = property(lambda self: self.contact.body)
-    a = property(lambda self: float(self.contact.a[0]))
+    a = property(lambda self: self.contact.a)
     outermost = a
     pinned = property(lambda self: self.rate == math.inf)
     force = property(lambda self: float(self.taken[1]))
@@ -57,57 +53,56 @@ class Layer:
 
     def again(self, tolerance: float, first: float = 0.5) -> Layer:
         """The same contact, found otherwise."""
-        found = contacts(self.body, self.contact.a, tolerance, first)
-        return Layer(found, self.depth, tolerance)
+        return Layer(Contact(self.body, self.a, tolerance, first), self.depth)
 
     @functools.cached_property
     def both(self) -> Array:
         """u(a) and 1."""
-        return np.array([self.depth - float(self.contact.f[0]), 1.0])
+        return np.array([self.depth - self.contact.f, 1.0])
 
     def rest_depth(self, excess: float, side: int) -> float:
         """D of its line."""
-        reaction = self.contact.reaction.T
-        return float(self.body.rest_depth(self.contact.a, reaction, excess, side)[0])
+        a, reaction = np.array([self.a]), self.contact.reaction[:, None]
+        return float(self.body.rest_depth(a, reaction, excess, side)[0])
 
     @functools.cached_property
     def taken(self) -> Array:
         """What its lines pull, the force, and the energy of the layer and its surface (3,)."""
-        form, stretched = self.contact.form[0] @ self.both, self.contact.stretched[0]
-        lines = self.contact.lines[0] @ self.both
+        form, stretched = self.contact.form @ self.both, self.contact.stretched
+        lines = self.contact.lines @ self.both
         return np.array(
-            [lines, self.both @ self.contact.form[0, :, 0], self.both @ form / 2 + stretched]
+            [lines, self.both @ self.contact.form[:, 0], self.both @ form / 2 + stretched]
         )
 
     @functools.cached_property
     def pressed(self) -> Array:
         """Pressure at nodes (e, 13)."""
-        return np.tensordot(self.both, self.contact.pressure[0], 1)
+        return np.tensordot(self.both, self.contact.pressure, 1)
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """∫|p| and what the free surface pulls; the sizes of the terms of the energy."""
-        pressed = float((self.contact.weights[0] * np.abs(self.pressed)).sum())
+        pressed = float((self.contact.weights * np.abs(self.pressed)).sum())
         lines, _, stored = np.abs(self.taken).tolist()
         return {"force": pressed + lines, "energy": stored + self.body.bound(self.a)}
 
     @property
     def rounding(self) -> float:
         """How far the force is from dU/dd, over the sizes of its terms."""
-        form = self.contact.form[0]
+        form = self.contact.form
         return float(abs(form[0, 1] - form[1, 0])) / 2 / (self.scales["force"] or 1.0)
 
     @property
     def unbalanced(self) -> float:
         """By how much what the fields pull, press and store is different on other elements."""
         force, stored = self.scales["force"] or 1.0, float(self.taken[2]) or 1.0
-        off = self.again(self.tolerance, _OTHER).taken - self.taken
+        off = self.again(self.contact.tolerance, _OTHER).taken - self.taken
         return float((np.abs(off) / (force, force, stored)).sum())
 
     def displacement(self, excess: float = 0.0) -> float:
         """|u| at the line, and by how much its slope and adhesion lift it."""
-        lifted = abs(float(self.contact.slopes[0, -1, -1])) + excess
-        return abs(float(self.both[0])) + lifted / float(self.contact.reaction[0, 0])
+        lifted = abs(float(self.contact.slopes[-1, -1])) + excess
+        return abs(float(self.both[0])) + lifted / float(self.contact.reaction[0])
 
     @functools.cached_property
     def certificate(self) -> Certificate:
@@ -150,11 +145,11 @@ class Layer:
         if self.touches:
             return dict.fromkeys(QUANTITIES, 0.0)
         excess, fit = self.body.scene.surfaces.small_slope_deficit, self.contact.poles.error
-        coarse, move = self.again(_COARSER * self.tolerance), 0.0
+        coarse, move = self.again(_COARSER * self.contact.tolerance), 0.0
         force, least = abs(coarse.force - self.force), self.rounding + _LUCKY * fit
         if not self.pinned:
             move = abs(coarse.rest_depth(excess, 1) - self.rest_depth(excess, 1)) / abs(self.rate)
-            force += move * excess * float(self.contact.lines[0, 0])
+            force += move * excess * float(self.contact.lines[0])
             move += _COARSER * least * self.displacement() / abs(self.rate)
         parts = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
         return {
@@ -164,9 +159,9 @@ class Layer:
 
     def displaced(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
-        contact, a = self.contact, np.full(beside.size, self.a)
-        found = decayed(self.body.power, contact.poles.decays, a, beside, order)
-        return np.asarray((contact.amplitudes[0] @ self.both @ found).real)
+        contact = self.contact
+        found = decayed(self.body.power, contact.poles.decays, self.a, beside, order)
+        return np.asarray((contact.amplitudes @ self.both @ found).real)
 
     @property
     def ahead(self) -> Array:
@@ -207,7 +202,7 @@ class Layer:
             * body.whole
             * (self.a + x) ** body.power
         )
-        return with_surface(state, float(self.contact.stretched[0] + _APART * (x @ beside)))
+        return with_surface(state, float(self.contact.stretched + _APART * (x @ beside)))
 
 
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
@@ -215,7 +210,7 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
     body, tolerance = Body(scene), _SAFE * rtol
 
     def reaction(a: Array) -> Array:
-        return np.concatenate([own.reaction for own in each(body, a, tolerance)]).T
+        return np.array([Contact(body, x, tolerance).reaction for x in a.tolist()]).T
 
     lines = Lines(body, reaction, scene.surfaces.small_slope_deficit, _STEP)
     a, _, how = lines.settled(depth)
@@ -224,7 +219,7 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
     rate = math.inf
     if how == "rests":
         rate = (lines.rest_depth(a * (1 + _BESIDE), 1) - depth) / (a * _BESIDE)
-    found = Layer(contacts(body, np.array([a]), tolerance), depth, tolerance, rate)
+    found = Layer(Contact(body, a, tolerance), depth, rate)
     return certified(found, branch)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from discretization.certificate import TOLERANCE
 from discretization.layer.body import Body
-from discretization.layer.contact import contacts
+from discretization.layer.contact import Contact
 from discretization.layer.lines import Lines, Table
 from discretization.layer.state import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -145,7 +145,7 @@ class LayerBranch(Branch):
         """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
             tolerance = self.table.tolerance
-            contact = contacts(self.body, np.array([point.memory]), tolerance)
-            found = Layer(contact, point.depth, tolerance).certificate
+            contact = Contact(self.body, point.memory, tolerance)
+            found = Layer(contact, point.depth).certificate
             found = found._replace(tolerance=max(TOLERANCE, tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")
