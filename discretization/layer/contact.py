@@ -112,7 +112,7 @@ class Contact:
         return self.body.scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
 
     @functools.cached_property
-    def pressure(self) -> Array:
+    def pressures(self) -> Array:
         """At nodes (2, e, 13)."""
         at_line, c = self.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
         at_line[1:] = [1, 0] - at_line[1:]
@@ -127,7 +127,7 @@ class Contact:
     @functools.cached_property
     def form(self) -> Array:
         """∫p u + m S u(a) (2, 2), p and S of the first, u of the second."""
-        found = (self.pressure * self.weights).reshape(2, -1) @ self.u.reshape(2, -1).T
+        found = (self.pressures * self.weights).reshape(2, -1) @ self.u.reshape(2, -1).T
         found[:, 0] += self.lines
         return np.asarray(found)
 

@@ -10,7 +10,7 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -103,7 +103,7 @@ def risen(own: Elements, slope: Array) -> Array:
     return np.asarray(-(slope * own.mass / half) @ rounded(DEGREE)[2])
 
 
-def fields(own: Elements, tau: Complex, loads: Array) -> Fields:
+def fields(own: Elements, tau: Any, loads: Array) -> Fields:
     """From 0 to the line, for poles τ (n,) with two loads each (e, 13, n, 2).
 
     What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is

@@ -4,11 +4,8 @@ The force is known from what the poles' fields press, and as dU/dd of the energy
 a parabola of the depth; what these fields press and pull is known from other elements, too.
 """
 
-from __future__ import annotations
-
 import functools
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -36,79 +33,68 @@ _APART = 0.1  # of ln x: places on it
 _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
 
 
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """A contact at a depth; rate: dD/da of its line, infinite where that is pinned."""
+class Layer(Contact):
+    """A contact at a depth; rate: dD/da of its line, infinite where that is pinned.
 
-    contact: Contact
-    depth: float
-    rate: float = math.inf
+    both: u(a) and 1; touches: with the lowest point alone, and nothing is pressed.
+    """
 
-    body = property(lambda self: self.contact.body)
-    a = property(lambda self: self.contact.a)
-    outermost = a
-    pinned = property(lambda self: self.rate == math.inf)
-    force = property(lambda self: float(self.taken[1]))
-    energy = property(lambda self: float(self.taken[2] - self.body.bound(self.a)))
+    def __init__(
+        self,
+        body: Body,
+        a: float,
+        depth: float,
+        tolerance: float,
+        rate: float = math.inf,
+        first: float = 0.5,
+    ) -> None:
+        super().__init__(body, a, tolerance, first)
+        self.depth, self.rate, self.pinned = depth, rate, rate == math.inf
+        self.both = np.array([depth - self.f, 1.0])
+        self.touches = bool(a <= body.tip and depth == body.touch)
 
-    def again(self, tolerance: float, first: float = 0.5) -> Layer:
-        """The same contact, found otherwise."""
-        return Layer(Contact(self.body, self.a, tolerance, first), self.depth)
-
-    @functools.cached_property
-    def both(self) -> Array:
-        """u(a) and 1."""
-        return np.array([self.depth - self.contact.f, 1.0])
+    outermost = property(lambda self: self.a)
+    force = property(lambda self: float(self.found[1]))
+    energy = property(lambda self: float(self.found[2] - self.body.bound(self.a)))
 
     def rest_depth(self, excess: float, side: int) -> float:
         """D of its line."""
-        a, reaction = np.array([self.a]), self.contact.reaction[:, None]
+        a, reaction = np.array([self.a]), self.reaction[:, None]
         return float(self.body.rest_depth(a, reaction, excess, side)[0])
 
     @functools.cached_property
-    def taken(self) -> Array:
-        """What its lines pull, the force, and the energy of the layer and its surface (3,)."""
-        form, stretched = self.contact.form @ self.both, self.contact.stretched
-        lines = self.contact.lines @ self.both
-        return np.array(
-            [lines, self.both @ self.contact.form[:, 0], self.both @ form / 2 + stretched]
-        )
+    def found(self) -> Array:
+        """What its lines pull, the force, and the energy without adhesion (3,)."""
+        stored = self.both @ self.form @ self.both / 2 + self.stretched
+        return np.array([self.lines @ self.both, self.both @ self.form[:, 0], stored])
 
     @functools.cached_property
     def pressed(self) -> Array:
         """Pressure at nodes (e, 13)."""
-        return np.tensordot(self.both, self.contact.pressure, 1)
+        return np.tensordot(self.both, self.pressures, 1)
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """∫|p| and what the free surface pulls; the sizes of the terms of the energy."""
-        pressed = float((self.contact.weights * np.abs(self.pressed)).sum())
-        lines, _, stored = np.abs(self.taken).tolist()
-        return {"force": pressed + lines, "energy": stored + self.body.bound(self.a)}
+        pressed, found = float((self.weights * np.abs(self.pressed)).sum()), np.abs(self.found)
+        bound = self.body.bound(self.a)
+        return {"force": pressed + float(found[0]), "energy": float(found[2] + bound)}
 
     @property
     def rounding(self) -> float:
         """How far the force is from dU/dd, over the sizes of its terms."""
-        form = self.contact.form
-        return float(abs(form[0, 1] - form[1, 0])) / 2 / (self.scales["force"] or 1.0)
-
-    @property
-    def unbalanced(self) -> float:
-        """By how much what the fields pull, press and store is different on other elements."""
-        force, stored = self.scales["force"] or 1.0, float(self.taken[2]) or 1.0
-        off = self.again(self.contact.tolerance, _OTHER).taken - self.taken
-        return float((np.abs(off) / (force, force, stored)).sum())
+        return float(abs(self.form[0, 1] - self.form[1, 0])) / 2 / (self.scales["force"] or 1.0)
 
     def displacement(self, excess: float = 0.0) -> float:
         """|u| at the line, and by how much its slope and adhesion lift it."""
-        lifted = abs(float(self.contact.slopes[-1, -1])) + excess
-        return abs(float(self.both[0])) + lifted / float(self.contact.reaction[0])
+        lifted = abs(float(self.slopes[-1, -1])) + excess
+        return float(abs(self.both[0]) + lifted / self.reaction[0])
 
     @functools.cached_property
     def certificate(self) -> Certificate:
         """The conditions of ../certificate.py, depths over |d|, u and what lifts a line.
 
-        stationarity  what the poles' fields press and pull, on two sets of elements
+        stationarity  what the poles' fields press, pull and store, on two sets of elements
         neighbours    d <= D just outside the line by closing, D just inside by opening <= d
         force         P against dU/dd
         """
@@ -122,18 +108,17 @@ class Layer:
         away = 1.0 if self.rate < 0 else 0.0  # D falls outwards: the line would run away
         if not opening and self.a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
+        other = Layer(body, self.a, self.depth, self.tolerance, first=_OTHER).found
+        terms = (*[self.scales["force"] or 1.0] * 2, self.found[2] or 1.0)
+        beside = self.ahead[self.ahead <= body.edge - self.a]
+        inside = self.depth - body.height(self.a + beside) - self.displaced(beside)
         return Certificate(
-            max(0.0, self.through) / size,
-            self.unbalanced,
+            float(inside.max(initial=0.0)) / size,
+            float((np.abs(other - self.found) / terms).sum()),
             max(0.0, pulled),
             max(away, beyond / size, within / size),
             self.rounding,
         )
-
-    @property
-    def touches(self) -> bool:
-        """Whether it is one with the lowest point alone, and nothing is pressed."""
-        return bool(self.a <= self.body.tip and self.depth == self.body.touch)
 
     def errors(self, state: Any) -> dict[str, float]:
         """Of half-width, force and energy.
@@ -144,24 +129,21 @@ class Layer:
         """
         if self.touches:
             return dict.fromkeys(QUANTITIES, 0.0)
-        excess, fit = self.body.scene.surfaces.small_slope_deficit, self.contact.poles.error
-        coarse, move = self.again(_COARSER * self.contact.tolerance), 0.0
-        force, least = abs(coarse.force - self.force), self.rounding + _LUCKY * fit
+        excess, fit = self.body.scene.surfaces.small_slope_deficit, self.poles.error
+        coarse = Layer(self.body, self.a, self.depth, _COARSER * self.tolerance)
+        force, least, move = abs(coarse.force - self.force), self.rounding + _LUCKY * fit, 0.0
         if not self.pinned:
             move = abs(coarse.rest_depth(excess, 1) - self.rest_depth(excess, 1)) / abs(self.rate)
-            force += move * excess * float(self.contact.lines[0])
+            force += move * excess * float(self.lines[0])
             move += _COARSER * least * self.displacement() / abs(self.rate)
         parts = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
-        return {
-            q: float(part / _COARSER + least + ROUNDING)
-            for q, part in zip(QUANTITIES, parts, strict=True)
-        }
+        known = [float(part / _COARSER + least + ROUNDING) for part in parts]
+        return dict(zip(QUANTITIES, known, strict=True))
 
     def displaced(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
-        contact = self.contact
-        found = decayed(self.body.power, contact.poles.decays, self.a, beside, order)
-        return np.asarray((contact.amplitudes @ self.both @ found).real)
+        found = decayed(self.body.power, self.poles.decays, self.a, beside, order)
+        return np.asarray((self.amplitudes @ self.both @ found).real)
 
     @property
     def ahead(self) -> Array:
@@ -169,14 +151,7 @@ class Layer:
 
         It varies the more slowly the farther from the line it is, and so do they.
         """
-        return _FAR / float(self.contact.poles.decays.real.min()) * _AHEAD
-
-    @functools.cached_property
-    def through(self) -> float:
-        """How far the free surface is inside the indenter at most."""
-        beside = self.ahead[self.ahead <= self.body.edge - self.a]
-        inside = self.depth - self.body.height(self.a + beside) - self.displaced(beside)
-        return float(inside.max(initial=0.0))
+        return _FAR / float(self.poles.decays.real.min()) * _AHEAD
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
@@ -188,21 +163,16 @@ class Layer:
 
     def pressure(self, state: Any, x: Array) -> Array:
         """p in contact at positions, sums of the fields of the poles."""
-        ends = self.a * np.append(self.contact.elements.x[:, 0], 1.0)
+        ends = self.a * np.append(self.elements.x[:, 0], 1.0)
         nodal = np.append(self.pressed[:, :-1], self.pressed[-1, -1])
         return on_elements(ends, nodal, np.abs(x - self.body.apex))[0]
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts; γ₁/2 ∫u'² outside by the trapezoidal rule in ln x."""
         x, body = self.ahead, self.body
-        beside = (
-            body.scene.gamma1
-            / 2
-            * self.displaced(x, 1) ** 2
-            * body.whole
-            * (self.a + x) ** body.power
-        )
-        return with_surface(state, float(self.contact.stretched + _APART * (x @ beside)))
+        density = self.displaced(x, 1) ** 2 * body.whole * (self.a + x) ** body.power
+        outside = body.scene.gamma1 / 2 * _APART * float(x @ density)
+        return with_surface(state, self.stretched + outside)
 
 
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
@@ -219,12 +189,11 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
     rate = math.inf
     if how == "rests":
         rate = (lines.rest_depth(a * (1 + _BESIDE), 1) - depth) / (a * _BESIDE)
-    found = Layer(Contact(body, a, tolerance), depth, rate)
-    return certified(found, branch)
+    return certified(Layer(body, a, depth, tolerance, rate), branch)
 
 
 def certified(found: Any, branch: str, spacing: float = math.nan) -> Equilibrium:
-    """The state of a contact, a `Layer` or a `NodeState`. NotCertifiedError if no equilibrium."""
+    """The state of a contact, a `Layer` or `Nodes`. NotCertifiedError if no equilibrium."""
     body, named = found.body, f"the state at depth = {found.depth!r}"
     if not found.certificate.penetration <= found.certificate.tolerance:
         raise NotCertifiedError(

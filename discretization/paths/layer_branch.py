@@ -17,7 +17,6 @@ import numpy as np
 
 from discretization.certificate import TOLERANCE
 from discretization.layer.body import Body
-from discretization.layer.contact import Contact
 from discretization.layer.lines import Lines, Table
 from discretization.layer.state import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -145,7 +144,6 @@ class LayerBranch(Branch):
         """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
             tolerance = self.table.tolerance
-            contact = Contact(self.body, point.memory, tolerance)
-            found = Layer(contact, point.depth).certificate
+            found = Layer(self.body, point.memory, point.depth, tolerance).certificate
             found = found._replace(tolerance=max(TOLERANCE, tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")
