@@ -25,8 +25,7 @@ from energy.arrays import Array
 
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
 _SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
-_CLOSED = 1e-8  # of the half-width below which adhesion rules: a contact that has closed up
-_LEFT = 1 / 8  # of how far below touching a line about an axis rests at most
+_CLOSED = 1e-8, 1 / 64  # of the half-width below which adhesion rules: closed up; about an axis
 _SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
 _TIE = 1e-12  # of depths and heights: depths that are the same
 _DEGREE = 10
@@ -102,25 +101,18 @@ class Lines:
         closes up. About an axis D returns to first touch as the radius vanishes, and in contacts so
         small that it has nearly done so no line rests.
         """
-        body, touch = self.body, self.body.touch
-        end = min(body.edge, float(_PLACES[-1]) * body.scene.layer.h)
+        end = min(self.body.edge, float(_PLACES[-1]) * self.body.scene.layer.h)
         if way < 0:
-            end = min(a, max(_CLOSED * self._small(touch), self.least))
-        corners = [x for x in {*body.corners, self.least} if way * a < way * x <= way * end]
+            closed = _CLOSED[self.body.power] * self._small(self.body.touch)
+            end = min(a, max(closed, self.least))
+        corners = {x for x in {*self.body.corners, self.least} if way * a < way * x <= way * end}
         octaves = np.arange(self.step, abs(math.log2(end / a)), self.step)
-        x = np.unique([*(a * 2.0 ** (way * octaves)), end, *corners])
-        x = np.sort(np.append(x, corners))[::way]
-        side = np.where(np.isin(x, [end, *corners]), -way, way)
-        side[1:][np.diff(x) == 0] = way
-        lowest, before, last = math.inf, a, math.nan
-        for place, beside in zip(x.tolist(), side.tolist(), strict=True):
-            value = self.rest_depth(place, beside)
-            if place != before or way * (value - last) > 0:
-                yield place, value
-            before, last, lowest = place, value, min(lowest, value)
-            left = value - touch > _LEFT * (lowest - touch)
-            if body.power and way < 0 and lowest < touch and left:
-                return
+        places = {*(a * 2.0 ** (way * octaves)).tolist(), end, *corners}
+        for x in sorted(places - {a}, reverse=way < 0):
+            before = self.rest_depth(x, -way if x == end or x in corners else way)
+            yield x, before
+            if x in corners and way * (beyond := self.rest_depth(x, way)) > way * before:
+                yield x, beyond
 
     def settled(self, depth: float) -> Found:
         """Where it rests at a depth on the way from first touch; "lost": the contact is."""
@@ -141,13 +133,13 @@ class Lines:
 
     def _small(self, depth: float) -> float:
         """A half-width so small, by slope and height, that a line there advances, if any does."""
-        body, places = self.body, np.minimum(_PLACES * self.body.scene.layer.h, self.body.edge / 2)
-        deep, rise = depth - body.touch, body.height(places) - body.touch
-        lifted = self.excess * max(body.scene.layer.h, body.scene.elastocapillary_length)
-        limits = ((self.excess, body.slope(places)), (lifted, rise), (deep, rise))
-        flat = [values < _SMALL * limit for limit, values in limits if limit > 0]
-        a = places[np.all(flat, axis=0)].max(initial=places[0]) if flat else 0.0
-        return max(float(a), self.least)
+        body, length = self.body, self.body.scene.layer.h
+        places = np.minimum(_PLACES * length, body.edge / 2)
+        lifted = self.excess * max(length, body.scene.elastocapillary_length)
+        flat = body.height(places) - body.touch < _SMALL * (depth - body.touch + lifted)
+        if self.excess:
+            flat &= body.slope(places) < _SMALL * self.excess
+        return max(float(places[flat].max(initial=0.0)), self.least)
 
     @functools.cached_property
     def least(self) -> float:
