@@ -69,8 +69,8 @@ class Body:
         a = 0.0 if a <= self.tip else a
         return (0.0 if self.power else self.apex - a), self.apex + a
 
-    def rest_depth(self, a: Array, reaction: Array, excess: float, side: Any) -> Array:
-        """D of half-widths (m,) with σ, s₀ (2, m); side: which slope of a corner counts.
+    def rest_depth(self, a: Any, reaction: Array, excess: float, side: Any) -> Any:
+        """D of half-widths (m,), or one, with σ, s₀ (2, m); side: which slope of a corner counts.
 
         Beyond the edge of the body none; what touches with its lowest point alone lets go at first
         touch.

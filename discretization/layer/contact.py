@@ -25,12 +25,13 @@ force on the line and a line that advances takes the surface along. What is stor
 
 import functools
 import math
+from typing import Any
 
 import numpy as np
 from scipy.special import k0e, k1e, kve
 
-from discretization.layer import elements as inside
 from discretization.layer.body import Body
+from discretization.layer.elements import Fields, elements, grid
 from discretization.layer.poles import poles
 from energy.arrays import Array, Complex
 
@@ -61,26 +62,32 @@ def _bessel(order: int, z: Complex) -> Complex:
 class Contact:
     """One of half-width or radius a, with poles to a tolerance; first: see `elements.grid`.
 
-    f: of the profile at the line, slopes (e, 13) at nodes; u (2, e, 13): of nodes, of what is
-    linear in u(a) and 1. So are reaction (2,): σ, s₀; amplitudes (n, 2): A.
+    f: of the profile at the line, slopes, weights (e, 13): at nodes, and with the measure, of both
+    sides or all around; stretched: γ₁/2 ∫f'²; u (2, e, 13): of nodes, of what is linear in u(a) and
+    1. So are reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
+    outside (n, n): ψ, and φ of the other poles, of what decays by each λ.
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
         scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
         self.poles = poles(scene.layer, scene.gamma1, tolerance)
-        tau = np.append(self.poles.first, self.poles.tau)
+        tau, decays = np.append(self.poles.first, self.poles.tau), self.poles.decays
         shortest = 1 / float(np.sqrt(np.abs(tau).max()))
-        ends = inside.grid(a, shortest, body.breaks, body.kinks, first)
-        self.elements = own = inside.elements(body.power, ends)
+        ends = grid(a, shortest, body.breaks, body.kinks, first)
+        self.elements = own = elements(body.power, ends)
+        self.weights = body.whole * a ** (body.power + 1) * own.mass
         self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
+        self.stretched = scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
         self.u = np.array([np.ones_like(own.x), self.f - body.height(a * own.x)])
         loads = np.zeros((*own.x.shape, tau.size, 2))
         loads[..., 0, :] = np.moveaxis(a * a * own.mass * self.u, 0, -1)
-        loads[..., 1:, 1] = a * inside.risen(own, self.slopes)[..., None]
-        self.fields = inside.fields(own, a * a * tau, loads)
-        outwards = -decayed(body.power, self.poles.decays, a, np.zeros(1), 1)[:, 0]
+        loads[..., 1:, 1] = a * own.risen(self.slopes)[..., None]
+        self.fields = Fields(own, a * a * tau, loads)
+        self.outside = np.append(1, self.poles.tau)[:, None] / (tau[:, None] - decays**2)
+        outwards = -decayed(body.power, decays, a, np.zeros(1), 1)[:, 0]
         self.amplitudes = self._amplitudes(a * outwards)
         self.reaction = (outwards @ self.amplitudes).real
+        self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
 
     def _amplitudes(self, out: Complex) -> Complex:
         """A by u(a) and what fields take inside; out (n,): a times what decays pull."""
@@ -94,35 +101,11 @@ class Contact:
         return np.linalg.solve(matrix / high / wide, wanted / high) / wide[:, None]
 
     @functools.cached_property
-    def outside(self) -> Complex:
-        """ψ, and φ of the other poles, of what decays by each λ (n, n)."""
-        first, tau = self.poles.first, self.poles.tau
-        found = 1 / (np.append(first, tau)[:, None] - self.poles.decays**2)
-        found[1:] *= tau[:, None]
-        return np.asarray(found)
-
-    @property
-    def weights(self) -> Array:
-        """Of nodes, with the measure (e, 13), of both sides or all around."""
-        return self.body.whole * self.a ** (self.body.power + 1) * self.elements.mass
-
-    @property
-    def stretched(self) -> float:
-        """γ₁/2 ∫f'²."""
-        return self.body.scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
-
-    @functools.cached_property
     def pressures(self) -> Array:
         """At nodes (2, e, 13)."""
         at_line, c = self.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
         at_line[1:] = [1, 0] - at_line[1:]
-        return self.poles.still * self.u + inside.total(self.elements, self.fields, at_line, c)
-
-    @functools.cached_property
-    def lines(self) -> Array:
-        """What the lines pull in all, (2,)."""
-        length = self.body.whole * self.a**self.body.power
-        return np.asarray(self.body.scene.gamma1 * length * self.reaction)
+        return self.poles.still * self.u + self.fields.total(at_line, c)
 
     @functools.cached_property
     def form(self) -> Array:
@@ -135,3 +118,9 @@ class Contact:
     def taken(self) -> Array:
         """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion (5,)."""
         return np.array([*self.reaction, *self.form[:, 0], self.form[1, 1] / 2 + self.stretched])
+
+
+def at_depth(taken: Any, u: Any) -> tuple[Any, Any]:
+    """The force, and the energy without adhesion, of what is `taken` at a u(a)."""
+    _, _, rate, force, stored = taken
+    return rate * u + force, stored + force * u + rate * u * u / 2

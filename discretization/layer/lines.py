@@ -13,7 +13,7 @@ import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -33,15 +33,7 @@ _HALVINGS = 10
 _KNOWN = 0.1  # of the tolerance: last coefficients of a panel
 
 
-class Found(NamedTuple):
-    """How far a line has come, and the depth there.
-
-    how: it "rests" there, is at a "corner", where D "turns", or is "lost".
-    """
-
-    a: float
-    depth: float
-    how: str
+Found = tuple[float, float, str]  # of `Lines.walk`
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +55,11 @@ class Lines:
         return found if np.ndim(a) else float(found[0])
 
     def walk(self, start: float, here: float, to: float, way: int, *, past: bool = True) -> Found:
-        """Where a line comes to, out (1) or in (-1), from where it rests at a depth, at another.
+        """How far a line comes, out (1) or in (-1), from where it rests at a depth to another.
 
-        past: on over places where D turns, and corners that do not hold it. ValueError where the
-        profile is not known any further.
+        And the depth there, and how: it "rests" there, is at a "corner", where D "turns", or is
+        "lost". past: on over places where D turns, and corners that do not hold it. ValueError
+        where the profile is not known any further.
         """
         before, a, last, rising = start, start, here, not past
         size = abs(here - to) + abs(self.body.height(start) - self.body.touch)
@@ -76,23 +69,23 @@ class Lines:
 
         for x, value in self._ahead(start, way):
             if x == a and (not past or way * (value - to) >= 0):
-                return Found(x, last, "corner")
+                return x, last, "corner"
             end, high, turned = x, value, rising and way * (value - last) < -_TIE * size
             if turned:
                 lo, hi = sorted((before, x))
                 low = least(lambda y: -way * self.rest_depth(y, way), lo, hi, -way * to, _SECTIONS)
                 end, high, a = float(low[0]), -way * float(low[1]), before
             if way * (high - to) >= 0:
-                return Found(bracketed(short, a, end), to, "rests")
+                return bracketed(short, a, end), to, "rests"
             if turned and not past:
-                return Found(end, high, "turns")
+                return end, high, "turns"
             before, a, last, rising = a, x, value, way * (value - last) > 0
         if way > 0:
             raise ValueError(
                 f"depth = {to!r} spreads the contact over the whole known profile, to "
                 f"{a + self.body.apex!r}; give a wider profile, or a smaller depth"
             )
-        return Found(a, last, "lost")
+        return a, last, "lost"
 
     def _ahead(self, a: float, way: int) -> Iterator[tuple[float, float]]:
         """Places from a line on, and D there, at corners that may hold it before and beyond them.
@@ -117,18 +110,13 @@ class Lines:
     def settled(self, depth: float) -> Found:
         """Where it rests at a depth on the way from first touch; "lost": the contact is."""
         pressed = max(depth, self.body.touch)
-        a = self._small(pressed)
-        here = self.rest_depth(a, 1)
+        a, here = 8 * self._small(pressed), math.inf
         while a > self.least and here >= pressed:
             a = max(a / 8, self.least)
             here = self.rest_depth(a, 1)
-        found = Found(a, pressed, "corner")
-        if here < pressed:
-            found = self.walk(a, here, pressed, 1)
-        if depth < self.body.touch:
-            here = self.rest_depth(found.a, -1)
-            if here > depth:
-                return self.walk(found.a, here, depth, -1)
+        found = self.walk(a, here, pressed, 1) if here < pressed else (a, pressed, "corner")
+        if depth < self.body.touch and (here := self.rest_depth(found[0], -1)) > depth:
+            return self.walk(found[0], here, depth, -1)
         return found
 
     def _small(self, depth: float) -> float:
@@ -148,12 +136,9 @@ class Lines:
         return self.body.tip if self.excess else max(level, default=self.body.tip)
 
 
-class Panel(NamedTuple):
-    """Between two half-widths: their logarithms, and what is taken at Lobatto points (11, 5)."""
-
-    lo: float
-    hi: float
-    values: Array
+Panel = tuple[
+    float, float, Array
+]  # log₂ a of its ends, and what is taken at Lobatto points (11, 5)
 
 
 class Table:
@@ -199,4 +184,4 @@ class Table:
         if left and (tail > _KNOWN * self.tolerance * size).any():
             middle = (lo + hi) / 2
             return self._made(lo, middle, left - 1) + self._made(middle, hi, left - 1)
-        return [Panel(lo, hi, values)]
+        return [(lo, hi, values)]

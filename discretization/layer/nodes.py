@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,14 +30,12 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.special import i0e, j0, k0e, sici
 
 from discretization.certificate import Certificate
-from discretization.equilibrium import QUANTITIES, Equilibrium, detached
+from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.lattice.accuracy import UNRESOLVED
 from discretization.layer.body import Body
-from discretization.layer.state import certified
+from discretization.layer.state import Layer, certified
 from discretization.readings import with_surface
 from discretization.roots import bracketed
-from discretization.surfaces.protocol import At, alone
-from discretization.surfaces.small import SmallSurfaces
 from energy import Scene, SurfaceEnergies
 from energy.arrays import Array
 
@@ -59,7 +57,6 @@ _FLATTEST = 1e-3  # of the wave numbers that matter: the first panel
 _WIDEST = 1e5  # the largest q times the largest distance
 
 
-@dataclass(frozen=True, eq=False)
 class Nodes:
     """The surface at a depth held down at nodes, on each side of a scene's lowest point.
 
@@ -67,20 +64,11 @@ class Nodes:
     with the depth.
     """
 
-    body: Body
-    depth: float
-    spacing: float
-    x: Array
-    lower: Array
-    y: Array
-    rate: Array
-
-    @classmethod
-    def on(cls, body: Body, depth: float, spacing: float, x: Array) -> Nodes:
-        """At these distances."""
-        lower = cholesky(compliance(body.scene, x, x, spacing), lower=True)
+    def __init__(self, body: Body, depth: float, spacing: float, x: Array) -> None:
+        self.body, self.depth, self.spacing, self.x = body, depth, spacing, x
+        self.lower = cholesky(compliance(body.scene, x, x, spacing), lower=True)
         both = np.array([depth - body.height(x), np.ones(x.size)])
-        return cls(body, depth, spacing, x, lower, *solve_triangular(lower, both.T, lower=True).T)
+        self.y, self.rate = solve_triangular(self.lower, both.T, lower=True).T
 
     @classmethod
     def of(cls, body: Body, depth: float, spacing: float, count: int) -> Nodes:
@@ -89,7 +77,7 @@ class Nodes:
         if body.power and first < _LEAST * spacing:
             first += spacing
         known = math.floor(min(count, (body.edge - first) / spacing + 1 + _LEAST))
-        return cls.on(body, depth, spacing, first + spacing * np.arange(known, dtype=float))
+        return cls(body, depth, spacing, first + spacing * np.arange(known, dtype=float))
 
     @functools.cached_property
     def rest_depths(self) -> Array:
@@ -129,7 +117,7 @@ class Nodes:
         links = max(round(self.a / self.spacing), 1)
         step, nodes = self.a / links, np.arange(self.body.power, links + 1, dtype=float)
         fixed = self.pinned or not self.a
-        return self if fixed else self.on(self.body, self.depth, step, step * nodes)
+        return self if fixed else Nodes(self.body, self.depth, step, step * nodes)
 
     pinned = property(lambda self: self.n == self.x.size - 1)
     outermost = property(lambda self: float(self.x[self.n]))
@@ -152,15 +140,16 @@ class Nodes:
         force = float(np.abs(self.acting).sum())
         return {"force": force, "energy": self.held.stored + self.body.bound(self.a)}
 
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
-        """u and u' of the free surface, u' by differences over half a link."""
-        side, step = 1 if left is not None else -1, self.spacing / 2
-        place = self.a + np.abs(z - alone(left, right).x) + step * np.arange(3)[:, None]
-        response = compliance(self.body.scene, place.ravel(), self.held.x, self.spacing)
-        three = (response @ self.acting).reshape(place.shape)
-        return three[0], side * (4 * three[1] - three[2] - 3 * three[0]) / (2 * step)
+    def displaced(self, beside: Array, order: int = 0) -> Array:
+        """u of the free surface so far from the line; order 1: its slope, from half a link."""
+        if order:
+            step = self.spacing / 2
+            here, next_, last = (self.displaced(beside + i * step) for i in range(3))
+            return np.asarray((4 * next_ - last - 3 * here) / (2 * step))
+        x, scene = self.held.x, self.body.scene
+        return np.asarray(compliance(scene, self.a + beside, x, self.spacing) @ self.acting)
+
+    shape = Layer.shape
 
     def pressure(self, state: Any, x: Array) -> Array:
         """The force on nodes over what each one stands for, less the tension's share.
@@ -182,7 +171,7 @@ class Nodes:
         for part in (1 - _STEP, 1 + _STEP):
             tension = SurfaceEnergies.from_work(part * scene.gamma1, 0.0)
             body = Body(replace(scene, surfaces=tension))
-            energies.append(self.on(body, self.depth, self.spacing, self.held.x).stored)
+            energies.append(Nodes(body, self.depth, self.spacing, self.held.x).stored)
         return with_surface(state, (energies[1] - energies[0]) / (2 * _STEP))
 
     @functools.cached_property
@@ -234,15 +223,13 @@ def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -
         nodes = Nodes.of(body, depth, spacing, 2**power)
         if nodes.whole or nodes.x.size < 2**power or 2 * nodes.n < nodes.x.size:
             break
-    if nodes.n < 0:
-        flat = Certificate.undeformed()
-        return detached(scene, depth, branch, SmallSurfaces(scene), flat, spacing)
     if nodes.n >= nodes.x.size - _SPARE and not nodes.whole:
         raise ValueError(
             f"depth = {depth!r} spreads the contact over the whole known profile, or more than "
             f"{2**_MOST} nodes; give a wider profile, a larger spacing, or a smaller depth"
         )
-    return certified(nodes, branch, spacing)
+    found = nodes if nodes.n >= 0 else None
+    return certified(scene, depth, found, branch, spacing)
 
 
 def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
-from discretization.layer.contact import Contact, decayed
+from discretization.layer.contact import Contact, at_depth, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
 from discretization.surfaces.network import on_elements
@@ -36,22 +36,17 @@ _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
 class Layer(Contact):
     """A contact at a depth; rate: dD/da of its line, infinite where that is pinned.
 
-    both: u(a) and 1; touches: with the lowest point alone, and nothing is pressed.
+    contact: of what, as of `Contact`; both: u(a) and 1; touches: with the lowest point alone, and
+    nothing is pressed; ahead: places on the free surface, by their distances from the line: it
+    varies the more slowly the farther from the line it is, and so do they.
     """
 
-    def __init__(
-        self,
-        body: Body,
-        a: float,
-        depth: float,
-        tolerance: float,
-        rate: float = math.inf,
-        first: float = 0.5,
-    ) -> None:
-        super().__init__(body, a, tolerance, first)
+    def __init__(self, depth: float, rate: float, *contact: Any) -> None:
+        super().__init__(*contact)
         self.depth, self.rate, self.pinned = depth, rate, rate == math.inf
         self.both = np.array([depth - self.f, 1.0])
-        self.touches = bool(a <= body.tip and depth == body.touch)
+        self.touches = bool(self.a <= self.body.tip and depth == self.body.touch)
+        self.ahead = _FAR / float(self.poles.decays.real.min()) * _AHEAD
 
     outermost = property(lambda self: self.a)
     force = property(lambda self: float(self.found[1]))
@@ -59,14 +54,12 @@ class Layer(Contact):
 
     def rest_depth(self, excess: float, side: int) -> float:
         """D of its line."""
-        a, reaction = np.array([self.a]), self.reaction[:, None]
-        return float(self.body.rest_depth(a, reaction, excess, side)[0])
+        return float(self.body.rest_depth(self.a, self.reaction, excess, side))
 
     @functools.cached_property
     def found(self) -> Array:
         """What its lines pull, the force, and the energy without adhesion (3,)."""
-        stored = self.both @ self.form @ self.both / 2 + self.stretched
-        return np.array([self.lines @ self.both, self.both @ self.form[:, 0], stored])
+        return np.array([self.lines @ self.both, *at_depth(self.taken, self.both[0])])
 
     @functools.cached_property
     def pressed(self) -> Array:
@@ -108,7 +101,7 @@ class Layer(Contact):
         away = 1.0 if self.rate < 0 else 0.0  # D falls outwards: the line would run away
         if not opening and self.a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
-        other = Layer(body, self.a, self.depth, self.tolerance, first=_OTHER).found
+        other = Layer(self.depth, math.inf, body, self.a, self.tolerance, _OTHER).found
         terms = (*[self.scales["force"] or 1.0] * 2, self.found[2] or 1.0)
         beside = self.ahead[self.ahead <= body.edge - self.a]
         inside = self.depth - body.height(self.a + beside) - self.displaced(beside)
@@ -130,7 +123,7 @@ class Layer(Contact):
         if self.touches:
             return dict.fromkeys(QUANTITIES, 0.0)
         excess, fit = self.body.scene.surfaces.small_slope_deficit, self.poles.error
-        coarse = Layer(self.body, self.a, self.depth, _COARSER * self.tolerance)
+        coarse = Layer(self.depth, math.inf, self.body, self.a, _COARSER * self.tolerance)
         force, least, move = abs(coarse.force - self.force), self.rounding + _LUCKY * fit, 0.0
         if not self.pinned:
             move = abs(coarse.rest_depth(excess, 1) - self.rest_depth(excess, 1)) / abs(self.rate)
@@ -144,14 +137,6 @@ class Layer(Contact):
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
         found = decayed(self.body.power, self.poles.decays, self.a, beside, order)
         return np.asarray((self.amplitudes @ self.both @ found).real)
-
-    @property
-    def ahead(self) -> Array:
-        """Places on the free surface, by their distances from the line.
-
-        It varies the more slowly the farther from the line it is, and so do they.
-        """
-        return _FAR / float(self.poles.decays.real.min()) * _AHEAD
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
@@ -184,17 +169,25 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
 
     lines = Lines(body, reaction, scene.surfaces.small_slope_deficit, _STEP)
     a, _, how = lines.settled(depth)
-    if how == "lost":
-        return detached(scene, depth, branch, SmallSurfaces(scene), Certificate.undeformed())
-    rate = math.inf
+    rate, found = math.inf, None
     if how == "rests":
         rate = (lines.rest_depth(a * (1 + _BESIDE), 1) - depth) / (a * _BESIDE)
-    return certified(Layer(body, a, depth, tolerance, rate), branch)
+    if how != "lost":
+        found = Layer(depth, rate, body, a, tolerance)
+    return certified(scene, depth, found, branch)
 
 
-def certified(found: Any, branch: str, spacing: float = math.nan) -> Equilibrium:
-    """The state of a contact, a `Layer` or `Nodes`. NotCertifiedError if no equilibrium."""
-    body, named = found.body, f"the state at depth = {found.depth!r}"
+def certified(
+    scene: Scene, depth: float, found: Any, branch: str, spacing: float = math.nan
+) -> Equilibrium:
+    """The state of a contact, a `Layer` or `Nodes`; None: it is lost.
+
+    NotCertifiedError if no equilibrium.
+    """
+    if found is None:
+        flat = Certificate.undeformed()
+        return detached(scene, depth, branch, SmallSurfaces(scene), flat, spacing)
+    body, named = found.body, f"the state at depth = {depth!r}"
     if not found.certificate.penetration <= found.certificate.tolerance:
         raise NotCertifiedError(
             f"{named} touches the indenter again beside its contact: a layer that is nearly "
@@ -202,8 +195,8 @@ def certified(found: Any, branch: str, spacing: float = math.nan) -> Equilibrium
         )
     found.certificate.demand(named, "try another depth or spacing")
     return Equilibrium(
-        body.scene,
-        found.depth,
+        scene,
+        depth,
         branch,
         "fitted" if math.isnan(spacing) else "lattice",
         found.certificate,

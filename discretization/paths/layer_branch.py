@@ -17,6 +17,7 @@ import numpy as np
 
 from discretization.certificate import TOLERANCE
 from discretization.layer.body import Body
+from discretization.layer.contact import at_depth
 from discretization.layer.lines import Lines, Table
 from discretization.layer.state import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -90,7 +91,7 @@ class LayerBranch(Branch):
     @functools.cached_property
     def first(self) -> Point:
         """The contact at first touch."""
-        return self.point(self.touch, self.lines[1].settled(self.touch).a)
+        return self.point(self.touch, self.lines[1].settled(self.touch)[0])
 
     def point(self, depth: float, a: float) -> Point:
         """The contact of this half-width at a depth."""
@@ -117,22 +118,19 @@ class LayerBranch(Branch):
         if way * (rest - here) > tie:  # held so far
             held = goal if way * (goal - rest) <= 0 else rest
             return Slide(self, point, self.point(held, a), None, False)
-        end = landed = lines.walk(a, here, goal, way, past=False)
-        if end.how == "turns":
-            landed = lines.walk(end.a, end.depth, end.depth, way)
-        after = None
-        if landed.how == "lost":
-            after = Point(end.depth, None)
-        elif landed is not end:
-            after = self.point(end.depth, landed.a)
-        return Slide(self, point, self.point(end.depth, end.a), after, landed is not end)
+        a, depth, how = lines.walk(a, here, goal, way, past=False)
+        end, after, jumps = self.point(depth, a), None, how == "turns"
+        if jumps:
+            a, _, how = lines.walk(a, depth, depth, way)
+        if jumps or how == "lost":
+            after = Point(depth, None) if how == "lost" else self.point(depth, a)
+        return Slide(self, point, end, after, jumps)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""
         a, depth = np.array([(point.memory, point.depth) for point in points]).T
-        u, (_, _, rate, force, stored) = depth - self.body.height(a), self.table.at(a)
-        energy = stored + force * u + rate * u * u / 2 - self.body.bound(a)
-        return np.array([energy, rate * u + force])
+        force, stored = at_depth(self.table.at(a), depth - self.body.height(a))
+        return np.array([stored - self.body.bound(a), force])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length or area that opens between two points."""
@@ -144,6 +142,6 @@ class LayerBranch(Branch):
         """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
             tolerance = self.table.tolerance
-            found = Layer(self.body, point.memory, point.depth, tolerance).certificate
+            found = Layer(point.depth, math.inf, self.body, point.memory, tolerance).certificate
             found = found._replace(tolerance=max(TOLERANCE, tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")
