@@ -61,11 +61,12 @@ class Nodes:
     """The surface at a depth held down at nodes, on each side of a scene's lowest point.
 
     x (n,): their distances from there, in contact or not; lower: L; y, rate (n,): y and its change
-    with the depth.
+    with the depth; whole: whether the body ends at the last one.
     """
 
     def __init__(self, body: Body, depth: float, spacing: float, x: Array) -> None:
         self.body, self.depth, self.spacing, self.x = body, depth, spacing, x
+        self.whole = body.walled and bool(x[-1] + spacing / 2 > body.edge)
         self.lower = cholesky(compliance(body.scene, x, x, spacing), lower=True)
         both = np.array([depth - body.height(x), np.ones(x.size)])
         self.y, self.rate = solve_triangular(self.lower, both.T, lower=True).T
@@ -84,11 +85,6 @@ class Nodes:
         """D of the links (n - 1,), in the middle between the nodes."""
         bound = np.sqrt(2 * np.diff(self.body.bound(self.x)))
         return np.asarray(self.depth - (self.y[1:] + bound) / self.rate[1:])
-
-    @property
-    def whole(self) -> bool:
-        """Whether the body ends at the last node."""
-        return self.body.walled and bool(self.x[-1] + self.spacing / 2 > self.body.edge)
 
     @functools.cached_property
     def n(self) -> int:
@@ -235,14 +231,24 @@ def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -
 def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
     """Displacement at places z (m,) over the total force on pairs of nodes, or rings, x (n,).
 
-    Beyond the largest q the rest of 1/(k + γ₁q²) is -H/(γ₁²q³), H of k = Hq on a half-space; what
-    that leaves out falls like q⁻⁴.
+    Panels of q grow until waves turn on them. Beyond the largest q the rest of 1/(k + γ₁q²) is
+    -H/(γ₁²q³), H of k = Hq on a half-space; what that leaves out falls like q⁻⁴.
     """
     layer, gamma, axis = scene.layer, scene.gamma1, scene.axisymmetric
     m, half = math.sqrt(layer.shear_modulus / layer.h / gamma), layer.shear_modulus / (1 - layer.nu)
     last = math.cbrt(m * (m * m + (half / gamma) ** 2) / (4 * _LEFT))
     last += 10 / layer.h + 10 * m + _RINGS / spacing
-    q, weights = _wave_numbers(last, float(max(x[-1], z.max(), spacing)), 1 / layer.h + m)
+    far, first = float(max(x[-1], z.max(), spacing)), _FLATTEST * (1 / layer.h + m)
+    if last * far > _WIDEST:
+        raise ValueError(
+            f"the surface {far!r} from the middle of the contact is {last * far:.0f} times as "
+            "wide as what nodes have to resolve beside its line: use method='fitted', or a "
+            "smaller depth"
+        )
+    grown = np.geomspace(first, last, math.ceil(math.log2(last / first)))
+    ends = np.union1d(np.linspace(0.0, last, 1 + math.ceil(last * far / _TURN)), grown)
+    middle, wide = (ends[1:, None] + ends[:-1, None]) / 2, np.diff(ends)[:, None] / 2
+    q, weights = (middle + wide * _POINTS).ravel(), (wide * _WEIGHTS).ravel()
     k = layer.stiffness_at(q)
     rest = (gamma * m * m - k) / ((k + gamma * q * q) * gamma * (q * q + m * m)) * weights
     rest *= q / (2 * math.pi) if axis else 1 / math.pi
@@ -261,22 +267,6 @@ def _beyond(last: float, apart: Array) -> Array:
     """∫ cos(qs)/q³ dq from the largest q on, of distances s."""
     y = np.maximum(last * apart, _SAME)
     return np.asarray((np.cos(y) - y * np.sin(y) + y * y * sici(y)[1]) / (2 * last * last))
-
-
-def _wave_numbers(last: float, far: float, near: float) -> tuple[Array, Array]:
-    """q and weights up to the last: panels that grow, until waves turn within a length `far`."""
-    if last * far > _WIDEST:
-        raise ValueError(
-            f"the surface {far!r} from the middle of the contact is {last * far:.0f} times as "
-            "wide as what nodes have to resolve beside its line: use method='fitted', or a "
-            "smaller depth"
-        )
-    first = _FLATTEST * near
-    grown = np.geomspace(first, last, math.ceil(math.log2(last / first)))
-    ends = np.union1d(np.linspace(0.0, last, 1 + math.ceil(last * far / _TURN)), grown)
-    middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
-    q, weights = middle[:, None] + half[:, None] * _POINTS, half[:, None] * _WEIGHTS
-    return q.ravel(), weights.ravel()
 
 
 def _springs(scene: Scene, z: Array, x: Array, m: float) -> Array:

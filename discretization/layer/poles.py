@@ -85,7 +85,7 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     found = Poles(float(still), whole - first * float(still), first, tau, c, tau, math.inf)
     error = float((np.abs(found.stiffness(q * q) - exact) / size).max())
     whole, decays = found.flow * k / h**2, _decays(found, gamma) / h
-    return Poles(found.still * k, whole, first / h**2, tau / h**2, c * k, decays, error)
+    return Poles(found.still * k, whole, first / h**2, found.tau / h**2, found.c * k, decays, error)
 
 
 def _own(nu: float, pairs: int) -> tuple[float, Complex]:

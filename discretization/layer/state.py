@@ -73,11 +73,6 @@ class Layer(Contact):
         bound = self.body.bound(self.a)
         return {"force": pressed + float(found[0]), "energy": float(found[2] + bound)}
 
-    @property
-    def rounding(self) -> float:
-        """How far the force is from dU/dd, over the sizes of its terms."""
-        return float(abs(self.form[0, 1] - self.form[1, 0])) / 2 / (self.scales["force"] or 1.0)
-
     def displacement(self, excess: float = 0.0) -> float:
         """|u| at the line, and by how much its slope and adhesion lift it."""
         lifted = abs(float(self.slopes[-1, -1])) + excess
@@ -89,7 +84,7 @@ class Layer(Contact):
 
         stationarity  what the poles' fields press, pull and store, on two sets of elements
         neighbours    d <= D just outside the line by closing, D just inside by opening <= d
-        force         P against dU/dd
+        force         P against dU/dd, its rounding
         """
         scene, body, pulled = self.body.scene, self.body, 0.0
         if self.touches:
@@ -102,15 +97,15 @@ class Layer(Contact):
         if not opening and self.a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
         other = Layer(self.depth, math.inf, body, self.a, self.tolerance, _OTHER).found
-        terms = (*[self.scales["force"] or 1.0] * 2, self.found[2] or 1.0)
+        pressed, form = self.scales["force"] or 1.0, self.form
         beside = self.ahead[self.ahead <= body.edge - self.a]
         inside = self.depth - body.height(self.a + beside) - self.displaced(beside)
         return Certificate(
             float(inside.max(initial=0.0)) / size,
-            float((np.abs(other - self.found) / terms).sum()),
+            float((np.abs(other - self.found) / (pressed, pressed, self.found[2] or 1.0)).sum()),
             max(0.0, pulled),
             max(away, beyond / size, within / size),
-            self.rounding,
+            float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
         )
 
     def errors(self, state: Any) -> dict[str, float]:
@@ -124,7 +119,8 @@ class Layer(Contact):
             return dict.fromkeys(QUANTITIES, 0.0)
         excess, fit = self.body.scene.surfaces.small_slope_deficit, self.poles.error
         coarse = Layer(self.depth, math.inf, self.body, self.a, _COARSER * self.tolerance)
-        force, least, move = abs(coarse.force - self.force), self.rounding + _LUCKY * fit, 0.0
+        force, move = abs(coarse.force - self.force), 0.0
+        least = self.certificate.force + _LUCKY * fit
         if not self.pinned:
             move = abs(coarse.rest_depth(excess, 1) - self.rest_depth(excess, 1)) / abs(self.rate)
             force += move * excess * float(self.lines[0])
@@ -163,11 +159,12 @@ class Layer(Contact):
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), _SAFE * rtol
-
-    def reaction(a: Array) -> Array:
-        return np.array([Contact(body, x, tolerance).reaction for x in a.tolist()]).T
-
-    lines = Lines(body, reaction, scene.surfaces.small_slope_deficit, _STEP)
+    lines = Lines(
+        body,
+        lambda a: np.array([Contact(body, x, tolerance).reaction for x in a.tolist()]).T,
+        scene.surfaces.small_slope_deficit,
+        _STEP,
+    )
     a, _, how = lines.settled(depth)
     rate, found = math.inf, None
     if how == "rests":
@@ -194,19 +191,9 @@ def certified(
             "incompressible rises there; use another depth, or response='springs'"
         )
     found.certificate.demand(named, "try another depth or spacing")
-    return Equilibrium(
-        scene,
-        depth,
-        branch,
-        "fitted" if math.isnan(spacing) else "lattice",
-        found.certificate,
-        found,
-        spacing,
-        contacts=np.array([body.ends(found.a)]),
-        nodes=np.array([body.ends(found.outermost)]),
-        pinned=np.array([[found.pinned or bool(body.power), found.pinned]]),
-        force=found.force,
-        energy=found.energy,
-        scales=found.scales,
-        errors=found.errors,
-    )
+    contacts, nodes = (np.array([body.ends(x)]) for x in (found.a, found.outermost))
+    pinned = np.array([[found.pinned or bool(body.power), found.pinned]])
+    method = "fitted" if math.isnan(spacing) else "lattice"
+    given = scene, depth, branch, method, found.certificate, found, spacing
+    totals = found.force, found.energy, found.scales, found.errors
+    return Equilibrium(*given, contacts, nodes, pinned, *totals)
