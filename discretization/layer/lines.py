@@ -25,7 +25,7 @@ from energy.arrays import Array
 
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
 _SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
-_CLOSED = 1e-8, 1 / 64  # of the half-width below which adhesion rules: closed up; about an axis
+_TINY, _CLOSED = 1 / 64, 1e-8  # of the half-width below which adhesion rules: far below; closed up
 _SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
 _TIE = 1e-12  # of depths and heights: depths that are the same
 _DEGREE = 10
@@ -90,16 +90,17 @@ class Lines:
     def _ahead(self, a: float, way: int) -> Iterator[tuple[float, float]]:
         """Places from a line on, and D there, at corners that may hold it before and beyond them.
 
-        A lowest point alone lets go at first touch, where it is held till then. A line contact
-        closes up. About an axis D returns to first touch as the radius vanishes, and in contacts so
-        small that it has nearly done so no line rests.
+        A lowest point alone lets go at first touch, where it is held till then. Where adhesion
+        rules D changes one way with a line contact, which closes up. About an axis it returns to
+        first touch as the radius vanishes, and in contacts so small no line rests.
         """
-        end = min(self.body.edge, float(_PLACES[-1]) * self.body.scene.layer.h)
+        last = end = min(self.body.edge, float(_PLACES[-1]) * self.body.scene.layer.h)
         if way < 0:
-            closed = _CLOSED[self.body.power] * self._small(self.body.touch)
-            end = min(a, max(closed, self.least))
+            small = self._small(self.body.touch)
+            last = max(_TINY * small, self.least)
+            end = min(a, last if self.body.power else max(_CLOSED * small, self.least))
         corners = {x for x in {*self.body.corners, self.least} if way * a < way * x <= way * end}
-        octaves = np.arange(self.step, abs(math.log2(end / a)), self.step)
+        octaves = np.arange(self.step, way * math.log2(last / a), self.step)
         places = {*(a * 2.0 ** (way * octaves)).tolist(), end, *corners}
         for x in sorted(places - {a}, reverse=way < 0):
             before = self.rest_depth(x, -way if x == end or x in corners else way)
@@ -136,21 +137,17 @@ class Lines:
         return self.body.tip if self.excess else max(level, default=self.body.tip)
 
 
-Panel = tuple[
-    float, float, Array
-]  # log₂ a of its ends, and what is taken at Lobatto points (11, 5)
-
-
 class Table:
     """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion, as polynomials in log₂ a.
 
-    Octaves, made where they are asked for, are halved until the polynomials tell it.
+    Panels of an octave, made where they are asked for, are halved until the polynomials tell it.
+    panels: what is taken at Lobatto points (11, 5) between two log₂ a, and whether that is enough.
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
         self.body, self.tolerance = body, tolerance
         self.breaks = np.log2([*body.breaks, body.edge])
-        self.panels: dict[tuple[float, float], list[Panel]] = {}
+        self.panels: dict[tuple[float, float], tuple[Array, bool]] = {}
 
     def reaction(self, a: Array) -> Array:
         """The first two."""
@@ -164,24 +161,31 @@ class Table:
         cuts = np.union1d(octaves, self.breaks[inner])
         part = np.maximum(np.searchsorted(cuts, t), 1)
         for i in np.unique(part).tolist():
-            key = float(cuts[i - 1]), float(cuts[i])
-            self.panels[key] = self.panels.get(key) or self._made(*key, _HALVINGS)
-            for lo, hi, values in self.panels[key]:
-                own = (t >= lo) & (t <= hi)
-                found[:, own] = polynomial(_DEGREE, (2 * t[own] - lo - hi) / (hi - lo), values)
+            own = part == i
+            found[:, own] = self._read(t[own], float(cuts[i - 1]), float(cuts[i]), _HALVINGS)
         return found
 
-    def _made(self, lo: float, hi: float, left: int) -> list[Panel]:
+    def _read(self, t: Array, lo: float, hi: float, left: int) -> Array:
+        """At log₂ a from a panel, or from its halves."""
+        if (lo, hi) not in self.panels:
+            self.panels[lo, hi] = self._made(lo, hi)
+        values, known = self.panels[lo, hi]
+        if known or not left:
+            return polynomial(_DEGREE, (2 * t - lo - hi) / (hi - lo), values)
+        middle, found = (lo + hi) / 2, np.empty((5, t.size))
+        for own, one, other in ((t < middle, lo, middle), (t >= middle, middle, hi)):
+            if own.any():
+                found[:, own] = self._read(t[own], one, other, left - 1)
+        return found
+
+    def _made(self, lo: float, hi: float) -> tuple[Array, bool]:
         t = (lo + hi) / 2 + (hi - lo) / 2 * rounded(_DEGREE)[0]
         a = np.minimum(np.exp2(t), self.body.edge)
         values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
         tail = np.abs(coefficients(_DEGREE, values.T)[:, -2:]).max(axis=1)
-        slope = abs(float(self.body.slope(2.0**hi, -1)))
         excess = self.body.scene.opened.surfaces.small_slope_deficit
-        rest, rate = np.abs(values[:, 1]).max() + slope + excess, values[:, 2].max()
-        lift = rest / values[:, 0].min()  # by which u(a) may change
-        size = np.array([values[:, 0].min(), rest, rate, rate * lift, rate * lift**2])
-        if left and (tail > _KNOWN * self.tolerance * size).any():
-            middle = (lo + hi) / 2
-            return self._made(lo, middle, left - 1) + self._made(middle, hi, left - 1)
-        return [(lo, hi, values)]
+        steep = abs(float(self.body.slope(2.0**hi, -1))) + excess
+        low, rest, rate = values[:, 0].min(), np.abs(values[:, 1]).max() + steep, values[:, 2].max()
+        lift = rest / low  # by which u(a) may change
+        size = np.array([low, rest, rate, rate * lift, rate * lift**2])
+        return values, bool((tail <= _KNOWN * self.tolerance * size).all())

@@ -36,7 +36,8 @@ _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
 class Layer(Contact):
     """A contact at a depth; rate: dD/da of its line, infinite where that is pinned.
 
-    contact: of what, as of `Contact`; both: u(a) and 1; touches: with the lowest point alone, and
+    contact: of what, as of `Contact`; both: u(a) and 1; size: of u and what slope
+    and adhesion lift a line; touches: with the lowest point alone, and
     nothing is pressed; ahead: places on the free surface, by their distances from the line: it
     varies the more slowly the farther from the line it is, and so do they.
     """
@@ -45,6 +46,9 @@ class Layer(Contact):
         super().__init__(*contact)
         self.depth, self.rate, self.pinned = depth, rate, rate == math.inf
         self.both = np.array([depth - self.f, 1.0])
+        self.opening = self.body.scene.opened.surfaces.small_slope_deficit
+        lifts = (abs(float(self.slopes[-1, -1])) + self.opening) / self.reaction[0]
+        self.size = float(abs(self.both[0]) + lifts)
         self.touches = bool(self.a <= self.body.tip and depth == self.body.touch)
         self.ahead = _FAR / float(self.poles.decays.real.min()) * _AHEAD
 
@@ -73,11 +77,6 @@ class Layer(Contact):
         bound = self.body.bound(self.a)
         return {"force": pressed + float(found[0]), "energy": float(found[2] + bound)}
 
-    def displacement(self, excess: float = 0.0) -> float:
-        """|u| at the line, and by how much its slope and adhesion lift it."""
-        lifted = abs(float(self.slopes[-1, -1])) + excess
-        return float(abs(self.both[0]) + lifted / self.reaction[0])
-
     @functools.cached_property
     def certificate(self) -> Certificate:
         """The conditions of ../certificate.py, depths over |d|, u and what lifts a line.
@@ -89,12 +88,11 @@ class Layer(Contact):
         scene, body, pulled = self.body.scene, self.body, 0.0
         if self.touches:
             return Certificate.undeformed()
-        opening = scene.opened.surfaces.small_slope_deficit
-        size = abs(self.depth - body.touch) + self.displacement(opening) or 1.0
+        size = abs(self.depth - body.touch) + self.size or 1.0
         beyond = self.depth - self.rest_depth(scene.surfaces.small_slope_deficit, 1)
-        within = self.rest_depth(opening, -1) - self.depth
+        within = self.rest_depth(self.opening, -1) - self.depth
         away = 1.0 if self.rate < 0 else 0.0  # D falls outwards: the line would run away
-        if not opening and self.a > body.tip:
+        if not self.opening and self.a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
         other = Layer(self.depth, math.inf, body, self.a, self.tolerance, _OTHER).found
         pressed, form = self.scales["force"] or 1.0, self.form
@@ -119,12 +117,10 @@ class Layer(Contact):
             return dict.fromkeys(QUANTITIES, 0.0)
         excess, fit = self.body.scene.surfaces.small_slope_deficit, self.poles.error
         coarse = Layer(self.depth, math.inf, self.body, self.a, _COARSER * self.tolerance)
-        force, move = abs(coarse.force - self.force), 0.0
-        least = self.certificate.force + _LUCKY * fit
-        if not self.pinned:
-            move = abs(coarse.rest_depth(excess, 1) - self.rest_depth(excess, 1)) / abs(self.rate)
-            force += move * excess * float(self.lines[0])
-            move += _COARSER * least * self.displacement() / abs(self.rate)
+        off = coarse.rest_depth(excess, -1) - self.rest_depth(excess, -1)
+        move, least = abs(off / self.rate), self.certificate.force + _LUCKY * fit
+        force = abs(coarse.force - self.force) + move * excess * float(self.lines[0])
+        move += _COARSER * least * self.size / abs(self.rate)
         parts = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
         known = [float(part / _COARSER + least + ROUNDING) for part in parts]
         return dict(zip(QUANTITIES, known, strict=True))
