@@ -153,22 +153,21 @@ class Nodes:
         Not of the innermost ring, which stands for more, and of the outermost node, on which the
         line pulls, too.
         """
-        body, step, nodes = self.body, self.held.spacing, slice(self.body.power, -1)
-        own = self.held.x[nodes]
-        share = body.whole * own**body.power * np.where(own > 0, step, step / 2)
-        middle = own + step / 2 * np.array([[-1], [1]])
-        bend = np.diff(middle**body.power * body.slope(middle), axis=0)[0] / step
-        pressed = self.acting[nodes] / share - body.scene.gamma1 * bend / own**body.power
-        return np.interp(np.abs(x - body.apex), own, pressed)
+        body, own = self.body, slice(self.body.power, -1)
+        ends = np.maximum(self.held.x[own] + self.held.spacing / 2 * np.array([[-1], [1]]), 0.0)
+        share = body.whole * np.diff(ends ** (body.power + 1), axis=0)[0] / (body.power + 1)
+        bend = body.whole * np.diff(ends**body.power * body.slope(ends), axis=0)[0]
+        pressed = (self.acting[own] - body.scene.gamma1 * bend) / share
+        return np.interp(np.abs(x - body.apex), self.held.x[own], pressed)
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts; the energy of the surface is γ₁ ∂U/∂γ₁, as U is the least."""
-        scene, energies = self.body.scene, []
+        scene, x, given = self.body.scene, self.held.x, []
         for part in (1 - _STEP, 1 + _STEP):
             tension = SurfaceEnergies.from_work(part * scene.gamma1, 0.0)
-            body = Body(replace(scene, surfaces=tension))
-            energies.append(Nodes(body, self.depth, self.spacing, self.held.x).stored)
-        return with_surface(state, (energies[1] - energies[0]) / (2 * _STEP))
+            given.append(compliance(replace(scene, surfaces=tension), x, x, self.spacing))
+        less = float(self.acting @ (given[0] - given[1]) @ self.acting)
+        return with_surface(state, less / (4 * _STEP))
 
     @functools.cached_property
     def certificate(self) -> Certificate:

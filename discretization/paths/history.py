@@ -270,5 +270,5 @@ def branch_of(
     if way == "springs":
         return SpringsBranch.of(scene, deepest())
     if way == "layer":
-        return LayerBranch.of(scene, rtol)
+        return LayerBranch(scene, rtol)
     return FittedMany.of(scene, deepest())

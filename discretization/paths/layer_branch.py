@@ -6,12 +6,9 @@ advances to the first a at which D is the depth, or recedes to it; between D of 
 opening it is held; and where D turns, it jumps to the next a with the same D.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,7 +26,6 @@ _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the s
 _STEP = 1 / 12  # of log₂ a
 
 
-@dataclass(eq=False)
 class Slide(Leg):
     """A leg on which the line is held, or slides where D is the depth, which does not turn."""
 
@@ -54,19 +50,19 @@ class Slide(Leg):
         return 1e-14 * max(abs(self.branch.force(p)) for p in (self.start, self.end) if p.lines)
 
 
-@dataclass(frozen=True, eq=False)
 class LayerBranch(Branch):
-    """One contact under a prescribed depth; what a point remembers is a."""
+    """One contact under a prescribed depth; what a point remembers is a.
 
-    scene: Scene
-    body: Body
-    table: Table
+    The poles, and what is computed at half-widths, are good to rtol. lines: the line on its way out
+    (1) and in (-1).
+    """
 
-    @classmethod
-    def of(cls, scene: Scene, rtol: float) -> LayerBranch:
-        """The poles, and what is computed at half-widths, are good to rtol."""
-        body = Body(scene)
-        return cls(scene, body, Table(body, rtol))
+    def __init__(self, scene: Scene, rtol: float) -> None:
+        self.scene, self.body = scene, Body(scene)
+        self.table = Table(self.body, rtol)
+        works = {1: scene.surfaces, -1: scene.opened.surfaces}
+        given = self.body, self.table.reaction
+        self.lines = {i: Lines(*given, w.small_slope_deficit, _STEP) for i, w in works.items()}
 
     @property
     def resolution(self) -> float:
@@ -80,13 +76,6 @@ class LayerBranch(Branch):
         """Displacement at the line of a contact as it begins."""
         a = self.first.memory
         return self.lines[-1].excess / float(self.table.at(np.array([a]))[0, 0]) if a else 0.0
-
-    @functools.cached_property
-    def lines(self) -> dict[int, Lines]:
-        """The line on its way out (1) and in (-1)."""
-        given, scene = (self.body, self.table.reaction), self.scene
-        works = ((1, scene.surfaces), (-1, scene.opened.surfaces))
-        return {way: Lines(*given, of.small_slope_deficit, _STEP) for way, of in works}
 
     @functools.cached_property
     def first(self) -> Point:
