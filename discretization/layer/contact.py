@@ -45,9 +45,9 @@ def decayed(power: int, decays: Complex, a: float, beside: Array, order: int) ->
     exp(-λx), or about an axis K₀(λ(a + x))/K₀(λa).
     """
     found = np.exp(-np.outer(decays, beside)) * (-decays[:, None]) ** order
-    if not power:
-        return found
-    return found * _bessel(order, np.outer(decays, a + beside)) / _bessel(0, decays[:, None] * a)
+    if power:
+        found *= _bessel(order, np.outer(decays, a + beside)) / _bessel(0, decays[:, None] * a)
+    return found
 
 
 def _bessel(order: int, z: Complex) -> Complex:
@@ -73,7 +73,7 @@ class Contact:
         self.poles = poles(scene.layer, scene.gamma1, tolerance)
         tau, decays = np.append(self.poles.first, self.poles.tau), self.poles.decays
         shortest = 1 / float(np.sqrt(np.abs(tau).max()))
-        ends = grid(a, shortest, body.breaks, body.kinks, first)
+        ends = grid(body, a, shortest, first)
         self.elements = own = elements(body.power, ends)
         self.weights = body.whole * a ** (body.power + 1) * own.mass
         self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
@@ -85,20 +85,15 @@ class Contact:
         self.fields = Fields(own, a * a * tau, loads)
         self.outside = np.append(1, self.poles.tau)[:, None] / (tau[:, None] - decays**2)
         outwards = -decayed(body.power, decays, a, np.zeros(1), 1)[:, 0]
-        self.amplitudes = self._amplitudes(a * outwards)
-        self.reaction = (outwards @ self.amplitudes).real
-        self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
-
-    def _amplitudes(self, out: Complex) -> Complex:
-        """A by u(a) and what fields take inside; out (n,): a times what decays pull."""
-        found = self.fields
-        wanted = np.concatenate([[[1, 0]], found.given[:1], -found.given[1:]])
-        wanted[2:, 0] += found.own[1:]
-        taken = (found.own[:, None] + out) * self.outside
-        matrix = np.concatenate([np.ones_like(out[None]), taken])
+        wanted = np.concatenate([[[1, 0]], self.fields.given[:1], -self.fields.given[1:]])
+        wanted[2:, 0] += self.fields.own[1:]
+        taken = (self.fields.own[:, None] + a * outwards) * self.outside
+        matrix = np.concatenate([np.ones_like(decays[None]), taken])
         high = np.abs(matrix).max(axis=1, keepdims=True)
         wide = np.abs(matrix / high).max(axis=0)
-        return np.linalg.solve(matrix / high / wide, wanted / high) / wide[:, None]
+        self.amplitudes = np.linalg.solve(matrix / high / wide, wanted / high) / wide[:, None]
+        self.reaction = (outwards @ self.amplitudes).real
+        self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
 
     @functools.cached_property
     def pressures(self) -> Array:

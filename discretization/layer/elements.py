@@ -9,11 +9,11 @@ tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth there an
 import functools
 import itertools
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from discretization.layer.body import Body
 from discretization.surfaces.network import rounded
 from energy.arrays import Array, Complex
 
@@ -23,20 +23,18 @@ _NEAREST = 2.0  # of the shortest length on which a pole acts: the element besid
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
 
-def grid(
-    a: float, shortest: float, breaks: Sequence[float], kinks: Sequence[float], first: float
-) -> tuple[float, ...]:
+def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ...]:
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
     Elements end at breaks. Each is a third of the next one towards the line, and towards kinks of
     the profile, beside which the fields change likewise, until they resolve the shortest length of
     a pole; first: the share of the way at which that begins.
     """
-    ends = np.array([0.0, 1.0, *(1 - x / a for x in breaks if 0 < x < a)])
-    for left, right in itertools.pairwise([0.0, *(x for x in kinks if 0 < x < a), a]):
+    ends = np.array([0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)])
+    for left, right in itertools.pairwise([0.0, *(x for x in body.kinks if 0 < x < a), a]):
         times = -math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _RATIO)
         steps = (right - left) / a * first * _RATIO ** np.arange(math.ceil(times))
-        for corner, side in ((right, 1), (left, -1))[: 1 + (left in kinks)]:
+        for corner, side in ((right, 1), (left, -1))[: 1 + (left in body.kinks)]:
             places = 1 - corner / a + side * steps
             clear = np.abs(places[:, None] - ends).min(axis=1) > _CLEAR * steps
             ends = np.append(ends, places[clear])

@@ -29,7 +29,7 @@ _TINY, _CLOSED = 1 / 64, 1e-8  # of the half-width below which adhesion rules: f
 _SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
 _TIE = 1e-12  # of depths and heights: depths that are the same
 _DEGREE = 10
-_HALVINGS = 10
+_NARROW = 2.0**-9  # of log₂ a: a panel that is halved no more
 _KNOWN = 0.1  # of the tolerance: last coefficients of a panel
 
 
@@ -40,7 +40,8 @@ Found = tuple[float, float, str]  # of `Lines.walk`
 class Lines:
     """The line of a body against a work of adhesion, excess: √(2w/γ₁).
 
-    reaction: σ and s₀ (2, n) of half-widths (n,); step: of log₂ a, in which D turns once at most.
+    reaction: σ, s₀, and maybe more, of half-widths (n,); step: of log₂ a, in which D turns once at
+    most.
     """
 
     body: Body
@@ -140,42 +141,36 @@ class Lines:
 class Table:
     """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion, as polynomials in log₂ a.
 
-    Panels of an octave, made where they are asked for, are halved until the polynomials tell it.
-    panels: what is taken at Lobatto points (11, 5) between two log₂ a, and whether that is enough.
+    Octaves, or what breaks leave of them, made where they are asked for, are halved until the
+    polynomials tell it. panels: what is taken at Lobatto points (11, 5) between two log₂ a, and
+    whether that is enough.
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
         self.body, self.tolerance = body, tolerance
-        self.breaks = np.log2([*body.breaks, body.edge])
+        self.breaks = [math.log2(x) for x in (*body.breaks, body.edge)]
         self.panels: dict[tuple[float, float], tuple[Array, bool]] = {}
-
-    def reaction(self, a: Array) -> Array:
-        """The first two."""
-        return self.at(a)[:2]
 
     def at(self, a: Array) -> Array:
         """These five (5, n) of half-widths (n,)."""
         t, found = np.log2(a), np.empty((5, a.size))
-        octaves = np.arange(np.floor(t.min()), np.floor(t.max()) + 2)
-        inner = (self.breaks > octaves[0]) & (self.breaks < octaves[-1])
-        cuts = np.union1d(octaves, self.breaks[inner])
-        part = np.maximum(np.searchsorted(cuts, t), 1)
-        for i in np.unique(part).tolist():
-            own = part == i
-            found[:, own] = self._read(t[own], float(cuts[i - 1]), float(cuts[i]), _HALVINGS)
+        octave = np.ceil(t) - 1
+        for lo in np.unique(octave).tolist():
+            found[:, octave == lo] = self._read(t[octave == lo], lo, lo + 1)
         return found
 
-    def _read(self, t: Array, lo: float, hi: float, left: int) -> Array:
-        """At log₂ a from a panel, or from its halves."""
-        if (lo, hi) not in self.panels:
-            self.panels[lo, hi] = self._made(lo, hi)
-        values, known = self.panels[lo, hi]
-        if known or not left:
-            return polynomial(_DEGREE, (2 * t - lo - hi) / (hi - lo), values)
-        middle, found = (lo + hi) / 2, np.empty((5, t.size))
-        for own, one, other in ((t < middle, lo, middle), (t >= middle, middle, hi)):
+    def _read(self, t: Array, lo: float, hi: float) -> Array:
+        """At log₂ a from a panel, or from its parts."""
+        inner = [x for x in self.breaks if lo < x < hi]
+        if not inner:
+            self.panels[lo, hi] = self.panels.get((lo, hi)) or self._made(lo, hi)
+            values, known = self.panels[lo, hi]
+            if known or hi - lo < _NARROW:
+                return polynomial(_DEGREE, (2 * t - lo - hi) / (hi - lo), values)
+        middle, found = min(inner, default=(lo + hi) / 2), np.empty((5, t.size))
+        for own, one, other in ((t <= middle, lo, middle), (t > middle, middle, hi)):
             if own.any():
-                found[:, own] = self._read(t[own], one, other, left - 1)
+                found[:, own] = self._read(t[own], one, other)
         return found
 
     def _made(self, lo: float, hi: float) -> tuple[Array, bool]:

@@ -121,14 +121,10 @@ class Nodes:
     force = property(lambda self: float(self.held.y @ self.held.rate))
     energy = property(lambda self: self.held.stored - self.body.bound(self.a))
 
-    def forces(self, n: int) -> Array:
-        """On the nodes before the n-th (n,), where these are in contact."""
-        return np.asarray(solve_triangular(self.lower[:n, :n].T, self.y[:n]))
-
     @functools.cached_property
     def acting(self) -> Array:
         """The forces on the nodes held down (n,)."""
-        return self.held.forces(self.held.x.size)
+        return np.asarray(solve_triangular(self.held.lower.T, self.held.y))
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
@@ -178,10 +174,11 @@ class Nodes:
         that is not known.
         """
         n, own = self.n, slice(self.n + 1)
-        forces, ahead = self.forces(n + 1), self.depth - self.rest_depths
+        forces = solve_triangular(self.lower[own, own].T, self.y[own])
         g = self.depth - self.body.height(self.x)
         off = g - self.lower[:, own] @ (self.lower[own, own].T @ forces)
         pulled = 0.0 if self.body.scene.work_of_adhesion else -float(forces.min())
+        ahead = self.depth - self.rest_depths
         links = np.append(ahead[n : n + 1], -ahead[max(n - 1, 0) : n])
         size, pressed = float(np.abs(g[own]).max()) or 1.0, float(np.abs(forces).sum())
         return Certificate(
@@ -196,8 +193,7 @@ class Nodes:
         """As the difference from nodes further apart says, of second order; not known of few."""
         worst, sizes = np.full(3, _KNOWN), np.array([self.a, *self.scales.values()])
         for times in (2, 3):
-            count = 1 + (self.x.size - 1) // times
-            coarse = Nodes.of(self.body, self.depth, times * self.spacing, count)
+            coarse = Nodes.of(self.body, self.depth, times * self.spacing, 1 + self.x.size // times)
             if self.n < _FEW or coarse.n < 1:
                 return UNRESOLVED
             off = [getattr(coarse, q) - getattr(self, q) for q in ("a", "force", "energy")]
@@ -223,8 +219,7 @@ def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -
             f"depth = {depth!r} spreads the contact over the whole known profile, or more than "
             f"{2**_MOST} nodes; give a wider profile, a larger spacing, or a smaller depth"
         )
-    found = nodes if nodes.n >= 0 else None
-    return certified(scene, depth, found, branch, spacing)
+    return certified(scene, depth, nodes if nodes.n >= 0 else None, branch, spacing)
 
 
 def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:

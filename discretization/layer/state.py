@@ -82,7 +82,8 @@ class Layer(Contact):
         """The conditions of ../certificate.py, depths over |d|, u and what lifts a line.
 
         stationarity  what the poles' fields press, pull and store, on two sets of elements
-        neighbours    d <= D just outside the line by closing, D just inside by opening <= d
+        neighbours    d <= D just outside the line by closing, D just inside by opening <= d; where
+                      D falls outwards the line would run away
         force         P against dU/dd, its rounding
         """
         scene, body, pulled = self.body.scene, self.body, 0.0
@@ -91,7 +92,6 @@ class Layer(Contact):
         size = abs(self.depth - body.touch) + self.size or 1.0
         beyond = self.depth - self.rest_depth(scene.surfaces.small_slope_deficit, 1)
         within = self.rest_depth(self.opening, -1) - self.depth
-        away = 1.0 if self.rate < 0 else 0.0  # D falls outwards: the line would run away
         if not self.opening and self.a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
         other = Layer(self.depth, math.inf, body, self.a, self.tolerance, _OTHER).found
@@ -102,7 +102,7 @@ class Layer(Contact):
             float(inside.max(initial=0.0)) / size,
             float((np.abs(other - self.found) / (pressed, pressed, self.found[2] or 1.0)).sum()),
             max(0.0, pulled),
-            max(away, beyond / size, within / size),
+            max(float(self.rate < 0), beyond / size, within / size),
             float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
         )
 
@@ -162,11 +162,9 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
         _STEP,
     )
     a, _, how = lines.settled(depth)
-    rate, found = math.inf, None
-    if how == "rests":
-        rate = (lines.rest_depth(a * (1 + _BESIDE), 1) - depth) / (a * _BESIDE)
-    if how != "lost":
-        found = Layer(depth, rate, body, a, tolerance)
+    step = a * _BESIDE
+    rate = (lines.rest_depth(a + step, 1) - depth) / step if how == "rests" else math.inf
+    found = None if how == "lost" else Layer(depth, rate, body, a, tolerance)
     return certified(scene, depth, found, branch)
 
 

@@ -61,7 +61,7 @@ class LayerBranch(Branch):
         self.scene, self.body = scene, Body(scene)
         self.table = Table(self.body, rtol)
         works = {1: scene.surfaces, -1: scene.opened.surfaces}
-        given = self.body, self.table.reaction
+        given = self.body, self.table.at
         self.lines = {i: Lines(*given, w.small_slope_deficit, _STEP) for i, w in works.items()}
 
     @property
@@ -88,9 +88,8 @@ class LayerBranch(Branch):
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point with these lines; nan: detached."""
-        if math.isnan(lines[0]):
-            return Point(depth, None)
-        return self.point(depth, max(lines[1] - self.body.apex, self.body.tip))
+        a = max(lines[-1] - self.body.apex, self.body.tip)
+        return Point(depth, None) if math.isnan(a) else self.point(depth, a)
 
     def pinned(self, point: Point) -> Pinned:
         """What holds each line: "edge", "tip" or ""."""
