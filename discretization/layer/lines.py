@@ -40,20 +40,19 @@ Found = tuple[float, float, str]  # of `Lines.walk`
 class Lines:
     """The line of a body against a work of adhesion, excess: √(2w/γ₁).
 
-    reaction: σ, s₀, and maybe more, of half-widths (n,); step: of log₂ a, in which D turns once at
-    most.
+    reaction: σ, s₀, and maybe more, of one or many half-widths; step: of log₂ a, in which D turns
+    once at most.
     """
 
     body: Body
-    reaction: Callable[[Array], Array]
+    reaction: Callable[[Any], Array]
     excess: float
     step: float
 
     def rest_depth(self, a: Any, side: Any) -> Any:
         """D, at a corner on that side of it; a number or an array."""
-        at = np.atleast_1d(a)
-        found = self.body.rest_depth(at, self.reaction(at), self.excess, side)
-        return found if np.ndim(a) else float(found[0])
+        found = self.body.rest_depth(a, self.reaction(a), self.excess, side)
+        return found if np.ndim(a) else found.item()
 
     def walk(self, start: float, here: float, to: float, way: int, *, past: bool = True) -> Found:
         """How far a line comes, out (1) or in (-1), from where it rests at a depth to another.
@@ -151,9 +150,9 @@ class Table:
         self.breaks = [math.log2(x) for x in (*body.breaks, body.edge)]
         self.panels: dict[tuple[float, float], tuple[Array, bool]] = {}
 
-    def at(self, a: Array) -> Array:
-        """These five (5, n) of half-widths (n,)."""
-        t, found = np.log2(a), np.empty((5, a.size))
+    def at(self, a: Any) -> Array:
+        """These five (5, n) of half-widths (n,), or one."""
+        t, found = np.log2(np.atleast_1d(a)), np.empty((5, np.size(a)))
         octave = np.ceil(t) - 1
         for lo in np.unique(octave).tolist():
             found[:, octave == lo] = self._read(t[octave == lo], lo, lo + 1)

@@ -17,7 +17,7 @@ from discretization.layer.contact import Contact, at_depth, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
 from discretization.surfaces.network import on_elements
-from discretization.surfaces.protocol import At, alone
+from discretization.surfaces.protocol import alone
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 from energy.arrays import Array
@@ -130,9 +130,7 @@ class Layer(Contact):
         found = decayed(self.body.power, self.poles.decays, self.a, beside, order)
         return np.asarray((self.amplitudes @ self.both @ found).real)
 
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
+    def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """u and u' of the free surface at positions beside a line."""
         side = 1 if left is not None else -1
         beside = side * (z - alone(left, right).x)
@@ -155,23 +153,17 @@ class Layer(Contact):
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), _SAFE * rtol
-    lines = Lines(
-        body,
-        lambda a: np.array([Contact(body, x, tolerance).reaction for x in a.tolist()]).T,
-        scene.surfaces.small_slope_deficit,
-        _STEP,
-    )
+    excess = scene.surfaces.small_slope_deficit
+    lines = Lines(body, lambda a: Contact(body, a, tolerance).reaction, excess, _STEP)
     a, _, how = lines.settled(depth)
     step = a * _BESIDE
     rate = (lines.rest_depth(a + step, 1) - depth) / step if how == "rests" else math.inf
     found = None if how == "lost" else Layer(depth, rate, body, a, tolerance)
-    return certified(scene, depth, found, branch)
+    return certified(scene, depth, found, branch, math.nan)
 
 
-def certified(
-    scene: Scene, depth: float, found: Any, branch: str, spacing: float = math.nan
-) -> Equilibrium:
-    """The state of a contact, a `Layer` or `Nodes`; None: it is lost.
+def certified(scene: Scene, depth: float, found: Any, branch: str, spacing: float) -> Equilibrium:
+    """The state of a contact, a `Layer` or `Nodes`; None: it is lost. spacing: nan but of nodes.
 
     NotCertifiedError if no equilibrium.
     """

@@ -75,7 +75,7 @@ class LayerBranch(Branch):
     def holding_range(self) -> float:
         """Displacement at the line of a contact as it begins."""
         a = self.first.memory
-        return self.lines[-1].excess / float(self.table.at(np.array([a]))[0, 0]) if a else 0.0
+        return self.lines[-1].excess / float(self.table.at(a)[0, 0]) if a else 0.0
 
     @functools.cached_property
     def first(self) -> Point:
