@@ -75,7 +75,6 @@ class Body:
         Beyond the edge of the body none; what touches with its lowest point alone lets go at first
         touch.
         """
-        slope = self.slope(a, side)
-        found = self.height(a) + (slope - reaction[1] - excess) / reaction[0]
+        found = self.height(a) + (self.slope(a, side) - reaction[1] - excess) / reaction[0]
         found = np.where((a <= self.tip) & (side < 0), self.touch, found)
         return np.where((a >= self.edge) & (side > 0), math.inf, found)

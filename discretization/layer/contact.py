@@ -72,8 +72,7 @@ class Contact:
         scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
         self.poles = poles(scene.layer, scene.gamma1, tolerance)
         tau, decays = np.append(self.poles.first, self.poles.tau), self.poles.decays
-        shortest = 1 / float(np.sqrt(np.abs(tau).max()))
-        ends = grid(body, a, shortest, first)
+        ends = grid(body, a, 1 / float(np.sqrt(np.abs(tau).max())), first)
         self.elements = own = elements(body.power, ends)
         self.weights = body.whole * a ** (body.power + 1) * own.mass
         self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)

@@ -32,7 +32,6 @@ _DEGREE = 10
 _NARROW = 2.0**-9  # of log₂ a: a panel that is halved no more
 _KNOWN = 0.1  # of the tolerance: last coefficients of a panel
 
-
 Found = tuple[float, float, str]  # of `Lines.walk`
 
 
@@ -173,8 +172,7 @@ class Table:
         return found
 
     def _made(self, lo: float, hi: float) -> tuple[Array, bool]:
-        t = (lo + hi) / 2 + (hi - lo) / 2 * rounded(_DEGREE)[0]
-        a = np.minimum(np.exp2(t), self.body.edge)
+        a = np.minimum(np.exp2((lo + hi + (hi - lo) * rounded(_DEGREE)[0]) / 2), self.body.edge)
         values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
         tail = np.abs(coefficients(_DEGREE, values.T)[:, -2:]).max(axis=1)
         excess = self.body.scene.opened.surfaces.small_slope_deficit

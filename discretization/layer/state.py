@@ -44,7 +44,7 @@ class Layer(Contact):
 
     def __init__(self, depth: float, rate: float, *contact: Any) -> None:
         super().__init__(*contact)
-        self.depth, self.rate, self.pinned = depth, rate, rate == math.inf
+        self.depth, self.rate, self.pinned, self.outermost = depth, rate, rate == math.inf, self.a
         self.both = np.array([depth - self.f, 1.0])
         self.opening = self.body.scene.opened.surfaces.small_slope_deficit
         lifts = (abs(float(self.slopes[-1, -1])) + self.opening) / self.reaction[0]
@@ -52,7 +52,6 @@ class Layer(Contact):
         self.touches = bool(self.a <= self.body.tip and depth == self.body.touch)
         self.ahead = _FAR / float(self.poles.decays.real.min()) * _AHEAD
 
-    outermost = property(lambda self: self.a)
     force = property(lambda self: float(self.found[1]))
     energy = property(lambda self: float(self.found[2] - self.body.bound(self.a)))
 
