@@ -26,7 +26,8 @@ from energy.arrays import Array
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
 _SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _TINY, _CLOSED = 1 / 64, 1e-8  # of the half-width below which adhesion rules: far below; closed up
-_SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
+_SPARSE = 3.0  # of log₂ a: half-widths that are looked at where they are far below
+_SECTIONS = 36  # golden ones, of where D turns: D is known twice as well
 _TIE = 1e-12  # of depths and heights: depths that are the same
 _DEGREE = 10
 _NARROW = 2.0**-9  # of log₂ a: a panel that is halved no more
@@ -89,9 +90,9 @@ class Lines:
     def _ahead(self, a: float, way: int) -> Iterator[tuple[float, float]]:
         """Places from a line on, and D there, at corners that may hold it before and beyond them.
 
-        A lowest point alone lets go at first touch, where it is held till then. Where adhesion
-        rules D changes one way with a line contact, which closes up. About an axis it returns to
-        first touch as the radius vanishes, and in contacts so small no line rests.
+        A lowest point alone lets go at first touch, where it is held till then. A line contact
+        closes up; far below where adhesion begins to rule D is all but constant. About an axis it
+        returns to first touch as the radius vanishes, and in contacts so small no line rests.
         """
         last = end = min(self.body.edge, float(_PLACES[-1]) * self.body.scene.layer.h)
         if way < 0:
@@ -100,7 +101,9 @@ class Lines:
             end = min(a, last if self.body.power else max(_CLOSED * small, self.least))
         corners = {x for x in {*self.body.corners, self.least} if way * a < way * x <= way * end}
         octaves = np.arange(self.step, way * math.log2(last / a), self.step)
-        places = {*(a * 2.0 ** (way * octaves)).tolist(), end, *corners}
+        sparse = np.arange(_SPARSE, math.log2(min(a, last) / end), _SPARSE)
+        steps = np.append(a * 2.0 ** (way * octaves), min(a, last) * 2.0**-sparse)
+        places = {*steps.tolist(), end, *corners}
         for x in sorted(places - {a}, reverse=way < 0):
             before = self.rest_depth(x, -way if x == end or x in corners else way)
             yield x, before
