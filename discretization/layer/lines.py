@@ -101,9 +101,8 @@ class Lines:
             end = min(a, last if self.body.power else max(_CLOSED * small, self.least))
         corners = {x for x in {*self.body.corners, self.least} if way * a < way * x <= way * end}
         octaves = np.arange(self.step, way * math.log2(last / a), self.step)
-        sparse = np.arange(_SPARSE, math.log2(min(a, last) / end), _SPARSE)
-        steps = np.append(a * 2.0 ** (way * octaves), min(a, last) * 2.0**-sparse)
-        places = {*steps.tolist(), end, *corners}
+        sparse = min(a, last) / 2 ** np.arange(_SPARSE, math.log2(min(a, last) / end), _SPARSE)
+        places = {*(a * 2.0 ** (way * octaves)).tolist(), *sparse.tolist(), end, *corners}
         for x in sorted(places - {a}, reverse=way < 0):
             before = self.rest_depth(x, -way if x == end or x in corners else way)
             yield x, before

@@ -158,12 +158,11 @@ class Nodes:
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts; the energy of the surface is γ₁ ∂U/∂γ₁, as U is the least."""
-        scene, x, given = self.body.scene, self.held.x, []
+        scene, x, c = self.body.scene, self.held.x, []
         for part in (1 - _STEP, 1 + _STEP):
             tension = SurfaceEnergies.from_work(part * scene.gamma1, 0.0)
-            given.append(compliance(replace(scene, surfaces=tension), x, x, self.spacing))
-        less = float(self.acting @ (given[0] - given[1]) @ self.acting)
-        return with_surface(state, less / (4 * _STEP))
+            c.append(compliance(replace(scene, surfaces=tension), x, x, self.spacing))
+        return with_surface(state, float(self.acting @ (c[0] - c[1]) @ self.acting) / (4 * _STEP))
 
     @functools.cached_property
     def certificate(self) -> Certificate:
@@ -173,13 +172,12 @@ class Nodes:
         second order may be inside the indenter there. Nodes that do not resolve it have an error
         that is not known.
         """
-        n, own = self.n, slice(self.n + 1)
+        n, own, rests = self.n, slice(self.n + 1), self.rest_depths
         forces = solve_triangular(self.lower[own, own].T, self.y[own])
         g = self.depth - self.body.height(self.x)
         off = g - self.lower[:, own] @ (self.lower[own, own].T @ forces)
         pulled = 0.0 if self.body.scene.work_of_adhesion else -float(forces.min())
-        ahead = self.depth - self.rest_depths
-        links = np.append(ahead[n : n + 1], -ahead[max(n - 1, 0) : n])
+        links = np.append(self.depth - rests[n : n + 1], rests[max(n - 1, 0) : n] - self.depth)
         size, pressed = float(np.abs(g[own]).max()) or 1.0, float(np.abs(forces).sum())
         return Certificate(
             float(off[n + 1 :].max(initial=0.0)) / size,
