@@ -7,7 +7,7 @@ from discretization.equilibrium import Equilibrium
 from discretization.fitted.several import on_several
 from discretization.fitted.single import on_one_contact
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
-from discretization.layer.node_state import on_layer_nodes
+from discretization.layer.nodes import on_layer_nodes
 from discretization.layer.state import on_layer
 from discretization.paths.springs import on_springs
 from discretization.readings import tell

@@ -51,6 +51,10 @@ class Body:
         """In contact."""
         return math.pi * a * a if self.power else 2 * a
 
+    def bound(self, a: Any) -> Any:
+        """Energy that adheres."""
+        return self.scene.work_of_adhesion * self.area(a)
+
     def height(self, x: Any) -> Any:
         """Of the profile, so far from its lowest point."""
         return np.asarray(self.scene.indenter.height(self.apex + np.asarray(x)), float)
@@ -65,13 +69,12 @@ class Body:
         a = 0.0 if a <= self.tip else a
         return (0.0 if self.power else self.apex - a), self.apex + a
 
-    def rest_depth(self, a: Array, reaction: Array, excess: float, side: Any) -> Array:
-        """D of half-widths (m,) with σ, s₀ (2, m); side: which slope of a corner counts.
+    def rest_depth(self, a: Any, reaction: Array, excess: float, side: Any) -> Any:
+        """D of half-widths (m,), or one, with σ, s₀ (2, m); side: which slope of a corner counts.
 
         Beyond the edge of the body none; what touches with its lowest point alone lets go at first
         touch.
         """
-        slope = self.slope(a, side)
-        found = self.height(a) + (slope - reaction[1] - excess) / reaction[0]
+        found = self.height(a) + (self.slope(a, side) - reaction[1] - excess) / reaction[0]
         found = np.where((a <= self.tip) & (side < 0), self.touch, found)
         return np.where((a >= self.edge) & (side > 0), math.inf, found)

@@ -25,31 +25,29 @@ force on the line and a line that advances takes the surface along. What is stor
 
 import functools
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.special import k0e, k1e, kve
 
-from discretization.layer import elements as inside
 from discretization.layer.body import Body
-from discretization.layer.elements import Elements, Swept
-from discretization.layer.poles import Poles, poles
+from discretization.layer.elements import Fields, elements, grid
+from discretization.layer.poles import poles
 from energy.arrays import Array, Complex
 
 _INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
 _LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
 
 
-def decayed(power: int, decays: Complex, a: Array, beside: Array, order: int) -> Complex:
-    """Fields (n, k) outside contacts a (k,), 1 at the line, so far beside it (k,); order 1: slopes.
+def decayed(power: int, decays: Complex, a: float, beside: Array, order: int) -> Complex:
+    """Fields (n, k) outside a contact, 1 at the line, so far beside it (k,); order 1: slopes.
 
     exp(-λx), or about an axis K₀(λ(a + x))/K₀(λa).
     """
     found = np.exp(-np.outer(decays, beside)) * (-decays[:, None]) ** order
-    if not power:
-        return found
-    return found * _bessel(order, np.outer(decays, a + beside)) / _bessel(0, np.outer(decays, a))
+    if power:
+        found *= _bessel(order, np.outer(decays, a + beside)) / _bessel(0, decays[:, None] * a)
+    return found
 
 
 def _bessel(order: int, z: Complex) -> Complex:
@@ -61,108 +59,62 @@ def _bessel(order: int, z: Complex) -> Complex:
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class Contacts:
-    """Contacts of half-widths a (m,) with the same elements in units of a.
+class Contact:
+    """One of half-width or radius a, with poles to a tolerance; first: see `elements.grid`.
 
-    f (m,): of the profile at the line, slopes (m, e, 13) at nodes; u (m, 2, e, 13): of nodes, of
-    what is linear in u(a) and 1. So are reaction (m, 2): σ, s₀; amplitudes (m, n, 2): A.
+    f: of the profile at the line, slopes, weights (e, 13): at nodes, and with the measure, of both
+    sides or all around; stretched: γ₁/2 ∫f'²; u (2, e, 13): of nodes, of what is linear in u(a) and
+    1. So are reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
+    outside (n, n): ψ, and φ of the other poles, of what decays by each λ.
     """
 
-    body: Body
-    poles: Poles
-    elements: Elements
-    a: Array
-    f: Array
-    slopes: Array
-    u: Array
-    swept: Swept
-    amplitudes: Complex
-    reaction: Array
-
-    @property
-    def weights(self) -> Array:
-        """Of nodes, with the measure (m, e, 13), of both sides or all around."""
-        wide = self.body.whole * self.a ** (self.body.power + 1)
-        return np.asarray(wide[:, None, None] * self.elements.mass)
-
-    @property
-    def stretched(self) -> Array:
-        """γ₁/2 ∫f'² (m,)."""
-        density = self.body.scene.gamma1 / 2 * self.slopes**2
-        return np.asarray((self.weights * density).sum(axis=(1, 2)))
-
-    @functools.cached_property
-    def pressure(self) -> Array:
-        """At nodes (m, 2, e, 13)."""
-        outside = _outside(self.poles)
-        outside[1:] = 1 - outside[1:]
-        c = np.append(self.poles.flow, self.poles.c)
-        fields = inside.total(self.elements, self.swept, outside @ self.amplitudes, c)
-        return np.asarray(self.poles.still * self.u + fields)
+    def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
+        scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
+        self.poles = poles(scene.layer, scene.gamma1, tolerance)
+        tau, decays = np.append(self.poles.first, self.poles.tau), self.poles.decays
+        ends = grid(body, a, 1 / float(np.sqrt(np.abs(tau).max())), first)
+        self.elements = own = elements(body.power, ends)
+        self.weights = body.whole * a ** (body.power + 1) * own.mass
+        self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
+        self.stretched = scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
+        self.u = np.array([np.ones_like(own.x), self.f - body.height(a * own.x)])
+        loads = np.zeros((*own.x.shape, tau.size, 2))
+        loads[..., 0, :] = np.moveaxis(a * a * own.mass * self.u, 0, -1)
+        loads[..., 1:, 1] = a * own.risen(self.slopes)[..., None]
+        self.fields = Fields(own, a * a * tau, loads)
+        self.outside = np.append(1, self.poles.tau)[:, None] / (tau[:, None] - decays**2)
+        outwards = -decayed(body.power, decays, a, np.zeros(1), 1)[:, 0]
+        wanted = np.concatenate([[[1, 0]], self.fields.given[:1], -self.fields.given[1:]])
+        wanted[2:, 0] += self.fields.own[1:]
+        taken = (self.fields.own[:, None] + a * outwards) * self.outside
+        matrix = np.concatenate([np.ones_like(decays[None]), taken])
+        high = np.abs(matrix).max(axis=1, keepdims=True)
+        wide = np.abs(matrix / high).max(axis=0)
+        self.amplitudes = np.linalg.solve(matrix / high / wide, wanted / high) / wide[:, None]
+        self.reaction = (outwards @ self.amplitudes).real
+        self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
 
     @functools.cached_property
-    def lines(self) -> Array:
-        """What the lines pull in all, (m, 2)."""
-        length = self.body.whole * self.a[:, None] ** self.body.power
-        return np.asarray(self.body.scene.gamma1 * length * self.reaction)
+    def pressures(self) -> Array:
+        """At nodes (2, e, 13)."""
+        at_line, c = self.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
+        at_line[1:] = [1, 0] - at_line[1:]
+        return self.poles.still * self.u + self.fields.total(at_line, c)
 
     @functools.cached_property
     def form(self) -> Array:
-        """∫p u + m S u(a) (m, 2, 2), p and S of the first, u of the second."""
-        flat = (self.a.size, 2, -1)
-        pressed = (self.pressure * self.weights[:, None]).reshape(flat)
-        found = pressed @ self.u.reshape(flat).swapaxes(1, 2)
-        found[:, :, 0] += self.lines
+        """∫p u + m S u(a) (2, 2), p and S of the first, u of the second."""
+        found = (self.pressures * self.weights).reshape(2, -1) @ self.u.reshape(2, -1).T
+        found[:, 0] += self.lines
         return np.asarray(found)
 
-
-def _outside(poles: Poles) -> Complex:
-    """ψ, and φ of the other poles, of what decays by each λ (n, n)."""
-    found = 1 / (np.append(poles.first, poles.tau)[:, None] - poles.decays**2)
-    found[1:] *= poles.tau[:, None]
-    return np.asarray(found)
+    @property
+    def taken(self) -> Array:
+        """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion (5,)."""
+        return np.array([*self.reaction, *self.form[:, 0], self.form[1, 1] / 2 + self.stretched])
 
 
-def contacts(body: Body, a: Array, tolerance: float, first: float = 0.5) -> Contacts:
-    """Of half-widths or radii (m,), with poles to a tolerance; first: see `elements.grid`.
-
-    Of several only where no breaks are inside.
-    """
-    scene, wide, power = body.scene, a[:, None, None], body.power
-    response = poles(scene.layer, scene.gamma1, tolerance)
-    shortest = 1 / float(np.abs(np.sqrt(response.tau)).max())
-    ends = inside.grid(float(a.max()), shortest, body.breaks, body.kinks, first)
-    own = inside.elements(power, ends)
-    x, f = wide * own.x, body.height(a)
-    slopes, u = body.slope(x, _INTO), np.ones((a.size, 2, *own.x.shape))
-    u[:, 1] = f[:, None, None] - body.height(x)
-    bent = np.zeros_like(u)
-    bent[:, 1] = wide * inside.risen(own, slopes)
-    flow = (wide**2 * own.mass)[:, None] * u
-    tau, real = np.outer(a * a, response.tau), response.tau.imag == 0  # real ones first
-    loads = (tau[:, real].real, bent), (tau[:, ~real], bent)
-    swept = inside.sweep(own, (response.first * a[:, None] ** 2, flow), *loads)
-    outwards = -decayed(power, response.decays, a, np.zeros(a.size), 1).T
-    amplitudes = _amplitudes(response, outwards * a[:, None], swept)
-    reaction = (outwards[:, None] @ amplitudes)[:, 0].real
-    return Contacts(body, response, own, a, f, slopes, u, swept, amplitudes, reaction)
-
-
-def each(body: Body, a: Array, tolerance: float) -> Iterator[Contacts]:
-    """The same in groups: one by one where breaks are inside, else all at once."""
-    alike = not any(x < a.max() for x in body.breaks)
-    return (contacts(body, part, tolerance) for part in ([a] if alike else np.split(a, a.size)))
-
-
-def _amplitudes(poles: Poles, out: Complex, found: Swept) -> Complex:
-    """A (m, n, 2), by u(a) and what fields take inside; out (m, n): a times what decays pull."""
-    wanted = np.concatenate([np.zeros_like(found.given[:, :1]), -found.given], axis=1)
-    wanted[:, 1] *= -1
-    wanted[:, 0, 0] = 1
-    wanted[:, 2:, 0] += found.own[:, 1:]
-    fields = (found.own[..., None] + out[:, None]) * _outside(poles)
-    matrix = np.concatenate([np.ones_like(out[:, None]), fields], axis=1)
-    high = np.abs(matrix).max(axis=2, keepdims=True)
-    wide = np.abs(matrix / high).max(axis=1, keepdims=True)
-    return np.linalg.solve(matrix / high / wide, wanted / high) / wide.swapaxes(1, 2)
+def at_depth(taken: Any, u: Any) -> tuple[Any, Any]:
+    """The force, and the energy without adhesion, of what is `taken` at a u(a)."""
+    _, _, rate, force, stored = taken
+    return rate * u + force, stored + force * u + rate * u * u / 2

@@ -13,62 +13,53 @@ import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from discretization.layer.body import Body
-from discretization.layer.contact import Contacts, each
+from discretization.layer.contact import Contact
 from discretization.roots import bracketed, least
 from discretization.surfaces.network import coefficients, polynomial, rounded
 from energy.arrays import Array
 
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
 _SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
-_CLOSED = 1e-8  # of the half-width below which adhesion rules: a contact that has closed up
-_LEFT = 1 / 8  # of how far below touching a line about an axis rests at most
+_TINY, _CLOSED = 1 / 64, 1e-8  # of the half-width below which adhesion rules: far below; closed up
+_SPARSE = 3.0  # of log₂ a: half-widths that are looked at where they are far below
 _SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
 _TIE = 1e-12  # of depths and heights: depths that are the same
-_TOGETHER = 6  # half-widths that are looked at at once
 _DEGREE = 10
-_HALVINGS = 10
+_NARROW = 2.0**-9  # of log₂ a: a panel that is halved no more
 _KNOWN = 0.1  # of the tolerance: last coefficients of a panel
 
-
-class Found(NamedTuple):
-    """How far a line has come, and the depth there.
-
-    how: it "rests" there, is at a "corner", where D "turns", or is "lost".
-    """
-
-    a: float
-    depth: float
-    how: str
+Found = tuple[float, float, str]  # of `Lines.walk`
 
 
 @dataclass(frozen=True, eq=False)
 class Lines:
     """The line of a body against a work of adhesion, excess: √(2w/γ₁).
 
-    reaction: σ and s₀ (2, n) of half-widths (n,); step: of log₂ a, in which D turns once at most.
+    reaction: σ, s₀, and maybe more, of one or many half-widths; step: of log₂ a, in which D turns
+    once at most.
     """
 
     body: Body
-    reaction: Callable[[Array], Array]
+    reaction: Callable[[Any], Array]
     excess: float
     step: float
 
     def rest_depth(self, a: Any, side: Any) -> Any:
         """D, at a corner on that side of it; a number or an array."""
-        at = np.atleast_1d(a)
-        found = self.body.rest_depth(at, self.reaction(at), self.excess, side)
-        return found if np.ndim(a) else float(found[0])
+        found = self.body.rest_depth(a, self.reaction(a), self.excess, side)
+        return found if np.ndim(a) else found.item()
 
     def walk(self, start: float, here: float, to: float, way: int, *, past: bool = True) -> Found:
-        """Where a line comes to, out (1) or in (-1), from where it rests at a depth, at another.
+        """How far a line comes, out (1) or in (-1), from where it rests at a depth to another.
 
-        past: on over places where D turns, and corners that do not hold it. ValueError where the
-        profile is not known any further.
+        And the depth there, and how: it "rests" there, is at a "corner", where D "turns", or is
+        "lost". past: on over places where D turns, and corners that do not hold it. ValueError
+        where the profile is not known any further.
         """
         before, a, last, rising = start, start, here, not past
         size = abs(here - to) + abs(self.body.height(start) - self.body.touch)
@@ -78,79 +69,67 @@ class Lines:
 
         for x, value in self._ahead(start, way):
             if x == a and (not past or way * (value - to) >= 0):
-                return Found(x, last, "corner")
+                return x, last, "corner"
             end, high, turned = x, value, rising and way * (value - last) < -_TIE * size
             if turned:
                 lo, hi = sorted((before, x))
                 low = least(lambda y: -way * self.rest_depth(y, way), lo, hi, -way * to, _SECTIONS)
                 end, high, a = float(low[0]), -way * float(low[1]), before
             if way * (high - to) >= 0:
-                return Found(bracketed(short, a, end), to, "rests")
+                return bracketed(short, a, end), to, "rests"
             if turned and not past:
-                return Found(end, high, "turns")
+                return end, high, "turns"
             before, a, last, rising = a, x, value, way * (value - last) > 0
         if way > 0:
             raise ValueError(
                 f"depth = {to!r} spreads the contact over the whole known profile, to "
                 f"{a + self.body.apex!r}; give a wider profile, or a smaller depth"
             )
-        return Found(a, last, "lost")
+        return a, last, "lost"
 
     def _ahead(self, a: float, way: int) -> Iterator[tuple[float, float]]:
         """Places from a line on, and D there, at corners that may hold it before and beyond them.
 
         A lowest point alone lets go at first touch, where it is held till then. A line contact
-        closes up. About an axis D returns to first touch as the radius vanishes, and in contacts so
-        small that it has nearly done so no line rests.
+        closes up; far below where adhesion begins to rule D is all but constant. About an axis it
+        returns to first touch as the radius vanishes, and in contacts so small no line rests.
         """
-        body, touch = self.body, self.body.touch
-        end = min(body.edge, float(_PLACES[-1]) * body.scene.layer.h)
+        last = end = min(self.body.edge, float(_PLACES[-1]) * self.body.scene.layer.h)
         if way < 0:
-            end = min(a, max(_CLOSED * self._small(touch), self.least))
-        corners = [x for x in {*body.corners, self.least} if way * a < way * x <= way * end]
-        octaves = np.arange(self.step, abs(math.log2(end / a)), self.step)
-        x = np.unique([*(a * 2.0 ** (way * octaves)), end, *corners])
-        x = np.sort(np.append(x, corners))[::way]
-        side = np.where(np.isin(x, [end, *corners]), -way, way)
-        side[1:][np.diff(x) == 0] = way
-        lowest, before, last = math.inf, a, math.nan
-        for i in range(0, x.size, _TOGETHER):
-            part = slice(i, i + _TOGETHER)
-            values = self.rest_depth(x[part], side[part]).tolist()
-            for place, value in zip(x[part].tolist(), values, strict=True):
-                if place != before or way * (value - last) > 0:
-                    yield place, value
-                before, last, lowest = place, value, min(lowest, value)
-                left = value - touch > _LEFT * (lowest - touch)
-                if body.power and way < 0 and lowest < touch and left:
-                    return
+            small = self._small(self.body.touch)
+            last = max(_TINY * small, self.least)
+            end = min(a, last if self.body.power else max(_CLOSED * small, self.least))
+        corners = {x for x in {*self.body.corners, self.least} if way * a < way * x <= way * end}
+        octaves = np.arange(self.step, way * math.log2(last / a), self.step)
+        sparse = min(a, last) / 2 ** np.arange(_SPARSE, math.log2(min(a, last) / end), _SPARSE)
+        places = {*(a * 2.0 ** (way * octaves)).tolist(), *sparse.tolist(), end, *corners}
+        for x in sorted(places - {a}, reverse=way < 0):
+            before = self.rest_depth(x, -way if x == end or x in corners else way)
+            yield x, before
+            if x in corners and way * (beyond := self.rest_depth(x, way)) > way * before:
+                yield x, beyond
 
     def settled(self, depth: float) -> Found:
         """Where it rests at a depth on the way from first touch; "lost": the contact is."""
         pressed = max(depth, self.body.touch)
-        a = self._small(pressed)
-        here = self.rest_depth(a, 1)
+        a, here = 8 * self._small(pressed), math.inf
         while a > self.least and here >= pressed:
             a = max(a / 8, self.least)
             here = self.rest_depth(a, 1)
-        found = Found(a, pressed, "corner")
-        if here < pressed:
-            found = self.walk(a, here, pressed, 1)
-        if depth < self.body.touch:
-            here = self.rest_depth(found.a, -1)
-            if here > depth:
-                return self.walk(found.a, here, depth, -1)
+        found = self.walk(a, here, pressed, 1) if here < pressed else (a, pressed, "corner")
+        if depth < self.body.touch and (here := self.rest_depth(found[0], -1)) > depth:
+            return self.walk(found[0], here, depth, -1)
         return found
 
     def _small(self, depth: float) -> float:
         """A half-width so small, by slope and height, that a line there advances, if any does."""
-        body, places = self.body, np.minimum(_PLACES * self.body.scene.layer.h, self.body.edge / 2)
-        deep, rise = depth - body.touch, body.height(places) - body.touch
-        lifted = self.excess * max(body.scene.layer.h, body.scene.elastocapillary_length)
-        limits = ((self.excess, body.slope(places)), (lifted, rise), (deep, rise))
-        flat = [values < _SMALL * limit for limit, values in limits if limit > 0]
-        a = places[np.all(flat, axis=0)].max(initial=places[0]) if flat else 0.0
-        return max(float(a), self.least)
+        body, length = self.body, self.body.scene.layer.h
+        places = np.minimum(_PLACES * length, body.edge / 2)
+        lifted = self.excess * max(length, body.scene.elastocapillary_length)
+        flat = body.height(places) - body.touch < _SMALL * (depth - body.touch + lifted)
+        if self.excess:
+            flat &= body.slope(places) < _SMALL * self.excess
+        return max(float(places[flat].max(initial=0.0)), self.least)
 
     @functools.cached_property
     def least(self) -> float:
@@ -159,60 +138,48 @@ class Lines:
         return self.body.tip if self.excess else max(level, default=self.body.tip)
 
 
-class Panel(NamedTuple):
-    """Between two half-widths: their logarithms, and what is taken at Lobatto points (11, 5)."""
-
-    lo: float
-    hi: float
-    values: Array
-
-
 class Table:
     """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion, as polynomials in log₂ a.
 
-    Octaves, made where they are asked for, are halved until the polynomials tell it.
+    Octaves, or what breaks leave of them, made where they are asked for, are halved until the
+    polynomials tell it. panels: what is taken at Lobatto points (11, 5) between two log₂ a, and
+    whether that is enough.
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
         self.body, self.tolerance = body, tolerance
-        self.breaks = np.log2([*body.breaks, body.edge])
-        self.panels: dict[tuple[float, float], list[Panel]] = {}
+        self.breaks = [math.log2(x) for x in (*body.breaks, body.edge)]
+        self.panels: dict[tuple[float, float], tuple[Array, bool]] = {}
 
-    def reaction(self, a: Array) -> Array:
-        """The first two."""
-        return self.at(a)[:2]
-
-    def at(self, a: Array) -> Array:
-        """These five (5, n) of half-widths (n,)."""
-        t, found = np.log2(a), np.empty((5, a.size))
-        octaves = np.arange(np.floor(t.min()), np.floor(t.max()) + 2)
-        inner = (self.breaks > octaves[0]) & (self.breaks < octaves[-1])
-        cuts = np.union1d(octaves, self.breaks[inner])
-        part = np.maximum(np.searchsorted(cuts, t), 1)
-        for i in np.unique(part).tolist():
-            key = float(cuts[i - 1]), float(cuts[i])
-            self.panels[key] = self.panels.get(key) or self._made(*key, _HALVINGS)
-            for lo, hi, values in self.panels[key]:
-                own = (t >= lo) & (t <= hi)
-                found[:, own] = polynomial(_DEGREE, (2 * t[own] - lo - hi) / (hi - lo), values)
+    def at(self, a: Any) -> Array:
+        """These five (5, n) of half-widths (n,), or one."""
+        t, found = np.log2(np.atleast_1d(a)), np.empty((5, np.size(a)))
+        octave = np.ceil(t) - 1
+        for lo in np.unique(octave).tolist():
+            found[:, octave == lo] = self._read(t[octave == lo], lo, lo + 1)
         return found
 
-    def _made(self, lo: float, hi: float, left: int) -> list[Panel]:
-        t = (lo + hi) / 2 + (hi - lo) / 2 * rounded(_DEGREE)[0]
-        a = np.minimum(np.exp2(t), self.body.edge)
-        values = np.concatenate([_five(own) for own in each(self.body, a, self.tolerance)])
+    def _read(self, t: Array, lo: float, hi: float) -> Array:
+        """At log₂ a from a panel, or from its parts."""
+        inner = [x for x in self.breaks if lo < x < hi]
+        if not inner:
+            self.panels[lo, hi] = self.panels.get((lo, hi)) or self._made(lo, hi)
+            values, known = self.panels[lo, hi]
+            if known or hi - lo < _NARROW:
+                return polynomial(_DEGREE, (2 * t - lo - hi) / (hi - lo), values)
+        middle, found = min(inner, default=(lo + hi) / 2), np.empty((5, t.size))
+        for own, one, other in ((t <= middle, lo, middle), (t > middle, middle, hi)):
+            if own.any():
+                found[:, own] = self._read(t[own], one, other)
+        return found
+
+    def _made(self, lo: float, hi: float) -> tuple[Array, bool]:
+        a = np.minimum(np.exp2((lo + hi + (hi - lo) * rounded(_DEGREE)[0]) / 2), self.body.edge)
+        values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
         tail = np.abs(coefficients(_DEGREE, values.T)[:, -2:]).max(axis=1)
-        slope = abs(float(self.body.slope(2.0**hi, -1)))
         excess = self.body.scene.opened.surfaces.small_slope_deficit
-        rest, rate = np.abs(values[:, 1]).max() + slope + excess, values[:, 2].max()
-        lift = rest / values[:, 0].min()  # by which u(a) may change
-        size = np.array([values[:, 0].min(), rest, rate, rate * lift, rate * lift**2])
-        if left and (tail > _KNOWN * self.tolerance * size).any():
-            middle = (lo + hi) / 2
-            return self._made(lo, middle, left - 1) + self._made(middle, hi, left - 1)
-        return [Panel(lo, hi, values)]
-
-
-def _five(own: Contacts) -> Array:
-    stored = own.form[:, 1, 1] / 2 + own.stretched
-    return np.column_stack([own.reaction, own.form[:, :, 0], stored])
+        steep = abs(float(self.body.slope(2.0**hi, -1))) + excess
+        low, rest, rate = values[:, 0].min(), np.abs(values[:, 1]).max() + steep, values[:, 2].max()
+        lift = rest / low  # by which u(a) may change
+        size = np.array([low, rest, rate, rate * lift, rate * lift**2])
+        return values, bool((tail <= _KNOWN * self.tolerance * size).all())

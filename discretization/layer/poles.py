@@ -65,14 +65,8 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
 
     NotCertifiedError if the decays of its free surface are not found.
     """
-    h, k = layer.h, layer.shear_modulus / layer.h
-    still, flow, first, tau, c, decays, error = _relative(layer.nu, gamma1 / (k * h**2), tolerance)
-    tau, decays = tau / h**2, decays / h
-    return Poles(still * k, flow * k / h**2, first / h**2, tau, c * k, decays, error)
-
-
-def _relative(nu: float, gamma: float, tolerance: float) -> Poles:
-    """The poles in units of the thickness and the shear modulus, γ₁ = Γ."""
+    h, k, nu = layer.h, layer.shear_modulus / layer.h, layer.nu
+    gamma = gamma1 / (k * h**2)  # from here in units of the thickness and the shear modulus
     first, pairs = _own(nu, max(1, round(-math.log10(tolerance) / _DIGITS)))
     real = _others(abs(pairs[-1]) * _BEYOND, gamma * (1 - nu), tolerance)
     furthest = max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST)
@@ -90,7 +84,8 @@ def _relative(nu: float, gamma: float, tolerance: float) -> Poles:
     tau, c = np.hstack([real, pairs, pairs.conj()]), np.hstack([real_c, above, above.conj()])
     found = Poles(float(still), whole - first * float(still), first, tau, c, tau, math.inf)
     error = float((np.abs(found.stiffness(q * q) - exact) / size).max())
-    return found._replace(decays=_decays(found, gamma), error=error)
+    whole, decays = found.flow * k / h**2, _decays(found, gamma) / h
+    return Poles(found.still * k, whole, first / h**2, found.tau / h**2, found.c * k, decays, error)
 
 
 def _own(nu: float, pairs: int) -> tuple[float, Complex]:

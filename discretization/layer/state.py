@@ -4,11 +4,8 @@ The force is known from what the poles' fields press, and as dU/dd of the energy
 a parabola of the depth; what these fields press and pull is known from other elements, too.
 """
 
-from __future__ import annotations
-
 import functools
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,11 +13,11 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
-from discretization.layer.contact import Contacts, contacts, decayed, each
+from discretization.layer.contact import Contact, at_depth, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
 from discretization.surfaces.network import on_elements
-from discretization.surfaces.protocol import At, alone
+from discretization.surfaces.protocol import alone
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 from energy.arrays import Array
@@ -36,114 +33,77 @@ _APART = 0.1  # of ln x: places on it
 _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
 
 
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """A contact at a depth, the only one of `contact`, with poles to a tolerance.
+class Layer(Contact):
+    """A contact at a depth; rate: dD/da of its line, infinite where that is pinned.
 
-    rate: dD/da of its line, infinite where that is pinned.
+    contact: of what, as of `Contact`; both: u(a) and 1; size: of u and what slope
+    and adhesion lift a line; touches: with the lowest point alone, and
+    nothing is pressed; ahead: places on the free surface, by their distances from the line: it
+    varies the more slowly the farther from the line it is, and so do they.
     """
 
-    contact: Contacts
-    depth: float
-    tolerance: float
-    rate: float = math.inf
+    def __init__(self, depth: float, rate: float, *contact: Any) -> None:
+        super().__init__(*contact)
+        self.depth, self.rate, self.pinned, self.outermost = depth, rate, rate == math.inf, self.a
+        self.both = np.array([depth - self.f, 1.0])
+        self.opening = self.body.scene.opened.surfaces.small_slope_deficit
+        lifts = (abs(float(self.slopes[-1, -1])) + self.opening) / self.reaction[0]
+        self.size = float(abs(self.both[0]) + lifts)
+        self.touches = bool(self.a <= self.body.tip and depth == self.body.touch)
+        self.ahead = _FAR / float(self.poles.decays.real.min()) * _AHEAD
 
-    body = property(lambda self: self.contact.body)
-    a = property(lambda self: float(self.contact.a[0]))
-    outermost = a
-    pinned = property(lambda self: self.rate == math.inf)
-    force = property(lambda self: float(self.taken[1]))
-    energy = property(lambda self: float(self.taken[2]) - self.bound)
-
-    def again(self, tolerance: float, first: float = 0.5) -> Layer:
-        """The same contact, found otherwise."""
-        found = contacts(self.body, self.contact.a, tolerance, first)
-        return Layer(found, self.depth, tolerance)
-
-    @functools.cached_property
-    def both(self) -> Array:
-        """u(a) and 1."""
-        return np.array([self.depth - float(self.contact.f[0]), 1.0])
+    force = property(lambda self: float(self.found[1]))
+    energy = property(lambda self: float(self.found[2] - self.body.bound(self.a)))
 
     def rest_depth(self, excess: float, side: int) -> float:
         """D of its line."""
-        reaction = self.contact.reaction.T
-        return float(self.body.rest_depth(self.contact.a, reaction, excess, side)[0])
+        return float(self.body.rest_depth(self.a, self.reaction, excess, side))
 
     @functools.cached_property
-    def taken(self) -> Array:
-        """What its lines pull, the force, and the energy of the layer and its surface (3,)."""
-        form, stretched = self.contact.form[0] @ self.both, self.contact.stretched[0]
-        lines = self.contact.lines[0] @ self.both
-        return np.array(
-            [lines, self.both @ self.contact.form[0, :, 0], self.both @ form / 2 + stretched]
-        )
-
-    @property
-    def bound(self) -> float:
-        """What adheres."""
-        return self.body.scene.work_of_adhesion * float(self.body.area(self.a))
+    def found(self) -> Array:
+        """What its lines pull, the force, and the energy without adhesion (3,)."""
+        return np.array([self.lines @ self.both, *at_depth(self.taken, self.both[0])])
 
     @functools.cached_property
     def pressed(self) -> Array:
         """Pressure at nodes (e, 13)."""
-        return np.tensordot(self.both, self.contact.pressure[0], 1)
+        return np.tensordot(self.both, self.pressures, 1)
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """∫|p| and what the free surface pulls; the sizes of the terms of the energy."""
-        pressed = float((self.contact.weights[0] * np.abs(self.pressed)).sum())
-        lines, _, stored = np.abs(self.taken).tolist()
-        return {"force": pressed + lines, "energy": stored + self.bound}
-
-    @property
-    def rounding(self) -> float:
-        """How far the force is from dU/dd, over the sizes of its terms."""
-        form = self.contact.form[0]
-        return float(abs(form[0, 1] - form[1, 0])) / 2 / (self.scales["force"] or 1.0)
-
-    @property
-    def unbalanced(self) -> float:
-        """By how much what the fields pull, press and store is different on other elements."""
-        force, stored = self.scales["force"] or 1.0, float(self.taken[2]) or 1.0
-        off = self.again(self.tolerance, _OTHER).taken - self.taken
-        return float((np.abs(off) / (force, force, stored)).sum())
-
-    def displacement(self, excess: float = 0.0) -> float:
-        """|u| at the line, and by how much its slope and adhesion lift it."""
-        lifted = abs(float(self.contact.slopes[0, -1, -1])) + excess
-        return abs(float(self.both[0])) + lifted / float(self.contact.reaction[0, 0])
+        pressed, found = float((self.weights * np.abs(self.pressed)).sum()), np.abs(self.found)
+        bound = self.body.bound(self.a)
+        return {"force": pressed + float(found[0]), "energy": float(found[2] + bound)}
 
     @functools.cached_property
     def certificate(self) -> Certificate:
         """The conditions of ../certificate.py, depths over |d|, u and what lifts a line.
 
-        stationarity  what the poles' fields press and pull, on two sets of elements
-        neighbours    d <= D just outside the line by closing, D just inside by opening <= d
-        force         P against dU/dd
+        stationarity  what the poles' fields press, pull and store, on two sets of elements
+        neighbours    d <= D just outside the line by closing, D just inside by opening <= d; where
+                      D falls outwards the line would run away
+        force         P against dU/dd, its rounding
         """
         scene, body, pulled = self.body.scene, self.body, 0.0
         if self.touches:
             return Certificate.undeformed()
-        opening = scene.opened.surfaces.small_slope_deficit
-        size = abs(self.depth - body.touch) + self.displacement(opening) or 1.0
+        size = abs(self.depth - body.touch) + self.size or 1.0
         beyond = self.depth - self.rest_depth(scene.surfaces.small_slope_deficit, 1)
-        within = self.rest_depth(opening, -1) - self.depth
-        away = 1.0 if self.rate < 0 else 0.0  # D falls outwards: the line would run away
-        if not opening and self.a > body.tip:
+        within = self.rest_depth(self.opening, -1) - self.depth
+        if not self.opening and self.a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
+        other = Layer(self.depth, math.inf, body, self.a, self.tolerance, _OTHER).found
+        pressed, form = self.scales["force"] or 1.0, self.form
+        beside = self.ahead[self.ahead <= body.edge - self.a]
+        inside = self.depth - body.height(self.a + beside) - self.displaced(beside)
         return Certificate(
-            max(0.0, self.through) / size,
-            self.unbalanced,
+            float(inside.max(initial=0.0)) / size,
+            float((np.abs(other - self.found) / (pressed, pressed, self.found[2] or 1.0)).sum()),
             max(0.0, pulled),
-            max(away, beyond / size, within / size),
-            self.rounding,
+            max(float(self.rate < 0), beyond / size, within / size),
+            float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
         )
-
-    @property
-    def touches(self) -> bool:
-        """Whether it is one with the lowest point alone, and nothing is pressed."""
-        return bool(self.a <= self.body.tip and self.depth == self.body.touch)
 
     def errors(self, state: Any) -> dict[str, float]:
         """Of half-width, force and energy.
@@ -154,43 +114,22 @@ class Layer:
         """
         if self.touches:
             return dict.fromkeys(QUANTITIES, 0.0)
-        excess, fit = self.body.scene.surfaces.small_slope_deficit, self.contact.poles.error
-        coarse, move = self.again(_COARSER * self.tolerance), 0.0
-        force, least = abs(coarse.force - self.force), self.rounding + _LUCKY * fit
-        if not self.pinned:
-            move = abs(coarse.rest_depth(excess, 1) - self.rest_depth(excess, 1)) / abs(self.rate)
-            force += move * excess * float(self.contact.lines[0, 0])
-            move += _COARSER * least * self.displacement() / abs(self.rate)
+        excess, fit = self.body.scene.surfaces.small_slope_deficit, self.poles.error
+        coarse = Layer(self.depth, math.inf, self.body, self.a, _COARSER * self.tolerance)
+        off = coarse.rest_depth(excess, -1) - self.rest_depth(excess, -1)
+        move, least = abs(off / self.rate), self.certificate.force + _LUCKY * fit
+        force = abs(coarse.force - self.force) + move * excess * float(self.lines[0])
+        move += _COARSER * least * self.size / abs(self.rate)
         parts = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
-        return {
-            q: float(part / _COARSER + least + ROUNDING)
-            for q, part in zip(QUANTITIES, parts, strict=True)
-        }
+        known = [float(part / _COARSER + least + ROUNDING) for part in parts]
+        return dict(zip(QUANTITIES, known, strict=True))
 
     def displaced(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
-        contact, a = self.contact, np.full(beside.size, self.a)
-        found = decayed(self.body.power, contact.poles.decays, a, beside, order)
-        return np.asarray((contact.amplitudes[0] @ self.both @ found).real)
+        found = decayed(self.body.power, self.poles.decays, self.a, beside, order)
+        return np.asarray((self.amplitudes @ self.both @ found).real)
 
-    @property
-    def ahead(self) -> Array:
-        """Places on the free surface, by their distances from the line.
-
-        It varies the more slowly the farther from the line it is, and so do they.
-        """
-        return _FAR / float(self.contact.poles.decays.real.min()) * _AHEAD
-
-    @functools.cached_property
-    def through(self) -> float:
-        """How far the free surface is inside the indenter at most."""
-        beside = self.ahead[self.ahead <= self.body.edge - self.a]
-        inside = self.depth - self.body.height(self.a + beside) - self.displaced(beside)
-        return float(inside.max(initial=0.0))
-
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
+    def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """u and u' of the free surface at positions beside a line."""
         side = 1 if left is not None else -1
         beside = side * (z - alone(left, right).x)
@@ -198,63 +137,48 @@ class Layer:
 
     def pressure(self, state: Any, x: Array) -> Array:
         """p in contact at positions, sums of the fields of the poles."""
-        ends = self.a * np.append(self.contact.elements.x[:, 0], 1.0)
+        ends = self.a * np.append(self.elements.x[:, 0], 1.0)
         nodal = np.append(self.pressed[:, :-1], self.pressed[-1, -1])
         return on_elements(ends, nodal, np.abs(x - self.body.apex))[0]
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts; γ₁/2 ∫u'² outside by the trapezoidal rule in ln x."""
         x, body = self.ahead, self.body
-        beside = (
-            body.scene.gamma1
-            / 2
-            * self.displaced(x, 1) ** 2
-            * body.whole
-            * (self.a + x) ** body.power
-        )
-        return with_surface(state, float(self.contact.stretched[0] + _APART * (x @ beside)))
+        density = self.displaced(x, 1) ** 2 * body.whole * (self.a + x) ** body.power
+        outside = body.scene.gamma1 / 2 * _APART * float(x @ density)
+        return with_surface(state, self.stretched + outside)
 
 
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), _SAFE * rtol
-
-    def reaction(a: Array) -> Array:
-        return np.concatenate([own.reaction for own in each(body, a, tolerance)]).T
-
-    lines = Lines(body, reaction, scene.surfaces.small_slope_deficit, _STEP)
+    excess = scene.surfaces.small_slope_deficit
+    lines = Lines(body, lambda a: Contact(body, a, tolerance).reaction, excess, _STEP)
     a, _, how = lines.settled(depth)
-    if how == "lost":
-        return detached(scene, depth, branch, SmallSurfaces(scene), Certificate.undeformed())
-    rate = math.inf
-    if how == "rests":
-        rate = (lines.rest_depth(a * (1 + _BESIDE), 1) - depth) / (a * _BESIDE)
-    found = Layer(contacts(body, np.array([a]), tolerance), depth, tolerance, rate)
-    return certified(found, branch)
+    step = a * _BESIDE
+    rate = (lines.rest_depth(a + step, 1) - depth) / step if how == "rests" else math.inf
+    found = None if how == "lost" else Layer(depth, rate, body, a, tolerance)
+    return certified(scene, depth, found, branch, math.nan)
 
 
-def certified(found: Any, branch: str, spacing: float = math.nan) -> Equilibrium:
-    """The state of a contact, a `Layer` or a `NodeState`. NotCertifiedError if no equilibrium."""
-    body, named = found.body, f"the state at depth = {found.depth!r}"
+def certified(scene: Scene, depth: float, found: Any, branch: str, spacing: float) -> Equilibrium:
+    """The state of a contact, a `Layer` or `Nodes`; None: it is lost. spacing: nan but of nodes.
+
+    NotCertifiedError if no equilibrium.
+    """
+    if found is None:
+        flat = Certificate.undeformed()
+        return detached(scene, depth, branch, SmallSurfaces(scene), flat, spacing)
+    body, named = found.body, f"the state at depth = {depth!r}"
     if not found.certificate.penetration <= found.certificate.tolerance:
         raise NotCertifiedError(
             f"{named} touches the indenter again beside its contact: a layer that is nearly "
             "incompressible rises there; use another depth, or response='springs'"
         )
     found.certificate.demand(named, "try another depth or spacing")
-    return Equilibrium(
-        body.scene,
-        found.depth,
-        branch,
-        "fitted" if math.isnan(spacing) else "lattice",
-        found.certificate,
-        found,
-        spacing,
-        contacts=np.array([body.ends(found.a)]),
-        nodes=np.array([body.ends(found.outermost)]),
-        pinned=np.array([[found.pinned or bool(body.power), found.pinned]]),
-        force=found.force,
-        energy=found.energy,
-        scales=found.scales,
-        errors=found.errors,
-    )
+    contacts, nodes = (np.array([body.ends(x)]) for x in (found.a, found.outermost))
+    pinned = np.array([[found.pinned or bool(body.power), found.pinned]])
+    method = "fitted" if math.isnan(spacing) else "lattice"
+    given = scene, depth, branch, method, found.certificate, found, spacing
+    totals = found.force, found.energy, found.scales, found.errors
+    return Equilibrium(*given, contacts, nodes, pinned, *totals)

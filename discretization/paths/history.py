@@ -267,5 +267,5 @@ def branch_of(
         return LatticeBranch.of(scene, spacing, deepest())
     way = route(scene, "path", nodes=False)
     if way == "layer":
-        return LayerBranch.of(scene, rtol)
+        return LayerBranch(scene, rtol)
     return (SpringsBranch if way == "springs" else FittedMany).of(scene, deepest())

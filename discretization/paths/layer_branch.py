@@ -6,17 +6,14 @@ advances to the first a at which D is the depth, or recedes to it; between D of 
 opening it is held; and where D turns, it jumps to the next a with the same D.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from discretization.certificate import TOLERANCE
 from discretization.layer.body import Body
-from discretization.layer.contact import contacts
+from discretization.layer.contact import at_depth
 from discretization.layer.lines import Lines, Table
 from discretization.layer.state import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -28,7 +25,6 @@ _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the s
 _STEP = 1 / 12  # of log₂ a
 
 
-@dataclass(eq=False)
 class Slide(Leg):
     """A leg on which the line is held, or slides where D is the depth, which does not turn."""
 
@@ -53,19 +49,19 @@ class Slide(Leg):
         return 1e-14 * max(abs(self.branch.force(p)) for p in (self.start, self.end) if p.lines)
 
 
-@dataclass(frozen=True, eq=False)
 class LayerBranch(Branch):
-    """One contact under a prescribed depth; what a point remembers is a."""
+    """One contact under a prescribed depth; what a point remembers is a.
 
-    scene: Scene
-    body: Body
-    table: Table
+    The poles, and what is computed at half-widths, are good to rtol. lines: the line on its way out
+    (1) and in (-1).
+    """
 
-    @classmethod
-    def of(cls, scene: Scene, rtol: float) -> LayerBranch:
-        """The poles, and what is computed at half-widths, are good to rtol."""
-        body = Body(scene)
-        return cls(scene, body, Table(body, rtol))
+    def __init__(self, scene: Scene, rtol: float) -> None:
+        self.scene, self.body = scene, Body(scene)
+        self.table = Table(self.body, rtol)
+        works = {1: scene.surfaces, -1: scene.opened.surfaces}
+        given = self.body, self.table.at
+        self.lines = {i: Lines(*given, w.small_slope_deficit, _STEP) for i, w in works.items()}
 
     @property
     def resolution(self) -> float:
@@ -78,19 +74,12 @@ class LayerBranch(Branch):
     def holding_range(self) -> float:
         """Displacement at the line of a contact as it begins."""
         a = self.first.memory
-        return self.lines[-1].excess / float(self.table.at(np.array([a]))[0, 0]) if a else 0.0
-
-    @functools.cached_property
-    def lines(self) -> dict[int, Lines]:
-        """The line on its way out (1) and in (-1)."""
-        given, scene = (self.body, self.table.reaction), self.scene
-        works = ((1, scene.surfaces), (-1, scene.opened.surfaces))
-        return {way: Lines(*given, of.small_slope_deficit, _STEP) for way, of in works}
+        return self.lines[-1].excess / float(self.table.at(a)[0, 0]) if a else 0.0
 
     @functools.cached_property
     def first(self) -> Point:
         """The contact at first touch."""
-        return self.point(self.touch, self.lines[1].settled(self.touch).a)
+        return self.point(self.touch, self.lines[1].settled(self.touch)[0])
 
     def point(self, depth: float, a: float) -> Point:
         """The contact of this half-width at a depth."""
@@ -115,22 +104,19 @@ class LayerBranch(Branch):
         if way * (rest - here) > tie:  # held so far
             held = goal if way * (goal - rest) <= 0 else rest
             return Slide(self, point, self.point(held, a), None, False)
-        end = landed = lines.walk(a, here, goal, way, past=False)
-        if end.how == "turns":
-            landed = lines.walk(end.a, end.depth, end.depth, way)
-        after = None
-        if landed.how == "lost":
-            after = Point(end.depth, None)
-        elif landed is not end:
-            after = self.point(end.depth, landed.a)
-        return Slide(self, point, self.point(end.depth, end.a), after, landed is not end)
+        a, depth, how = lines.walk(a, here, goal, way, past=False)
+        end, after, jumps = self.point(depth, a), None, how == "turns"
+        if jumps:
+            a, _, how = lines.walk(a, depth, depth, way)
+        if jumps or how == "lost":
+            after = Point(depth, None) if how == "lost" else self.point(depth, a)
+        return Slide(self, point, end, after, jumps)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""
         a, depth = np.array([(point.memory, point.depth) for point in points]).T
-        u, (_, _, rate, force, stored) = depth - self.body.height(a), self.table.at(a)
-        bound = self.scene.work_of_adhesion * self.body.area(a)
-        return np.array([stored + force * u + rate * u * u / 2 - bound, rate * u + force])
+        force, stored = at_depth(self.table.at(a), depth - self.body.height(a))
+        return np.array([stored - self.body.bound(a), force])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length or area that opens between two points."""
@@ -142,7 +128,6 @@ class LayerBranch(Branch):
         """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
             tolerance = self.table.tolerance
-            contact = contacts(self.body, np.array([point.memory]), tolerance)
-            found = Layer(contact, point.depth, tolerance).certificate
+            found = Layer(point.depth, math.inf, self.body, point.memory, tolerance).certificate
             found = found._replace(tolerance=max(TOLERANCE, tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")

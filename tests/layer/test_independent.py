@@ -140,6 +140,14 @@ def test_parts_of_energy_beside_a_body_that_ends(geometry):
     assert (fine <= 0.05).all() and (fine <= 0.6 * coarse).all()
 
 
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_nodes_of_a_punch_that_is_pulled_off(geometry):
+    scene = scene_of(FlatPunch(1.2), 0.3, geometry=geometry)
+    held, lost = (on_nodes(scene, depth, 1.2, 24) for depth in (-0.01, -1.0))
+    assert held.half_width == pytest.approx(1.2, rel=1e-12) and held.pinned[0, 1]
+    assert not lost.contacts.size and not minimise(scene, -1.0).contacts.size
+
+
 def truths(nu, geometry, height, a, works, parts, gamma=0.7):
     return resolved.rests(SHAPES[geometry], nu, gamma, height, a, works, parts)
 

@@ -29,7 +29,7 @@ def sized(path):
 def test_a_wedge_all_but_flat_for_its_adhesion_is_not_looked_for_at_infinity(geometry):
     """Its slope is a fifth of √(2w/γ₁) wherever a line may be."""
     scene = scene_of(Wedge(math.atan(0.2 * math.sqrt(2 * 0.01 / 0.7))), -0.5, geometry=geometry)
-    branch = LayerBranch.of(scene, 1e-6)
+    branch = LayerBranch(scene, 1e-6)
     assert branch.first.lines[1] < 10.0
     assert max(octave for _, octave in branch.table.panels) <= 10
     path, state = load_path(scene, depths=[0.0, 0.05]), minimise(scene, 0.05)
@@ -107,7 +107,7 @@ def test_a_steep_wedge_is_held_at_its_tip(w):
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_a_line_that_does_not_rest_is_not_certified(geometry, opening):
     scene = scene_of(Parabola(40.0), 0.45, w=0.005, opening=opening, geometry=geometry)
-    branch = LayerBranch.of(scene, 1e-6)
+    branch = LayerBranch(scene, 1e-6)
     first = branch.first
     pressed = branch.leg(first, first.depth + 0.02).end
     for point in (first, pressed):
