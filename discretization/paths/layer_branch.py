@@ -7,6 +7,7 @@ opening it is held; and where D turns, it jumps to the next a with the same D.
 """
 
 import functools
+import math
 from collections.abc import Sequence
 
 import numpy as np
