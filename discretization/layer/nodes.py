@@ -25,7 +25,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.linalg import cholesky, solve_triangular
 from scipy.special import i0e, j0, k0e, sici
 
@@ -99,6 +98,8 @@ class Nodes:
     @functools.cached_property
     def a(self) -> float:
         """The line, between the nodes."""
+        from scipy.interpolate import CubicSpline  # takes half a second, and only nodes need it
+
         a = self.outermost
         lo, hi = max(a - self.spacing / 2, 0.0), a + self.spacing / 2
         if not self.pinned:

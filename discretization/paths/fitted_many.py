@@ -132,10 +132,7 @@ class FittedMany(Branch):
         """The length by which lines may be off, by rounding."""
         return _FELT * self.scene.elastocapillary_length
 
-    @property
-    def touch(self) -> float:
-        """Depth at which contact begins."""
-        return self.motion.profile.touch
+    touch = property(lambda self: self.motion.profile.touch)
 
     @functools.cached_property
     def first(self) -> Point:

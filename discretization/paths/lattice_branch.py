@@ -78,10 +78,7 @@ class LatticeBranch(Branch):
         row = Row.of(seen, lattice, deepest)
         return cls(scene, row, Walk(row), unseen(seen, deepest, lattice))
 
-    @property
-    def touch(self) -> float:
-        """Depth at which contact begins."""
-        return self.row.lowest
+    touch = property(lambda self: self.row.lowest)
 
     @property
     def resolution(self) -> float:
