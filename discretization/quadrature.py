@@ -72,26 +72,23 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
 
     lost (m, 1): what they are off by however often they are halved; smooth: on each panel.
     """
-    done, whole, luck = list[Sums](), None, np.zeros((len(lost), 1))
-    m, most = len(lost), _MOST * ends.shape[1]
+    done, limit, luck = list[Sums](), None, np.zeros((len(lost), 1))
+    most = _MOST * ends.shape[1]
     for more in reversed(range(_HALVINGS)):
         (lo, hi), middle = ends, ends.sum(axis=0) / 2
-        halves = np.array([[lo, middle], [middle, hi]])
-        if whole is None:  # panels and their halves at once
-            sums, sizes = over(density, np.concatenate([ends[:, None], halves], axis=1))
+        panels = np.array([[lo, lo, middle], [hi, middle, hi]])  # whole ones and their halves
+        sums, sizes = over(density, panels)
+        if limit is None:
             limit = part * sizes[:, 0].sum(axis=1, keepdims=True) + lost
-            whole, sums, sizes = sums[:, 0], sums[:, 1:], sizes[:, 1:]
-        else:
-            sums, sizes = over(density, halves)
-        both, size = sums.sum(axis=1), sizes.sum(axis=1)
-        off = np.maximum(apart := np.abs(both - whole), luck)
+        both, size = sums[:, 1:].sum(axis=1), sizes[:, 1:].sum(axis=1)
+        off = np.maximum(apart := np.abs(both - sums[:, 0]), luck)
         rough = (off > np.maximum(limit, _SUMMED * size)).any(axis=0)
         rough &= (lo < middle) & (middle < hi)
         if not (more and rough.any() and rough.sum() <= most):
             done.append(Sums(ends, both, size, off))
             break
         done.append(Sums(*(each[:, ~rough] for each in (ends, both, size, off))))
-        ends, whole = halves[..., rough].reshape(2, -1), sums[..., rough].reshape(m, -1)
+        ends = panels[:, 1:, rough].reshape(2, -1)
         luck = np.tile(apart[:, rough] * (0.0 if smooth else _LUCK), 2)
     found = Sums(*map(np.hstack, zip(*done, strict=True))) if done[1:] else done[0]
     found.off[:, :1] += lost

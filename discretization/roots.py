@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -46,29 +45,28 @@ def bracketed(h: Callable[[float], float], inside: float, outside: float) -> flo
 
 
 def least(
-    h: Callable[[Any], Any],
-    lo: Any,
-    hi: Any,
+    h: Callable[[float], float],
+    lo: float,
+    hi: float,
     enough: float = -math.inf,
     sections: int = _SECTIONS,
-) -> tuple[Any, Any]:
+) -> tuple[float, float]:
     """Where h, with one minimum between two points, is least, and h there, by golden sections.
 
-    Or where one value is not more than `enough`. Points may be arrays, of which h is asked at once.
+    Or where one value is not more than `enough`.
     """
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
     low, high = h(one), h(other)
     for _ in range(sections):
-        if np.min(low) <= enough or np.min(high) <= enough:
+        if low <= enough or high <= enough:
             break
-        left = low <= high
-        lo, hi = np.where(left, lo, one)[()], np.where(left, other, hi)[()]
-        new = np.where(left, hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo))[()]
-        value = h(new)
-        one, other = np.where(left, new, other)[()], np.where(left, one, new)[()]
-        low, high = np.where(left, value, high)[()], np.where(left, low, value)[()]
-    left = low <= high
-    return np.where(left, one, other)[()], np.where(left, low, high)[()]
+        if low <= high:
+            hi, other, high = other, one, low
+            low = h(one := hi - _GOLDEN * (hi - lo))
+        else:
+            lo, one, low = one, other, high
+            high = h(other := lo + _GOLDEN * (hi - lo))
+    return (one, low) if low <= high else (other, high)
 
 
 def crossings(

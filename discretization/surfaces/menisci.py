@@ -62,9 +62,8 @@ def elements(side: int, s: Array, halvings: int) -> Array:
         while float(np.min(sum(own))) < _FAR:
             own.append(np.minimum(own[-1] * _WIDER, _LONGEST))
         lengths = np.stack(own, axis=1)
-    first = lengths[:, :1]
-    parts = [first / 2**halvings, *(first / 2**i for i in range(halvings, 0, -1))]
-    return np.hstack([*parts, lengths[:, 1:]]) if halvings else lengths
+    parts = 0.5 ** np.array([halvings, *range(halvings, 0, -1)])
+    return np.hstack([lengths[:, :1] * parts, lengths[:, 1:]])
 
 
 def solve(side: int, s: Array, sines: Array, halvings: int) -> tuple[Array, Array, Array]:

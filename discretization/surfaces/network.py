@@ -159,17 +159,15 @@ class Network(NamedTuple):
 
 
 @functools.lru_cache(maxsize=16)
-def modes(degree: int) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+def modes(degree: int) -> tuple[list[list[float]], list[list[float]]]:
     """Of the inner nodes of an element [-1, 1]: λ and c² of even ones, λ and b² of odd ones."""
     points, weights, d = rounded(degree)
     root = np.sqrt(weights[1:-1])
     stiffness = ((d.T * weights) @ d)[1:-1, 1:-1]
     values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
-    c, b = (root * points[1:-1] ** power @ vectors for power in (0, 1))
-    even = np.abs(c) > np.abs(b)
-    known = ((values[own], part[own] ** 2) for own, part in ((even, c), (~even, b)))
-    one, other = (list(zip(*map(np.ndarray.tolist, each), strict=True)) for each in known)
-    return one, other
+    c, b = ((root * points[1:-1] ** i @ vectors[:, i::2]) ** 2 for i in (0, 1))  # in turn
+    even, odd = (np.array([values[i::2], part]).T.tolist() for i, part in enumerate((c, b)))
+    return even, odd
 
 
 def piece(degree: int, length: Any) -> Network:
