@@ -21,6 +21,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -100,26 +101,24 @@ def chebyshev(t: Array, count: int) -> Array:
     return np.asarray(np.cos(angle[:, None] * np.arange(count)))
 
 
+@dataclass(frozen=True, eq=False)
 class Family:
     """Smooth functions of log s, of several kinds, read as polynomials on pieces of some octaves.
 
     solve(kind, s): their values (n, values) at s (n,). A piece is solved for once it is asked for.
     """
 
-    def __init__(
-        self, solve: Callable[[int, Array], Array], values: int, points: int, octaves: float
-    ) -> None:
-        self.solve, self.values, self.points, self.octaves = solve, values, points, octaves
-        self.pieces: dict[tuple[int, float], Array] = {}
+    solve: Callable[[int, Array], Array]
+    values: int
+    points: int
+    octaves: float
 
+    @functools.cache  # noqa: B019
     def piece(self, kind: int, number: float) -> Array:
         """Chebyshev coefficients (points, values)."""
-        if (kind, number) not in self.pieces:
-            t = chebpts1(self.points)
-            found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
-            solved = np.linalg.solve(chebyshev(t, self.points), found)
-            self.pieces[kind, number] = np.asarray(solved)
-        return self.pieces[kind, number]
+        t = chebpts1(self.points)
+        found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
+        return np.asarray(np.linalg.solve(chebyshev(t, self.points), found))
 
     def at(self, kinds: Any, s: Array) -> Array:
         """Values (n, values) of these kinds, a number or (n,), at s (n,)."""

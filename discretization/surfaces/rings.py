@@ -98,15 +98,12 @@ def _longest(start: Array) -> Array:
 
 def _element(lo: Array, width: Array) -> Network:
     """One element of this width beyond lo (n,)."""
-    hessian, mass = _matrices(lo, width)
-    stiff = hessian.copy()
-    hessian[:, np.arange(_DEGREE + 1), np.arange(_DEGREE + 1)] += mass
-    loads = np.stack([mass, -hessian[:, :, -1]], axis=2)[:, 1:-1]
-    less, tied = np.moveaxis(np.linalg.solve(hessian[:, 1:-1, 1:-1], loads), 2, 0)
-    inner = mass[:, 0] - (stiff[:, 0, 1:-1] * less).sum(axis=1)
-    outer = mass[:, -1] - (stiff[:, -1, 1:-1] * less).sum(axis=1)
-    tie = -(hessian[:, 0, -1] + (hessian[:, 0, 1:-1] * tied).sum(axis=1))
-    return Network(inner, tie, outer)
+    stiff, mass = _matrices(lo, width)
+    hessian = stiff + mass[:, :, None] * np.eye(_DEGREE + 1)
+    loads = np.stack([mass, -stiff[:, :, -1]], axis=2)[:, 1:-1]
+    taken = stiff[:, [0, -1], 1:-1] @ np.linalg.solve(hessian[:, 1:-1, 1:-1], loads)
+    inner, outer = (mass[:, [0, -1]] - taken[:, :, 0]).T
+    return Network(inner, -stiff[:, 0, -1] - taken[:, 0, 1], outer)
 
 
 def _matrices(lo: Array, width: Array) -> tuple[Array, Array]:
@@ -172,7 +169,6 @@ def _mesh(q: float, width: float) -> tuple[Array, Array]:
     flat[own, 1] = (ends[:-1, None] + np.diff(ends)[:, None] * t) / width
     loads = np.zeros_like(flat)
     np.add.at(loads, own, stiff @ (flat[own] - (1, 0)) + mass[:, :, None] * flat[own])
-    stiff[:, np.arange(_DEGREE + 1), np.arange(_DEGREE + 1)] += mass
-    w = np.zeros_like(flat)
-    w[1:-1] = -solveh_banded(band(stiff)[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
+    w, hessian = np.zeros_like(flat), band(stiff + mass[:, :, None] * np.eye(_DEGREE + 1))
+    w[1:-1] = -solveh_banded(hessian[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
     return ends, w.T
