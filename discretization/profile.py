@@ -116,8 +116,6 @@ class Resolved:
     @functools.cached_property
     def joints(self) -> Array:
         """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
-        if not (self.corners.size or self.edges.size):
-            return self.x[[0, -1]]
         inside = self.edges[(self.edges > self.x[0]) & (self.edges < self.x[-1])]
         return np.unique(np.concatenate([self.x[[0, -1]], self.corners, inside]))
 

@@ -7,13 +7,15 @@ import numpy as np
 
 from energy.arrays import Array, Indices
 
+Function = Callable[[float], float]
+Functions = Callable[[Array, Indices], Array]
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
 _HALVINGS = 200  # secants, and halvings where those are slow
 _CLOSE = 2.0**-52  # of the position: steps of one rounding
 
 
-def bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:
+def bracketed(h: Function, inside: float, outside: float) -> float:
     """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
 
     Inverse quadratic steps where three points support them, halving otherwise, until the bracket
@@ -45,11 +47,7 @@ def bracketed(h: Callable[[float], float], inside: float, outside: float) -> flo
 
 
 def least(
-    h: Callable[[float], float],
-    lo: float,
-    hi: float,
-    enough: float = -math.inf,
-    sections: int = _SECTIONS,
+    h: Function, lo: float, hi: float, enough: float = -math.inf, sections: int = _SECTIONS
 ) -> tuple[float, float]:
     """Where h, with one minimum between two points, is least, and h there, by golden sections.
 
@@ -70,12 +68,7 @@ def least(
 
 
 def crossings(
-    h: Callable[[Array, Indices], Array],
-    lo: Array,
-    hi: Array,
-    guess: Array,
-    rise: Array,
-    enough: float,
+    h: Functions, lo: Array, hi: Array, guess: Array, rise: Array, enough: float
 ) -> Array:
     """Zeros (n,) of n functions between lo and hi, all at once, by secants and halving.
 

@@ -171,7 +171,7 @@ class Table:
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def _panel(self, lo: float, hi: float) -> tuple[Array, bool]:
-        """What is taken at Lobatto points (11, 5) between two log₂ a, and whether that is enough."""
+        """What is taken at Lobatto points (11, 5) between two log₂ a; whether that is enough."""
         a = np.minimum(np.exp2((lo + hi + (hi - lo) * rounded(_DEGREE)[0]) / 2), self.body.edge)
         values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
         tail = np.abs(coefficients(_DEGREE, values.T)[:, -2:]).max(axis=1)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from discretization.surfaces.finite_gap import FAR, OVERHANG, rest_displacement, single, surfaces
+from discretization.surfaces.network import Shape
 from discretization.surfaces.protocol import At, Free, Surfaces, alone
 from energy.arrays import Array
 
@@ -46,9 +47,7 @@ class FiniteSurfaces(Surfaces):
         one, other = found.pulls[:, 0].tolist()
         return Free(found.energy.item(), (one, other), found.area.item(), found.residual)
 
-    def form(
-        self, x: Array, side: int, s: float, width: float, u: float, rise: float
-    ) -> tuple[Array, Array]:
+    def form(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """As the exponentials have it."""
         far = FAR if math.isinf(width) else width
         return single(u, rise, width).at(x, np.maximum(far - x, 0.0))

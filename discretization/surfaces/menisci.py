@@ -27,7 +27,7 @@ from numpy.polynomial.chebyshev import chebpts1
 from scipy.linalg import lapack
 
 from discretization.roots import crossings
-from discretization.surfaces.network import Family, band, chebyshev, on_elements, rounded
+from discretization.surfaces.network import Family, Shape, band, chebyshev, on_elements, rounded
 from discretization.surfaces.protocol import ANY, At, Free, Surfaces, alone
 from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, rough, stiffness
 from energy.arrays import Array
@@ -237,9 +237,7 @@ class MeniscusSurfaces(Surfaces):
         off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
         return off / (pull * pull + u * u or 1.0)
 
-    def form(
-        self, x: Array, side: int, s: float, width: float, u: float, rise: float
-    ) -> tuple[Array, Array]:
+    def form(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """The elements' polynomials, then the far field."""
         self._alone(s + side * width)
         if not s:

@@ -30,6 +30,7 @@ from numpy.polynomial.chebyshev import chebpts1
 
 from energy.arrays import Array
 
+Shape = tuple[Array, Array]  # u and u' of a surface at places (n,)
 FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
 _LONGEST = 0.5  # l: of an element, which rounding then resolves
 _COVERED = 4.0  # l: beside a line, by elements
@@ -74,7 +75,7 @@ def polynomial(degree: int, at: Array, values: Array) -> Array:
     return np.asarray(legendre.legval(at, _transform(degree) @ values))
 
 
-def on_elements(ends: Array, u: Array, x: Array) -> tuple[Array, Array]:
+def on_elements(ends: Array, u: Array, x: Array) -> Shape:
     """A surface and its slope at x (n,), from its nodal values on elements between ends."""
     degree, e = (u.size - 1) // (ends.size - 1), np.searchsorted(ends[1:-1], x, side="right")
     own, width = u[e[:, None] * degree + np.arange(degree + 1)], np.diff(ends)[e]
@@ -193,11 +194,10 @@ def endless(degree: int) -> float:
     return float(piece(degree, _COVERED).then(Network(1.0, 0.0, 0.0)).left)
 
 
-class Line:
+class Line(NamedTuple):
     """The networks of a line contact, on elements of one degree."""
 
-    def __init__(self, degree: int) -> None:
-        self.degree = degree
+    degree: int
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side, maybe infinitely far."""
@@ -206,9 +206,7 @@ class Line:
         half = piece(self.degree, np.minimum(width, FAR) / 2)
         return half.then(half)
 
-    def shape(
-        self, x: Array, side: int, s: float, width: float, u: float, rise: float
-    ) -> tuple[Array, Array]:
+    def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """u and u' at distances x from a line displaced by u towards another one, by u + rise.
 
         With exact decays, u cosh(x - L/2)/cosh(L/2) + rise sinh(x)/sinh(L), also for L = ∞.

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.surfaces.network import FAR, Family, Network, band, on_elements, rounded
+from discretization.surfaces.network import FAR, Family, Network, Shape, band, on_elements, rounded
 from energy.arrays import Array
 
 _DEGREE = 12  # the least whose errors are rounding
@@ -136,9 +136,7 @@ class Axis:
         found = np.where(out, found, found[::-1])
         return Network(*found if many else found[:, 0])
 
-    def shape(
-        self, x: Array, side: int, s: float, width: float, u: float, rise: float
-    ) -> tuple[Array, Array]:
+    def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """The same on a mesh of the whole ring, or what is left beyond lines far apart."""
         if width <= FAR and s > 0:
             ends, w = _mesh(s, width)
