@@ -142,12 +142,14 @@ class Table:
     """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion, as polynomials in log₂ a.
 
     Octaves, or what breaks leave of them, made where they are asked for, are halved until the
-    polynomials tell it.
+    polynomials tell it. panels: what is taken at Lobatto points (11, 5) between two log₂ a, and
+    whether that is enough.
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
         self.body, self.tolerance = body, tolerance
         self.breaks = [math.log2(x) for x in (*body.breaks, body.edge)]
+        self.panels: dict[tuple[float, float], tuple[Array, bool]] = {}
 
     def at(self, a: Any) -> Array:
         """These five (5, n) of half-widths (n,), or one."""
@@ -160,7 +162,8 @@ class Table:
         if hi - lo > 1:
             inner = [(lo + hi) // 2]
         if not inner:
-            values, known = self._panel(lo, hi)
+            self.panels[lo, hi] = self.panels.get((lo, hi)) or self._made(lo, hi)
+            values, known = self.panels[lo, hi]
             if known or hi - lo < _NARROW:
                 return polynomial(_DEGREE, (2 * t - lo - hi) / (hi - lo), values)
         middle, found = min(inner, default=(lo + hi) / 2), np.empty((5, t.size))
@@ -169,9 +172,7 @@ class Table:
                 found[:, own] = self._read(t[own], one, other)
         return found
 
-    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
-    def _panel(self, lo: float, hi: float) -> tuple[Array, bool]:
-        """What is taken at Lobatto points (11, 5) between two log₂ a; whether that is enough."""
+    def _made(self, lo: float, hi: float) -> tuple[Array, bool]:
         a = np.minimum(np.exp2((lo + hi + (hi - lo) * rounded(_DEGREE)[0]) / 2), self.body.edge)
         values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
         tail = np.abs(coefficients(_DEGREE, values.T)[:, -2:]).max(axis=1)
