@@ -208,16 +208,14 @@ class Integrals:
         """Summed between the samples, outwards from the lowest point."""
         density = functools.partial(densities, scene, profile.touch)
         ends = np.array([profile.x[:-1], profile.x[1:]])
-        low = np.minimum(profile.f[:-1], profile.f[1:]) <= level
+        low = (np.minimum(profile.f[:-1], profile.f[1:]) <= level) & (ends[0] < ends[1])
         found = summed(density, ends[:, low], _EXACT, np.zeros((5, 1)), smooth=True)
-        ends = np.hstack([found.ends, ends[:, ~low]])
-        sums = np.hstack([found.sums, np.zeros((5, int((~low).sum())))])
-        order = np.lexsort(ends[::-1])
-        x = np.append(ends[0][order], ends[1][order[-1]])
+        x = np.unique(np.append(profile.x, found.ends))
         f = np.asarray(profile.indenter.height(x), float)
-        start = int(np.argmin(f))
-        before = -np.cumsum(sums[:, order][:, :start][:, ::-1], axis=1)[:, ::-1]
-        after = np.cumsum(sums[:, order][:, start:], axis=1)
+        start, sums = int(np.argmin(f)), np.zeros((5, x.size - 1))
+        sums[:, np.searchsorted(x, found.ends[0])] = found.sums
+        before = -np.cumsum(sums[:, :start][:, ::-1], axis=1)[:, ::-1]
+        after = np.cumsum(sums[:, start:], axis=1)
         return cls(scene, profile, x, f, np.hstack([before, np.zeros((5, 1)), after]))
 
     def at(self, x: Array) -> Array:
