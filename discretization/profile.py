@@ -59,9 +59,6 @@ class Resolved:
         """With samples at these places, increasing, the corners among them."""
         corners, edges = (np.asarray(part, float) for part in (indenter.corners, edges))
         inner = corners[(corners > x[0]) & (corners < x[-1])]
-        if not inner.size:
-            f, slope = _read(indenter, x, [1] + [0] * (x.size - 2) + [-1])
-            return cls(indenter, x, f, slope, edges)
         x = np.repeat(x, 1 + np.isin(x, inner))
         twice = x[1:] == x[:-1]
         f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
@@ -119,8 +116,6 @@ class Resolved:
     @functools.cached_property
     def joints(self) -> Array:
         """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
-        if not (self.corners.size or self.edges.size):
-            return self.x[[0, -1]]
         inside = self.edges[(self.edges > self.x[0]) & (self.edges < self.x[-1])]
         return np.unique(np.concatenate([self.x[[0, -1]], self.corners, inside]))
 
@@ -161,7 +156,9 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
     half: the first half width that is tried; reach: how far above the depth, or first touch, a
     contact is held. An end at which the profile turns over is left out.
     """
-    lo, hi = (_known(indenter, end) for end in indenter.extent)
+    with np.errstate(divide="ignore"):
+        turned = [math.isfinite(x) and bool(np.isinf(indenter.slope(x))) for x in indenter.extent]
+    lo, hi = np.where(turned, _BEFORE * np.array(indenter.extent), indenter.extent).tolist()
     if math.isfinite(lo) and math.isfinite(hi):
         return lo, hi
     start, widest = min(max(0.0, lo), hi), _WIDEST * half
@@ -180,14 +177,6 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
         f"indenter = {indenter!r} has no lowest point within {half!r} of x = {start!r}; give "
         "Profile(..., extent=(lo, hi))"
     )
-
-
-def _known(indenter: Indenter, end: float) -> float:
-    """An end of the extent, or just before it where the profile turns over."""
-    if math.isinf(end):
-        return end
-    with np.errstate(divide="ignore"):
-        return end * _BEFORE if np.isinf(indenter.slope(end)) else end
 
 
 def heights(indenter: Indenter, x: Array) -> Array:
@@ -257,9 +246,6 @@ def _extremes(samples: Resolved) -> Array:
     turns = np.flatnonzero((slopes[:-1] * slopes[1:] < 0) & (x[:-1] < x[1:]))
     lo, hi, one = x[turns], x[turns + 1], slopes[turns]
     rise = (slopes[turns + 1] - one) / (hi - lo)
-
-    def slope(x: Array, _: Any) -> Array:
-        return np.asarray(samples.indenter.slope(x), float)
-
-    at = crossings(slope, lo, hi, lo - one / rise, rise, 0.0)
+    f1 = samples.indenter.slope
+    at = crossings(lambda x, _: np.asarray(f1(x), float), lo, hi, lo - one / rise, rise, 0.0)
     return at[(lo < at) & (at < hi)]

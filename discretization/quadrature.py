@@ -72,26 +72,23 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
 
     lost (m, 1): what they are off by however often they are halved; smooth: on each panel.
     """
-    done, whole, luck = list[Sums](), None, np.zeros((len(lost), 1))
-    m, most = len(lost), _MOST * ends.shape[1]
+    done, limit, luck = list[Sums](), None, np.zeros((len(lost), 1))
+    most = _MOST * ends.shape[1]
     for more in reversed(range(_HALVINGS)):
         (lo, hi), middle = ends, ends.sum(axis=0) / 2
-        halves = np.array([[lo, middle], [middle, hi]])
-        if whole is None:  # panels and their halves at once
-            sums, sizes = over(density, np.concatenate([ends[:, None], halves], axis=1))
+        panels = np.array([[lo, lo, middle], [hi, middle, hi]])  # whole ones and their halves
+        sums, sizes = over(density, panels)
+        if limit is None:
             limit = part * sizes[:, 0].sum(axis=1, keepdims=True) + lost
-            whole, sums, sizes = sums[:, 0], sums[:, 1:], sizes[:, 1:]
-        else:
-            sums, sizes = over(density, halves)
-        both, size = sums.sum(axis=1), sizes.sum(axis=1)
-        off = np.maximum(apart := np.abs(both - whole), luck)
+        both, size = sums[:, 1:].sum(axis=1), sizes[:, 1:].sum(axis=1)
+        off = np.maximum(apart := np.abs(both - sums[:, 0]), luck)
         rough = (off > np.maximum(limit, _SUMMED * size)).any(axis=0)
         rough &= (lo < middle) & (middle < hi)
         if not (more and rough.any() and rough.sum() <= most):
             done.append(Sums(ends, both, size, off))
             break
         done.append(Sums(*(each[:, ~rough] for each in (ends, both, size, off))))
-        ends, whole = halves[..., rough].reshape(2, -1), sums[..., rough].reshape(m, -1)
+        ends = panels[:, 1:, rough].reshape(2, -1)
         luck = np.tile(apart[:, rough] * (0.0 if smooth else _LUCK), 2)
     found = Sums(*map(np.hstack, zip(*done, strict=True))) if done[1:] else done[0]
     found.off[:, :1] += lost
@@ -211,16 +208,14 @@ class Integrals:
         """Summed between the samples, outwards from the lowest point."""
         density = functools.partial(densities, scene, profile.touch)
         ends = np.array([profile.x[:-1], profile.x[1:]])
-        low = np.minimum(profile.f[:-1], profile.f[1:]) <= level
+        low = (np.minimum(profile.f[:-1], profile.f[1:]) <= level) & (ends[0] < ends[1])
         found = summed(density, ends[:, low], _EXACT, np.zeros((5, 1)), smooth=True)
-        ends = np.hstack([found.ends, ends[:, ~low]])
-        sums = np.hstack([found.sums, np.zeros((5, int((~low).sum())))])
-        order = np.lexsort(ends[::-1])
-        x = np.append(ends[0][order], ends[1][order[-1]])
+        x = np.unique(np.append(profile.x, found.ends))
         f = np.asarray(profile.indenter.height(x), float)
-        start = int(np.argmin(f))
-        before = -np.cumsum(sums[:, order][:, :start][:, ::-1], axis=1)[:, ::-1]
-        after = np.cumsum(sums[:, order][:, start:], axis=1)
+        start, sums = int(np.argmin(f)), np.zeros((5, x.size - 1))
+        sums[:, np.searchsorted(x, found.ends[0])] = found.sums
+        before = -np.cumsum(sums[:, :start][:, ::-1], axis=1)[:, ::-1]
+        after = np.cumsum(sums[:, start:], axis=1)
         return cls(scene, profile, x, f, np.hstack([before, np.zeros((5, 1)), after]))
 
     def at(self, x: Array) -> Array:

@@ -2,19 +2,20 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from energy.arrays import Array, Indices
 
+Function = Callable[[float], float]
+Functions = Callable[[Array, Indices], Array]
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
 _HALVINGS = 200  # secants, and halvings where those are slow
 _CLOSE = 2.0**-52  # of the position: steps of one rounding
 
 
-def bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:
+def bracketed(h: Function, inside: float, outside: float) -> float:
     """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
 
     Inverse quadratic steps where three points support them, halving otherwise, until the bracket
@@ -46,38 +47,28 @@ def bracketed(h: Callable[[float], float], inside: float, outside: float) -> flo
 
 
 def least(
-    h: Callable[[Any], Any],
-    lo: Any,
-    hi: Any,
-    enough: float = -math.inf,
-    sections: int = _SECTIONS,
-) -> tuple[Any, Any]:
+    h: Function, lo: float, hi: float, enough: float = -math.inf, sections: int = _SECTIONS
+) -> tuple[float, float]:
     """Where h, with one minimum between two points, is least, and h there, by golden sections.
 
-    Or where one value is not more than `enough`. Points may be arrays, of which h is asked at once.
+    Or where one value is not more than `enough`.
     """
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
     low, high = h(one), h(other)
     for _ in range(sections):
-        if np.min(low) <= enough or np.min(high) <= enough:
+        if low <= enough or high <= enough:
             break
-        left = low <= high
-        lo, hi = np.where(left, lo, one)[()], np.where(left, other, hi)[()]
-        new = np.where(left, hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo))[()]
-        value = h(new)
-        one, other = np.where(left, new, other)[()], np.where(left, one, new)[()]
-        low, high = np.where(left, value, high)[()], np.where(left, low, value)[()]
-    left = low <= high
-    return np.where(left, one, other)[()], np.where(left, low, high)[()]
+        if low <= high:
+            hi, other, high = other, one, low
+            low = h(one := hi - _GOLDEN * (hi - lo))
+        else:
+            lo, one, low = one, other, high
+            high = h(other := lo + _GOLDEN * (hi - lo))
+    return (one, low) if low <= high else (other, high)
 
 
 def crossings(
-    h: Callable[[Array, Indices], Array],
-    lo: Array,
-    hi: Array,
-    guess: Array,
-    rise: Array,
-    enough: float,
+    h: Functions, lo: Array, hi: Array, guess: Array, rise: Array, enough: float
 ) -> Array:
     """Zeros (n,) of n functions between lo and hi, all at once, by secants and halving.
 

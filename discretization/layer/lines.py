@@ -73,8 +73,8 @@ class Lines:
             end, high, turned = x, value, rising and way * (value - last) < -_TIE * size
             if turned:
                 lo, hi = sorted((before, x))
-                low = least(lambda y: -way * self.rest_depth(y, way), lo, hi, -way * to, _SECTIONS)
-                end, high, a = float(low[0]), -way * float(low[1]), before
+                turn = least(lambda y: -way * self.rest_depth(y, way), lo, hi, -way * to, _SECTIONS)
+                end, high, a = turn[0], -way * turn[1], before
             if way * (high - to) >= 0:
                 return bracketed(short, a, end), to, "rests"
             if turned and not past:
@@ -153,15 +153,14 @@ class Table:
 
     def at(self, a: Any) -> Array:
         """These five (5, n) of half-widths (n,), or one."""
-        t, found = np.log2(np.atleast_1d(a)), np.empty((5, np.size(a)))
-        octave = np.ceil(t) - 1
-        for lo in np.unique(octave).tolist():
-            found[:, octave == lo] = self._read(t[octave == lo], lo, lo + 1)
-        return found
+        t = np.log2(np.atleast_1d(a))
+        return self._read(t, float(np.ceil(t.min())) - 1, float(np.ceil(t.max())))
 
     def _read(self, t: Array, lo: float, hi: float) -> Array:
         """At log₂ a from a panel, or from its parts."""
         inner = [x for x in self.breaks if lo < x < hi]
+        if hi - lo > 1:
+            inner = [(lo + hi) // 2]
         if not inner:
             self.panels[lo, hi] = self.panels.get((lo, hi)) or self._made(lo, hi)
             values, known = self.panels[lo, hi]

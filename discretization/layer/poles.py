@@ -76,16 +76,16 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     whole = first * float(relative_stiffness(nu, 0.0)) if first else _FLOW
     both = 2 * s / (s + pairs)
     columns = [s / (s + np.append(first, real)), both.real, -both.imag]
-    matrix = (np.concatenate(columns, axis=1) / size[:, None])[::2]
-    scale = np.sqrt((matrix * matrix).sum(axis=0))
-    wanted = ((exact - whole / (q * q + first)) / size)[::2]
-    still, *c = np.linalg.lstsq(matrix / scale, wanted, rcond=None)[0] / scale
+    matrix = np.concatenate(columns, axis=1) / size[:, None]
+    scale = np.sqrt((matrix[::2] * matrix[::2]).sum(axis=0))
+    wanted = (exact - whole / (q * q + first)) / size
+    fitted = np.linalg.lstsq(matrix[::2] / scale, wanted[::2], rcond=None)[0] / scale
+    error, (still, *c) = float(np.abs(matrix @ fitted - wanted).max()), fitted.tolist()
     real_c, above = c[: real.size], np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
-    tau, c = np.hstack([real, pairs, pairs.conj()]), np.hstack([real_c, above, above.conj()])
-    found = Poles(float(still), whole - first * float(still), first, tau, c, tau, math.inf)
-    error = float((np.abs(found.stiffness(q * q) - exact) / size).max())
-    whole, decays = found.flow * k / h**2, _decays(found, gamma) / h
-    return Poles(found.still * k, whole, first / h**2, found.tau / h**2, found.c * k, decays, error)
+    tau, c = np.array([[*real, *pairs, *pairs.conj()], [*real_c, *above, *above.conj()]])
+    flow, first, tau = (whole - first * still) * k / h**2, first / h**2, tau / h**2
+    found = Poles(still * k, flow, first, tau, c * k, tau, error)
+    return found._replace(decays=_decays(found, gamma1))
 
 
 def _own(nu: float, pairs: int) -> tuple[float, Complex]:

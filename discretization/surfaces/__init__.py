@@ -4,7 +4,7 @@ They answer the questions of protocol.py: at which depth a line rests beside the
 and pull, their shape. One class answers for each geometry and energy, in units of l and γ₁:
 
     small slopes   line, axisymmetric  small.py on network.py and rings.py
-    finite         line                finite_line.py on finite_range.py
+    finite         line                finite_line.py on finite_gap.py
                    axisymmetric        menisci.py
 
 They are solved on spectral elements (network.py) whose errors are rounding.

@@ -27,7 +27,7 @@ from numpy.polynomial.chebyshev import chebpts1
 from scipy.linalg import lapack
 
 from discretization.roots import crossings
-from discretization.surfaces.network import Family, band, chebyshev, on_elements, rounded
+from discretization.surfaces.network import Family, Shape, band, chebyshev, on_elements, rounded
 from discretization.surfaces.protocol import ANY, At, Free, Surfaces, alone
 from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, rough, stiffness
 from energy.arrays import Array
@@ -37,14 +37,12 @@ STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind r
 LEAST = {1: 2.0**-40, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is known
 _SOLVED = 2.0**-20  # l: beside smaller radii springs do not matter next to the line
 _MILD = math.radians(60)
-_SQUARES = {  # sin²(φ/2) at the ends of a piece of mild and of steep lines
-    False: (0.0, math.sin(_MILD / 2) ** 2),
-    True: (math.sin(_MILD / 2) ** 2, math.sin(STEEPEST / 2) ** 2),
-}
+# sin²(φ/2) at the ends of a piece of mild lines, and of the one of steep lines beyond
+_SQUARES = np.sin(np.array([0.0, _MILD, STEEPEST]) / 2) ** 2
 _RANGE = 3.0  # octaves of radii in a piece
 _RADII, _INCLINATIONS = 20, 14  # points of a piece
 _FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each over the one before
-_HALVINGS = {False: 2, True: 7}  # of the first element, next to mild and to steep lines
+_HALVINGS = (2, 7)  # of the first element, next to mild and to steep lines
 _INSIDE = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # of a disc, or of 8 l of it
 _ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
 _STILL = 1e-16  # of the energy: after a step that lowers it by less, one more is the last
@@ -62,9 +60,8 @@ def elements(side: int, s: Array, halvings: int) -> Array:
         while float(np.min(sum(own))) < _FAR:
             own.append(np.minimum(own[-1] * _WIDER, _LONGEST))
         lengths = np.stack(own, axis=1)
-    first = lengths[:, :1]
-    parts = [first / 2**halvings, *(first / 2**i for i in range(halvings, 0, -1))]
-    return np.hstack([*parts, lengths[:, 1:]]) if halvings else lengths
+    parts = 0.5 ** np.array([halvings, *range(halvings, 0, -1)])
+    return np.hstack([lengths[:, :1] * parts, lengths[:, 1:]])
 
 
 def solve(side: int, s: Array, sines: Array, halvings: int) -> tuple[Array, Array, Array]:
@@ -115,19 +112,16 @@ class _Mesh(NamedTuple):
         And its Hessians in lower banded form.
         """
         d = rounded(DEGREE)[2]
-        count = self.half.shape[1]
-        index = np.arange(count)[:, None] * DEGREE + np.arange(DEGREE + 1)
-        own = u[:, index]
+        own = u[:, np.arange(self.half.shape[1])[:, None] * DEGREE + np.arange(DEGREE + 1)]
         slope = (own @ d.T) / self.half
         root = np.sqrt(1 + slope * slope)
         density = own * own / 2 + slope * slope / (1 + root)
-        end = u[:, -1]
-        energy = (self.measure * density).sum(axis=(1, 2)) + self.far * end * end / 2
+        energy = (self.measure * density).sum(axis=(1, 2)) + self.far * u[:, -1] ** 2 / 2
         pull = self.measure * own + (self.measure * slope / root / self.half) @ d
         gradient = np.zeros_like(u)
         gradient[:, :-1] = pull[:, :, :-1].reshape(u.shape[0], -1)
         gradient[:, DEGREE::DEGREE] += pull[:, :, -1]
-        gradient[:, -1] += self.far * end
+        gradient[:, -1] += self.far * u[:, -1]
         gradient[:, 0] -= self.sines
         bend = self.measure / root**3 / self.half**2
         blocks = np.matmul(d.T[None, None] * bend[:, :, None, :], d)
@@ -139,8 +133,8 @@ class _Mesh(NamedTuple):
 
 def _solved(kind: int, s: Array) -> Array:
     """Coefficients of g and of e over what u₀ is roughly (n, 2·_INCLINATIONS), by inclination."""
-    side, steep = np.sign(kind), abs(kind) > 1
-    over, (low, high) = chebpts1(_INCLINATIONS), _SQUARES[steep]
+    side, steep = np.sign(kind), int(abs(kind) > 1)
+    over, (low, high) = chebpts1(_INCLINATIONS), _SQUARES[steep : steep + 2]
     half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
     radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
     _, u, energy = solve(side, radii, 2 * halves * np.sqrt(1 - halves**2), _HALVINGS[steep])
@@ -159,8 +153,8 @@ def read(side: Any, s: Array, phi: Array) -> tuple[Array, Array]:
     -sin φ and -sin² φ/2 times log s, but for s² log² s.
     """
     own, half = np.maximum(s, _SOLVED), np.sin(np.minimum(np.abs(phi), STEEPEST) / 2)
-    steep = np.abs(phi) > _MILD
-    low, high = np.where(steep[:, None], _SQUARES[True], _SQUARES[False]).T
+    steep = (np.abs(phi) > _MILD).astype(int)
+    low, high = _SQUARES[steep], _SQUARES[steep + 1]
     over = chebyshev(2 * (half * half - low) / (high - low) - 1, _INCLINATIONS)
     family = _FAMILY.at(side * (1 + steep), own).reshape(s.size, 2, _INCLINATIONS)
     g, e = (family * over[:, None]).sum(axis=2).T * rough(side, own)
@@ -243,9 +237,7 @@ class MeniscusSurfaces(Surfaces):
         off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
         return off / (pull * pull + u * u or 1.0)
 
-    def form(
-        self, x: Array, side: int, s: float, width: float, u: float, rise: float
-    ) -> tuple[Array, Array]:
+    def form(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """The elements' polynomials, then the far field."""
         self._alone(s + side * width)
         if not s:

@@ -21,6 +21,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,7 @@ from numpy.polynomial.chebyshev import chebpts1
 
 from energy.arrays import Array
 
+Shape = tuple[Array, Array]  # u and u' of a surface at places (n,)
 FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
 _LONGEST = 0.5  # l: of an element, which rounding then resolves
 _COVERED = 4.0  # l: beside a line, by elements
@@ -73,7 +75,7 @@ def polynomial(degree: int, at: Array, values: Array) -> Array:
     return np.asarray(legendre.legval(at, _transform(degree) @ values))
 
 
-def on_elements(ends: Array, u: Array, x: Array) -> tuple[Array, Array]:
+def on_elements(ends: Array, u: Array, x: Array) -> Shape:
     """A surface and its slope at x (n,), from its nodal values on elements between ends."""
     degree, e = (u.size - 1) // (ends.size - 1), np.searchsorted(ends[1:-1], x, side="right")
     own, width = u[e[:, None] * degree + np.arange(degree + 1)], np.diff(ends)[e]
@@ -100,26 +102,24 @@ def chebyshev(t: Array, count: int) -> Array:
     return np.asarray(np.cos(angle[:, None] * np.arange(count)))
 
 
+@dataclass(frozen=True, eq=False)
 class Family:
     """Smooth functions of log s, of several kinds, read as polynomials on pieces of some octaves.
 
     solve(kind, s): their values (n, values) at s (n,). A piece is solved for once it is asked for.
     """
 
-    def __init__(
-        self, solve: Callable[[int, Array], Array], values: int, points: int, octaves: float
-    ) -> None:
-        self.solve, self.values, self.points, self.octaves = solve, values, points, octaves
-        self.pieces: dict[tuple[int, float], Array] = {}
+    solve: Callable[[int, Array], Array]
+    values: int
+    points: int
+    octaves: float
 
+    @functools.cache  # noqa: B019
     def piece(self, kind: int, number: float) -> Array:
         """Chebyshev coefficients (points, values)."""
-        if (kind, number) not in self.pieces:
-            t = chebpts1(self.points)
-            found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
-            solved = np.linalg.solve(chebyshev(t, self.points), found)
-            self.pieces[kind, number] = np.asarray(solved)
-        return self.pieces[kind, number]
+        t = chebpts1(self.points)
+        found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
+        return np.asarray(np.linalg.solve(chebyshev(t, self.points), found))
 
     def at(self, kinds: Any, s: Array) -> Array:
         """Values (n, values) of these kinds, a number or (n,), at s (n,)."""
@@ -159,17 +159,15 @@ class Network(NamedTuple):
 
 
 @functools.lru_cache(maxsize=16)
-def modes(degree: int) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+def modes(degree: int) -> tuple[list[list[float]], list[list[float]]]:
     """Of the inner nodes of an element [-1, 1]: λ and c² of even ones, λ and b² of odd ones."""
     points, weights, d = rounded(degree)
     root = np.sqrt(weights[1:-1])
     stiffness = ((d.T * weights) @ d)[1:-1, 1:-1]
     values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
-    c, b = (root * points[1:-1] ** power @ vectors for power in (0, 1))
-    even = np.abs(c) > np.abs(b)
-    known = ((values[own], part[own] ** 2) for own, part in ((even, c), (~even, b)))
-    one, other = (list(zip(*map(np.ndarray.tolist, each), strict=True)) for each in known)
-    return one, other
+    c, b = ((root * points[1:-1] ** i @ vectors[:, i::2]) ** 2 for i in (0, 1))  # in turn
+    even, odd = (np.array([values[i::2], part]).T.tolist() for i, part in enumerate((c, b)))
+    return even, odd
 
 
 def piece(degree: int, length: Any) -> Network:
@@ -196,11 +194,10 @@ def endless(degree: int) -> float:
     return float(piece(degree, _COVERED).then(Network(1.0, 0.0, 0.0)).left)
 
 
-class Line:
+class Line(NamedTuple):
     """The networks of a line contact, on elements of one degree."""
 
-    def __init__(self, degree: int) -> None:
-        self.degree = degree
+    degree: int
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side, maybe infinitely far."""
@@ -209,9 +206,7 @@ class Line:
         half = piece(self.degree, np.minimum(width, FAR) / 2)
         return half.then(half)
 
-    def shape(
-        self, x: Array, side: int, s: float, width: float, u: float, rise: float
-    ) -> tuple[Array, Array]:
+    def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """u and u' at distances x from a line displaced by u towards another one, by u + rise.
 
         With exact decays, u cosh(x - L/2)/cosh(L/2) + rise sinh(x)/sinh(L), also for L = ∞.

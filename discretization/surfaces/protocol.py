@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from discretization.surfaces.network import Shape
 from energy import Scene
 from energy.arrays import Array
 
@@ -92,9 +93,7 @@ class Surfaces:
         pulls = (unit * one, unit * other) if left else (unit * other, unit * one)
         return Free(unit * length * found.energy, pulls, unit * found.area, found.residual)
 
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
+    def shape(self, z: Array, left: At | None, right: At | None, depth: float) -> Shape:
         """u and u' at positions between two lines."""
         if left is None and right is None:
             return np.zeros_like(z), np.zeros_like(z)
@@ -131,9 +130,7 @@ class Surfaces:
         """One such surface, its first line first; None if it would turn over."""
         raise NotImplementedError
 
-    def form(
-        self, x: Array, side: int, s: float, width: float, u: float, rise: float
-    ) -> tuple[Array, Array]:
+    def form(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """u and its slope towards the other line, at distances from the first line."""
         raise NotImplementedError
 

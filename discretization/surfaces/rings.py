@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.surfaces.network import FAR, Family, Network, band, on_elements, rounded
+from discretization.surfaces.network import FAR, Family, Network, Shape, band, on_elements, rounded
 from energy.arrays import Array
 
 _DEGREE = 12  # the least whose errors are rounding
@@ -98,15 +98,12 @@ def _longest(start: Array) -> Array:
 
 def _element(lo: Array, width: Array) -> Network:
     """One element of this width beyond lo (n,)."""
-    hessian, mass = _matrices(lo, width)
-    stiff = hessian.copy()
-    hessian[:, np.arange(_DEGREE + 1), np.arange(_DEGREE + 1)] += mass
-    loads = np.stack([mass, -hessian[:, :, -1]], axis=2)[:, 1:-1]
-    less, tied = np.moveaxis(np.linalg.solve(hessian[:, 1:-1, 1:-1], loads), 2, 0)
-    inner = mass[:, 0] - (stiff[:, 0, 1:-1] * less).sum(axis=1)
-    outer = mass[:, -1] - (stiff[:, -1, 1:-1] * less).sum(axis=1)
-    tie = -(hessian[:, 0, -1] + (hessian[:, 0, 1:-1] * tied).sum(axis=1))
-    return Network(inner, tie, outer)
+    stiff, mass = _matrices(lo, width)
+    hessian = stiff + mass[:, :, None] * np.eye(_DEGREE + 1)
+    loads = np.stack([mass, -stiff[:, :, -1]], axis=2)[:, 1:-1]
+    taken = stiff[:, [0, -1], 1:-1] @ np.linalg.solve(hessian[:, 1:-1, 1:-1], loads)
+    inner, outer = (mass[:, [0, -1]] - taken[:, :, 0]).T
+    return Network(inner, -stiff[:, 0, -1] - taken[:, 0, 1], outer)
 
 
 def _matrices(lo: Array, width: Array) -> tuple[Array, Array]:
@@ -139,9 +136,7 @@ class Axis:
         found = np.where(out, found, found[::-1])
         return Network(*found if many else found[:, 0])
 
-    def shape(
-        self, x: Array, side: int, s: float, width: float, u: float, rise: float
-    ) -> tuple[Array, Array]:
+    def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """The same on a mesh of the whole ring, or what is left beyond lines far apart."""
         if width <= FAR and s > 0:
             ends, w = _mesh(s, width)
@@ -172,7 +167,6 @@ def _mesh(q: float, width: float) -> tuple[Array, Array]:
     flat[own, 1] = (ends[:-1, None] + np.diff(ends)[:, None] * t) / width
     loads = np.zeros_like(flat)
     np.add.at(loads, own, stiff @ (flat[own] - (1, 0)) + mass[:, :, None] * flat[own])
-    stiff[:, np.arange(_DEGREE + 1), np.arange(_DEGREE + 1)] += mass
-    w = np.zeros_like(flat)
-    w[1:-1] = -solveh_banded(band(stiff)[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
+    w, hessian = np.zeros_like(flat), band(stiff + mass[:, :, None] * np.eye(_DEGREE + 1))
+    w[1:-1] = -solveh_banded(hessian[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
     return ends, w.T

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization.surfaces.network import Line, Network
+from discretization.surfaces.network import Line, Network, Shape
 from discretization.surfaces.protocol import ANY, NARROWEST, Free, Surfaces
 from discretization.surfaces.rings import BESIDE, Axis
 from energy.arrays import Array
@@ -65,7 +65,7 @@ class SmallSurfaces(Surfaces):
             off = max(off, self._off(-side, s + width, width, v, rise, other))
         return Free(float(found.energy(u, v, -rise)), (one, other), one + other, off)
 
-    def form(self, x: Array, *lines: Any) -> tuple[Array, Array]:
+    def form(self, x: Array, *lines: Any) -> Shape:
         """As the networks have it."""
         return self.net.shape(x, *lines)
 

@@ -14,8 +14,7 @@ from truth.surfaces import Finite
 
 from discretization import minimise
 from discretization.fitted.rest_depths import surfaces_of
-from discretization.surfaces.finite_line import single
-from discretization.surfaces.finite_range import DEGREE, rest_displacement
+from discretization.surfaces.finite_gap import DEGREE, rest_displacement, single
 from discretization.surfaces.network import Line, endless
 from discretization.surfaces.protocol import At
 from discretization.surfaces.rings import stiffness
