@@ -25,6 +25,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from scipy.linalg import cholesky, solve_triangular
 from scipy.special import i0e, j0, k0e, sici
 
@@ -98,12 +99,12 @@ class Nodes:
     @functools.cached_property
     def a(self) -> float:
         """The line, between the nodes."""
-        from scipy.interpolate import CubicSpline  # takes half a second, and only nodes need it
-
         a = self.outermost
         lo, hi = max(a - self.spacing / 2, 0.0), a + self.spacing / 2
         if not self.pinned:
-            rest = CubicSpline(self.x[1:] - self.spacing / 2, self.rest_depths)
+            first = min(max(self.n - 2, 0), max(self.rest_depths.size - 4, 0))
+            near, depths = self.x[1:][first : first + 4], self.rest_depths[first : first + 4]
+            rest = Polynomial.fit(near - self.spacing / 2, depths, near.size - 1)
             if rest(lo) <= self.depth < rest(hi):
                 return bracketed(lambda at: float(rest(at)) - self.depth, lo, hi)
         return a
