@@ -161,8 +161,7 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
 
 def runs(contact: Mask) -> Nodes:
     """First and last node of each contact (m, 2), of a mask of all nodes."""
-    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
-    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
+    return np.flatnonzero(np.diff(np.pad(contact, 1))).reshape(-1, 2) - (0, 1)
 
 
 def on_lowest(row: Row, depth: float, method: str) -> tuple[Contacts, Proof | None]:

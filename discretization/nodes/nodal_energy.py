@@ -75,7 +75,7 @@ class NodalEnergy:
         """Energy and forces at displacements u (n,) and fixed contact."""
         lat, u = self.lattice, np.asarray(u, float)
         slopes, spring = np.diff(u) / lat.spacing, terms.spring(u, k=lat.k)
-        stretch = self._stretch(slopes)
+        stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
         springs, tension = self.cells * spring.first, self._tension * stretch.first
         forces, pulled = springs.copy(), self.pulls * u[[0, -1]]
         forces[:-1] -= tension
@@ -92,10 +92,6 @@ class NodalEnergy:
         pressed = np.append(springs, pulled)
         sums = float(pressed.sum()), float(np.abs(pressed).sum()), math.sqrt(tension @ tension)
         return Balance(values, forces, *sums)
-
-    def _stretch(self, slopes: Array) -> terms.Density:
-        """Of links whose surface tension is 1."""
-        return terms.surface(slopes, gamma1=1.0, slopes=self.lattice.slopes)
 
     @property
     def _tension(self) -> Array:
@@ -121,8 +117,8 @@ class NodalEnergy:
         For small slopes it is the same at every u.
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
-        slopes = np.diff(u) / lat.spacing
-        stiffness = self._tension / lat.spacing * self._stretch(slopes).second
+        stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
+        stiffness = self._tension / lat.spacing * stretch.second
         band = np.full((2, u.size), lat.k) * self.cells
         band[0, :-1] += stiffness
         band[0, 1:] += stiffness
