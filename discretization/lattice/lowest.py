@@ -187,7 +187,6 @@ def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:
     scene: as far as it has nodes (`Lattice.seen`). ValueError as `on_lowest`.
     """
     row = Row.of(scene, lattice, depth)
-    g = depth - row.f
-    if lattice.axis == 0:
-        return runs(lowest_rings(lattice, g)) + row.first
-    return global_minimum(lattice, g)[0] + row.first
+    g, turned = depth - row.f, lattice.axis == 0
+    found = runs(lowest_rings(lattice, g)) if turned else global_minimum(lattice, g)[0]
+    return found + row.first

@@ -77,11 +77,8 @@ class NodalEnergy:
         slopes, spring = np.diff(u) / lat.spacing, terms.spring(u, k=lat.k)
         stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
         springs, tension = self.cells * spring.first, self._tension * stretch.first
-        forces, pulled = springs.copy(), self.pulls * u[[0, -1]]
-        forces[:-1] -= tension
-        forces[1:] += tension
-        forces[0] += pulled[0]
-        forces[-1] += pulled[1]
+        pulled = self.pulls * u[[0, -1]]
+        forces = springs - np.diff(tension, prepend=pulled[0], append=-pulled[1])
         bound = self.bonds * np.hypot(1, slopes) if lat.slopes == "finite" else self.bonds
         values = {
             "springs": float(self.cells @ spring.value),
@@ -119,13 +116,8 @@ class NodalEnergy:
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
         stiffness = self._tension / lat.spacing * stretch.second
-        band = np.full((2, u.size), lat.k) * self.cells
-        band[0, :-1] += stiffness
-        band[0, 1:] += stiffness
-        band[0, 0] += self.pulls[0]
-        band[0, -1] += self.pulls[1]
-        band[1, :-1] = -stiffness
-        return band
+        beside = np.concatenate([self.pulls[:1], stiffness, self.pulls[1:]])
+        return np.array([lat.k * self.cells + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])
 
     def relaxed(self, g: ArrayLike) -> Array:
         """argmin U[u] s.t. u_i = g_i on the contact nodes: one banded Cholesky solve.
