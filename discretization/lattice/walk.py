@@ -130,7 +130,7 @@ class Walk:
             changes += 1
 
     def _slid(self, nodes: Contacts, depth: float, end: float) -> list[tuple[float, Contacts]]:
-        """The links that the lines of one convex contact pass one by one on the way.
+        """The links that the lines of one convex contact pass on the way, both at once where alike.
 
         Up to the first of both lines that is passed at no depth of its own; the last two links of a
         contact are left to the other rules.
@@ -142,15 +142,13 @@ class Walk:
         for part in passed:
             together = part <= np.append(sign * depth, part[:-1])
             stop = min(stop, float(part[together].min(initial=math.inf)))
-        passed = [part[part < stop] for part in passed]
-        depths = np.concatenate(passed)
-        order = np.argsort(depths, kind="stable")
-        order = order if sign > 0 else order[: max(last - first - 2, 0)]
-        left = order < passed[0].size
-        lefts = (first - sign * np.cumsum(left)).tolist()
-        rights = (last + sign * np.cumsum(~left)).tolist()
-        contacts = ((pair,) for pair in zip(lefts, rights, strict=True))
-        return list(zip((sign * depths[order]).tolist(), contacts, strict=True))
+        depths = np.unique(np.concatenate(passed))
+        depths = depths[depths < stop]
+        left, right = (sign * part.searchsorted(depths, "right") for part in passed)
+        each = zip(
+            *map(np.ndarray.tolist, (sign * depths, first - left, last + right)), strict=True
+        )
+        return [(at, ((i, j),)) for at, i, j in each if sign > 0 or j - i > 1]
 
     def first(self, ends: Sequence[End], sign: int) -> tuple[Change, int]:
         """What happens first as the depth changes this way, and to which two of the ends.
