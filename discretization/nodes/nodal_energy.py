@@ -78,7 +78,8 @@ class NodalEnergy:
         stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
         springs, tension = self.cells * spring.first, self._tension * stretch.first
         pulled = self.pulls * u[[0, -1]]
-        forces = springs - np.diff(tension, prepend=pulled[0], append=-pulled[1])
+        across = np.concatenate([pulled[:1], tension, -pulled[1:]])
+        forces = springs - (across[1:] - across[:-1])
         bound = self.bonds * np.hypot(1, slopes) if lat.slopes == "finite" else self.bonds
         values = {
             "springs": float(self.cells @ spring.value),
