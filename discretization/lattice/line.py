@@ -260,9 +260,8 @@ def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
 
 def _stretched(zeta: Array, factor: float) -> Array:
     """What is beyond _NEARLY half a link, times a factor; of lines that others face."""
-    beyond = np.maximum(np.abs(zeta[:, 1:-1]) - _NEARLY, 0.0)
     found = zeta.copy()
-    found[:, 1:-1] += (factor - 1) * np.copysign(beyond, zeta[:, 1:-1])
+    found[:, 1:-1] += (factor - 1) * (zeta - np.clip(zeta, -_NEARLY, _NEARLY))[:, 1:-1]
     return found
 
 

@@ -34,7 +34,6 @@ that v is at least -max(g, 0) instead of 0. Nodes of that height are certain.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -80,17 +79,11 @@ def lowest_rings(lattice: Lattice, g: Array) -> Mask:
     return _cheapest(lattice, -g, np.ones(g.size, bool))[1]
 
 
-class Chain(NamedTuple):
-    """All nodes, then a place far beyond them, and one far before them: ln P, -ln Q, c and h."""
+def _chain(lattice: Lattice, h: Array) -> tuple[Array, ...]:
+    """ln P, -ln Q, c and h of all nodes, then of a place far beyond them, and one far before them.
 
-    growth: Array
-    decay: Array
-    stiffness: Array
-    height: Array
-
-
-def _chain(lattice: Lattice, h: Array) -> Chain:
-    """P and Q follow from what the free surface on each side of a node pulls with."""
+    P and Q follow from what the free surface on each side of a node pulls with.
+    """
     every, last = np.arange(h.size), h.size - 1
     spring = lattice.spring * lattice.weight(every) * np.ones(h.size)
     link = lattice.link * lattice.weight(every[:last] + 0.5) * np.ones(last)
@@ -102,24 +95,20 @@ def _chain(lattice: Lattice, h: Array) -> Chain:
         np.cumsum(np.log1p(np.append(0.0, each / link)), dtype=np.longdouble)
         for each in (within[:last], outside[1:])
     )
-    return Chain(
-        *(np.append(place, (place[-1] + _FAR, -math.inf)) for place in places),
-        *(np.append(part, (0.0, 0.0)) for part in ((within + outside - spring) / 2, h)),
-    )
+    grown, decayed = (np.append(place, (place[-1] + _FAR, -math.inf)) for place in places)
+    return grown, decayed, *np.pad([(within + outside - spring) / 2, h], ((0, 0), (0, 2)))
 
 
-def _costs(chain: Chain, value: Array, starts: Nodes, k: int, height: float) -> Array:
+def _costs(chain: tuple[Array, ...], value: Array, starts: Nodes, k: int, height: float) -> Array:
     """V of a surface at this height at node k from each of the starts, inf if one blocks another.
 
     Slopes are compared less that of a line from z = 0, so that nothing is lost in rounding.
     """
-    own = chain.height[starts]
-    grown, decayed = (
-        (place[starts] - place[k]).astype(float) for place in (chain.growth, chain.decay)
-    )
+    own = chain[3][starts]
+    grown, decayed = ((place[starts] - place[k]).astype(float) for place in chain[:2])
     whole = -np.expm1(grown + decayed)
     rise = height - own - np.expm1(decayed) * own
-    cost = value[starts] + chain.stiffness[k] * rise**2 / whole
+    cost = value[starts] + chain[2][k] * rise**2 / whole
     if starts.size > 1:
         slope = np.exp(decayed - decayed[-1]) * (height - own + np.expm1(grown) * height) / whole
         cost[slope < np.maximum.accumulate(slope[::-1])[::-1]] = math.inf
@@ -145,7 +134,7 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
             needed = np.isfinite(cost)
             needed[: cost.argmin()] = False  # statement 2
             starts = starts[needed]
-        height = float(chain.height[k])
+        height = float(chain[3][k])
         cost = _costs(chain, value, starts, k, height)
         cost[-1] -= gained
         best = int(np.flatnonzero(cost <= cost.min() + _TIE * bond)[-1])
@@ -161,8 +150,7 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
 
 def runs(contact: Mask) -> Nodes:
     """First and last node of each contact (m, 2), of a mask of all nodes."""
-    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
-    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
+    return np.flatnonzero(np.diff(np.pad(contact, 1))).reshape(-1, 2) - (0, 1)
 
 
 def on_lowest(row: Row, depth: float, method: str) -> tuple[Contacts, Proof | None]:
@@ -188,7 +176,6 @@ def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:
     scene: as far as it has nodes (`Lattice.seen`). ValueError as `on_lowest`.
     """
     row = Row.of(scene, lattice, depth)
-    g = depth - row.f
-    if lattice.axis == 0:
-        return runs(lowest_rings(lattice, g)) + row.first
-    return global_minimum(lattice, g)[0] + row.first
+    g, turned = depth - row.f, lattice.axis == 0
+    found = runs(lowest_rings(lattice, g)) if turned else global_minimum(lattice, g)[0]
+    return found + row.first

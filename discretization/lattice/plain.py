@@ -114,20 +114,14 @@ class Plain:
         Where the profile is convex the gap grows outwards, so that many links are passed at once.
         Else the line is pressed first, and comes back as the indenter is withdrawn.
         """
-        row, start = self.row, self.row.touch
-        most = row.size - 1 - start if side > 0 else start
-
-        def resists(links: int) -> bool:
-            return self.resists(start + side * links, side)
-
+        row, start, end = self.row, self.row.touch, self.row.size - 1 if side > 0 else 0
+        ahead, resists = range(start, end, side), functools.partial(self.resists, side=side)
         if row.scene.indenter.convex:
-            return start + side * bisect.bisect_left(range(most), True, key=resists)
+            return start + side * bisect.bisect_left(ahead, True, key=resists)
         if self.depth >= row.lowest:
-            return start + side * next(filter(resists, range(most)), most)
-        node = Plain(row, row.lowest, self.work).outermost(side)
-        while node != start and self.resists(node - side, side):
-            node -= side
-        return node
+            return next(filter(resists, ahead), end)
+        back = range(Plain(row, row.lowest, self.work).outermost(side), start, -side)
+        return next((node for node in back if not resists(node - side)), start)
 
     def contact(self) -> tuple[int, int] | None:
         """First and last node in contact on the path from first touch on; None: detached."""

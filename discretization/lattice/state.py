@@ -73,12 +73,11 @@ def answered(
         found = on_row(row, nodes, depth) if nodes else None
     if found and branch == "global" and way != "lowest" and depth <= row.lowest:
         found = None if found.balance.energy > 0 else found
-    read = {} if found is None else _read(found, known)
     if found is None:
-        scale = max(abs(depth), scene.critical_separation) or 1.0
+        scale, read = max(abs(depth), scene.critical_separation) or 1.0, {}
         certificate = Certificate.undeformed(max(0.0, (depth - row.lowest) / scale))
     else:
-        certificate = found.certificate
+        certificate, read = found.certificate, _read(found, known)
     certificate.demand(
         f"the state found at depth = {depth!r}",
         "rounding has spoilt it, or the solver's tolerance, or a profile that is said to be convex "

@@ -130,7 +130,7 @@ class Walk:
             changes += 1
 
     def _slid(self, nodes: Contacts, depth: float, end: float) -> list[tuple[float, Contacts]]:
-        """The links that the lines of one convex contact pass one by one on the way.
+        """The links that the lines of one convex contact pass on the way, both at once where alike.
 
         Up to the first of both lines that is passed at no depth of its own; the last two links of a
         contact are left to the other rules.
@@ -142,36 +142,29 @@ class Walk:
         for part in passed:
             together = part <= np.append(sign * depth, part[:-1])
             stop = min(stop, float(part[together].min(initial=math.inf)))
-        passed = [part[part < stop] for part in passed]
-        depths = np.concatenate(passed)
-        order = np.argsort(depths, kind="stable")
-        order = order if sign > 0 else order[: max(last - first - 2, 0)]
-        left = order < passed[0].size
-        lefts = (first - sign * np.cumsum(left)).tolist()
-        rights = (last + sign * np.cumsum(~left)).tolist()
-        contacts = ((pair,) for pair in zip(lefts, rights, strict=True))
-        return list(zip((sign * depths[order]).tolist(), contacts, strict=True))
+        depths = np.unique(np.concatenate(passed))
+        depths = depths[depths < stop]
+        left, right = (sign * part.searchsorted(depths, "right") for part in passed)
+        each = zip(
+            *map(np.ndarray.tolist, (sign * depths, first - left, last + right)), strict=True
+        )
+        return [(at, ((i, j),)) for at, i, j in each if sign > 0 or j - i > 1]
 
     def first(self, ends: Sequence[End], sign: int) -> tuple[Change, int]:
-        """What happens first as the depth changes this way, and to which two of the ends."""
+        """What happens first as the depth changes this way, and to which two of the ends.
+
+        To a free part, or, as the depth falls, to a contact.
+        """
         if len(ends) == 2:
             return Change(sign * math.inf, ()), 0
-        found = self.changes(ends, sign)
-        depths = [sign * change.depth for change in found]
-        i = depths.index(min(depths))
-        return found[i], 2 * i if sign > 0 else i
-
-    def changes(self, ends: Sequence[End], sign: int) -> list[Change]:
-        """The first change of each free part, and, as the depth falls, of each contact, in turn."""
+        free = range(0, len(ends), 2)
         if sign > 0:
-            return [*map(self.rise, ends[::2], ends[1::2])]
-        lone = [one == other for one, other in itertools.pairwise([None, *ends, None])]
-        return [
-            self._split(*ends[i - 1 : i + 3])
-            if i % 2
-            else self._fall(ends[i], ends[i + 1], lone[i], lone[i + 2])
-            for i in range(len(ends) - 1)
-        ]
+            found = [(self.rise(*ends[i : i + 2]), i) for i in free]
+        else:
+            lone = [one == other for one, other in itertools.pairwise([None, *ends, None])]
+            found = [(self._fall(*ends[i : i + 2], lone[i], lone[i + 2]), i) for i in free]
+            found += [(self._split(*ends[i : i + 4]), i + 1) for i in free[:-1]]
+        return min(found, key=lambda each: (sign * each[0].depth, each[1]))
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
@@ -234,4 +227,6 @@ class Walk:
 
     def opened(self, before: Contacts, after: Contacts) -> float:
         """The length or area that opens, weighted with the pattern's factor."""
-        return max(0.0, self.row.bonded(before) - self.row.bonded(after))
+        bonds = self.row.bonds
+        held, left = (sum(bonds[i:j].sum() for i, j in nodes) for nodes in (before, after))
+        return max(0.0, float(held - left))

@@ -123,13 +123,8 @@ class Lattice:
         dx, k, gamma1 = self.spacing, self.k, self.gamma1
         spring, link = k * dx, gamma1 / dx
         log_decay = 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf
-        vars(self).update(
-            spring=spring,
-            link=link,
-            log_decay=log_decay,
-            end_stiffness=-link * math.expm1(-log_decay),
-            cell=dx,
-        )
+        vars(self).update(spring=spring, link=link, cell=dx, log_decay=log_decay)
+        vars(self).update(end_stiffness=-link * math.expm1(-log_decay))
 
     def seen(self, scene: Scene) -> Scene:
         """The scene as far as it has nodes."""

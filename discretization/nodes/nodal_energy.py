@@ -75,13 +75,11 @@ class NodalEnergy:
         """Energy and forces at displacements u (n,) and fixed contact."""
         lat, u = self.lattice, np.asarray(u, float)
         slopes, spring = np.diff(u) / lat.spacing, terms.spring(u, k=lat.k)
-        stretch = self._stretch(slopes)
+        stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
         springs, tension = self.cells * spring.first, self._tension * stretch.first
-        forces, pulled = springs.copy(), self.pulls * u[[0, -1]]
-        forces[:-1] -= tension
-        forces[1:] += tension
-        forces[0] += pulled[0]
-        forces[-1] += pulled[1]
+        pulled = self.pulls * u[[0, -1]]
+        across = np.concatenate([pulled[:1], tension, -pulled[1:]])
+        forces = springs - (across[1:] - across[:-1])
         bound = self.bonds * np.hypot(1, slopes) if lat.slopes == "finite" else self.bonds
         values = {
             "springs": float(self.cells @ spring.value),
@@ -92,10 +90,6 @@ class NodalEnergy:
         pressed = np.append(springs, pulled)
         sums = float(pressed.sum()), float(np.abs(pressed).sum()), math.sqrt(tension @ tension)
         return Balance(values, forces, *sums)
-
-    def _stretch(self, slopes: Array) -> terms.Density:
-        """Of links whose surface tension is 1."""
-        return terms.surface(slopes, gamma1=1.0, slopes=self.lattice.slopes)
 
     @property
     def _tension(self) -> Array:
@@ -121,15 +115,10 @@ class NodalEnergy:
         For small slopes it is the same at every u.
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
-        slopes = np.diff(u) / lat.spacing
-        stiffness = self._tension / lat.spacing * self._stretch(slopes).second
-        band = np.full((2, u.size), lat.k) * self.cells
-        band[0, :-1] += stiffness
-        band[0, 1:] += stiffness
-        band[0, 0] += self.pulls[0]
-        band[0, -1] += self.pulls[1]
-        band[1, :-1] = -stiffness
-        return band
+        stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
+        stiffness = self._tension / lat.spacing * stretch.second
+        beside = np.concatenate([self.pulls[:1], stiffness, self.pulls[1:]])
+        return np.array([lat.k * self.cells + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])
 
     def relaxed(self, g: ArrayLike) -> Array:
         """argmin U[u] s.t. u_i = g_i on the contact nodes: one banded Cholesky solve.

@@ -67,10 +67,6 @@ def surface(lattice: Lattice, held: Nodes, g: Array, at: Nodes) -> Array:
 
 def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
     """Forces p_i that hold these nodes at u."""
-    tie, ground = lattice.pair(np.diff(nodes))
-    flow, force = tie * (u[:-1] - u[1:]), lattice.spring * u
-    force[:-1] += ground * u[:-1] + flow
-    force[1:] += ground * u[1:] - flow
-    force[0] += lattice.end_stiffness * u[0]
-    force[-1] += lattice.end_stiffness * u[-1]
-    return force
+    tie, ground = lattice.pair(np.diff(nodes, prepend=-math.inf, append=math.inf))
+    flow = np.diff(tie[1:-1] * (u[:-1] - u[1:]), prepend=0.0, append=0.0)
+    return np.asarray((lattice.spring + ground[:-1] + ground[1:]) * u + flow)

@@ -30,8 +30,8 @@ _AHEAD = np.unique((1.1 ** np.arange(226)).astype(np.int64))  # links further an
 
 def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
     """x of the nodes; nodes on an end of the extent stay on it in spite of rounding."""
-    x, (lo, hi) = lattice.x(nodes), indenter.extent
-    return np.clip(x, lo, hi) if lo > -math.inf or hi < math.inf else x
+    lo, hi = indenter.extent
+    return np.asarray(np.minimum(np.maximum(lattice.x(nodes), lo), hi))
 
 
 def heights(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
@@ -162,10 +162,9 @@ class Row:
         """
         h, lattice, touch = self.f - self.lowest, self.lattice, self.touch
         nodes, steps = self.first + np.arange(h.size), np.diff(self.f)
-        weights = lattice.weight(nodes) * np.ones(h.size)
+        springs = lattice.weight(nodes) * np.array([np.ones(h.size), h, h * h])
         links = lattice.link / 2 * steps * steps * lattice.weight(nodes[:-1] + 0.5)
-        whole = [_running(part, touch) for part in (weights, weights * h, weights * h * h)]
-        return np.array(whole), _running(links - self.works[0] * self.bonds, touch)
+        return _running(springs, touch), _running(links - self.works[0] * self.bonds, touch)
 
     def refuse_unknown(self, depth: float, nodes: Contacts) -> None:
         """ValueError for contacts at an end of the profile that is not the end of the body."""
@@ -184,11 +183,18 @@ class Row:
 
         With the digits of the running sums.
         """
-        at, d, u = self.first + nodes, depth[:, None], depth[:, None] - self.f[nodes]
-        left, right = nodes[:, ::2], nodes[:, 1::2]
-        found = (self._in_contact(right + 1, right, d) - self._in_contact(left, left, d)).sum(
-            axis=2
+        at, u = self.first + nodes, depth[:, None] - self.f[nodes]
+        left, right, d, spring = (
+            nodes[:, ::2],
+            nodes[:, 1::2],
+            depth - self.lowest,
+            self.lattice.spring,
         )
+        springs, links = self.sums
+        count, h, squares = (springs[:, right + 1] - springs[:, left]).sum(axis=2)
+        energy = spring / 2 * ((count * d - 2 * h) * d + squares)
+        energy += (links[right] - links[left]).sum(axis=1)
+        found = np.array([energy, spring * (count * d - h)])
         for end, side in ((0, -1), (-1, 1)):
             pull = self.lattice.pull(at[:, end], side) * u[:, end]
             found += np.array([pull * u[:, end] / 2, pull])
@@ -196,17 +202,6 @@ class Row:
         one, other = u[:, 1:-1:2], u[:, 2::2]
         stored = (ground * (one**2 + other**2) + tie * (one - other) ** 2) / 2
         return np.asarray(found + np.sum([stored, ground * (one + other)], axis=2))
-
-    def bonded(self, nodes: Contacts) -> float:
-        """Length or area of contacts, weighted with the pattern's factor."""
-        return float(sum(self.bonds[first:last].sum() for first, last in nodes))
-
-    def _in_contact(self, before: Nodes, node: Nodes, depth: Array) -> Array:
-        """Energy and force of the springs up to node ends, and of the links up to nodes."""
-        (count, h, squares), links = self.sums[0][:, before], self.sums[1][node]
-        d, spring = depth - self.lowest, self.lattice.spring
-        energy = spring / 2 * ((count * d - 2 * h) * d + squares)
-        return np.array([energy + links, spring * (count * d - h)])
 
 
 def _outermost(
@@ -229,10 +224,12 @@ def _outermost(
 
 
 def _running(parts: Array, start: int) -> Array:
-    """Sums (n + 1,) of the n parts from `start` on, those before it counted negative.
+    """Sums (..., n + 1) of the n parts from `start` on, those before it counted negative.
 
     In long double: between two contacts heights may be much larger than in contact.
     """
-    parts = parts.astype(np.longdouble)
-    before, after = np.cumsum(parts[:start][::-1])[::-1], np.cumsum(parts[start:])
-    return np.concatenate([-before, np.zeros(1, parts.dtype), after])
+    before, after = parts[..., :start][..., ::-1], parts[..., start:]
+    found = np.zeros((*parts.shape[:-1], parts.shape[-1] + 1), np.longdouble)
+    np.cumsum(after, axis=-1, out=found[..., start + 1 :])
+    np.negative(np.cumsum(before, -1, np.longdouble)[..., ::-1], out=found[..., :start])
+    return found

@@ -55,13 +55,11 @@ class Rules:
 
         Beyond the last node, +1 on the right, -1 on the left, there is no link to pass.
         """
-        found, nodes = {}, np.arange(self.f.size)
-        for side, own in ((1, nodes[:-1]), (-1, nodes[1:])):
-            found[side] = np.full(nodes.size, math.inf)
-            found[side][own] = self._passed(own, side, self.work)
+        nodes, none = np.arange(self.f.size), math.inf
+        left = np.append(none, self._passed(nodes[1:], -1, self.work))
         if self.lattice.axis == 0:
-            found[-1][1:] = -math.inf  # a contact around the axis is never opened there
-        return found
+            left[1:] = -math.inf  # a contact around the axis is never opened there
+        return {-1: left, 1: np.append(self._passed(nodes[:-1], 1, self.work), none)}
 
     def _passed(self, node: Any, side: int, work: Any, other: int | None = None) -> Any:
         """Where lines at nodes pass the next link, or the last two to another one, of this work."""

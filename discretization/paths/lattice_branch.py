@@ -128,14 +128,12 @@ class LatticeBranch(Branch):
         Or to where an outermost line leaves or reaches what holds it.
         """
         trace, at, then = self.walk.track(point.memory, point.depth, goal)
-        stop, held = goal if at is None else at, self._holds(point.memory)
-        for i, (depth, nodes) in enumerate(trace):
-            if self._holds(nodes) != held:
-                if depth not in (point.depth, stop):
-                    here = self.point(trace[i - 1][1], depth, point)
-                    there = self.point(nodes, depth, point)
-                    return Links(self, point, here, there, False, trace[:i])
-                held = self._holds(nodes)
+        stop, held = goal if at is None else at, [self._holds(nodes) for _, nodes in trace]
+        for i in range(1, len(trace)):
+            depth = trace[i][0]
+            if held[i] != held[i - 1] and depth not in (point.depth, stop):
+                here, there = (self.point(nodes, depth, point) for _, nodes in trace[i - 1 : i + 1])
+                return Links(self, point, here, there, False, trace[:i])
         low, high = sorted((point.depth, goal))
         end = self.point(trace[-1][1], min(max(stop, low), high), point)  # but for rounding
         after = None if at is None else self.point(then, end.depth, end)
