@@ -24,7 +24,9 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import ROUNDING
+from discretization.fitted.line_search import Pair
 from discretization.fitted.rest_depths import surfaces_of
+from discretization.profile import unknown
 from discretization.roots import bracketed, least
 from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene
@@ -141,9 +143,7 @@ class Alone:
         corners = np.asarray(self.scene.indenter.corners, float)[::side]
         return np.asarray(corners[side * corners > side * start])
 
-    def _around(
-        self, h: Callable[[float], float], side: int, start: float, depth: float
-    ) -> tuple[float, float]:
+    def _around(self, h: Callable[[float], float], side: int, start: float, depth: float) -> Pair:
         """Points on both sides of a line, or ValueError where the known profile ends before it."""
         indenter, finite = self.scene.indenter, self.scene.slopes == "finite"
         x, limit = start, indenter.extent[0 if side < 0 else 1]
@@ -152,14 +152,10 @@ class Alone:
                 return inside, x
             if finite and depth < indenter.height(x):  # pulled up, and further out even more
                 self.solve(side, x, depth)
-        raise ValueError(
-            f"depth = {depth!r} spreads the contact to x = {x!r}, where the profile is not known "
-            "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends "
-            "the indenter there"
-        )
+        raise unknown(depth, x)
 
 
-def _further(start: float, step: float, limit: float) -> Iterator[tuple[float, float]]:
+def _further(start: float, step: float, limit: float) -> Iterator[Pair]:
     """Intervals from a place on, each to four times as far from it, up to a limit."""
     x, side = start, math.copysign(1.0, step)
     while x != limit and math.isfinite(step):

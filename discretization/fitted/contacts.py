@@ -179,9 +179,7 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
     size = scale + _steepest(contacts)  # of the terms that cancel in D
-    beyond = 0.0
-    if not contacts.alone:
-        beyond = contacts.motion.penetration(contacts.lines, depth)
+    beyond = 0.0 if contacts.alone else contacts.motion.penetration(contacts.lines, depth)
     return Certificate(
         penetration=max(0.0, through / size, beyond / scale),
         stationarity=max(each.residual for each in contacts.surfaces),

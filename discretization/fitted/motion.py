@@ -117,11 +117,10 @@ class Motion:
         the profile would pull at the surface.
         """
         for _ in range(_MOST):
-            torn = [self._torn(*pair, depth) for pair in pairs(lines)]
-            if not any(torn):
+            gaps = {pair: self._torn(*pair, depth) for pair in pairs(lines)}
+            if not any(gaps.values()):
                 return lines
-            gaps = zip(pairs(lines), torn, strict=True)
-            parts = [(left, *gap, right) for (left, right), gap in gaps]
+            parts = [(left, *gap, right) for (left, right), gap in gaps.items()]
             lines = self.retracted(tuple(x for part in parts for x in part), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
@@ -164,16 +163,13 @@ class Motion:
     def retracted(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
         """Lines taken to a smaller depth; still: free surfaces that are left as they are."""
         while lines:
-            surfaces, inner = np.array(free_parts(lines)), (-math.inf, *lines, math.inf)
+            surfaces, ends = np.array(free_parts(lines)), free_parts((-math.inf, *lines, math.inf))
             behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
             loose = (behind - depth > TIE * self.rests.size).any(axis=1)
             for i in np.flatnonzero(loose).tolist():
-                q, p = surfaces[i].tolist()
-                if (q, p) in still:
-                    continue
-                least = inner[2 * i - 1] if i else -math.inf
-                most = inner[2 * i + 2] if 2 * i + 2 < len(inner) else math.inf
-                surfaces[i] = self.search.recede(q, p, least, most, depth)
+                (least, q), (p, most) = ends[i : i + 2]
+                if (q, p) not in still:
+                    surfaces[i] = self.search.recede(q, p, least, most, depth)
             held: list[float] = []
             for left, right in pairs(surfaces.ravel().tolist()[1:-1]):
                 corners = [x for x in (left, right) if x in self.profile.corners]

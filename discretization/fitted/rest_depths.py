@@ -146,11 +146,8 @@ class RestDepths:
         known = self.profile.joints[1:-1]
         if not known.size:
             return lines
-        at = np.searchsorted(known, lines)
-        for near in (known[np.maximum(at - 1, 0)], known[np.minimum(at, known.size - 1)]):
-            close = np.abs(lines - near) <= 2 * _ULPS * self._spacing(near)
-            lines = np.where(close, near, lines)
-        return lines
+        near = known[np.searchsorted((known[1:] + known[:-1]) / 2, lines)]
+        return np.where(np.abs(lines - near) <= 2 * _ULPS * self._spacing(near), near, lines)
 
     def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: At, w: Any) -> Array:
         """D of lines with heights and slopes that face others, infinite if there is none.
