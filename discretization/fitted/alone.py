@@ -30,7 +30,6 @@ from discretization.profile import unknown
 from discretization.roots import bracketed, least
 from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene
-from energy.arrays import Array
 
 _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
 _LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
@@ -129,7 +128,8 @@ class Alone:
         def h(x: float, beside: int | None = None) -> float:
             return float(self.rest_depth(side, x, beside)) - depth
 
-        places = np.append(start, self.corners(side, start))
+        corners = np.asarray(self.scene.indenter.corners, float)[::side]
+        places = np.append(start, corners[side * corners > side * start])
         beyond = self.rest_depth(side, places, 1) - depth
         tie = _NEUTRAL * self.size(depth, self.touch)
         for inside, x, held in zip([start, *places], places.tolist(), beyond > tie, strict=False):
@@ -137,11 +137,6 @@ class Alone:
                 return bracketed(h, float(inside), x) if inside != x and h(x, -1) > tie else x
         last = float(places[-1])
         return last if beyond[-1] >= 0 else bracketed(h, *self._around(h, side, last, depth))
-
-    def corners(self, side: int, start: float) -> Array:
-        """Of the indenter, outwards of a place."""
-        corners = np.asarray(self.scene.indenter.corners, float)[::side]
-        return np.asarray(corners[side * corners > side * start])
 
     def _around(self, h: Callable[[float], float], side: int, start: float, depth: float) -> Pair:
         """Points on both sides of a line, or ValueError where the known profile ends before it."""

@@ -104,7 +104,7 @@ class FreePart:
                     return True
                 continue
             z, f, f1 = (column[own][::side] for column in (profile.x, profile.f, profile.slope))
-            found = rests.rest_depth(side, z, f, f1, rests.at(old), 1)
+            found = rests.rest_depth(side, z, f, f1, rests.at(old), rests.w(1))
             passed = np.maximum.accumulate(np.append(low, found))[:-1]
             bare = rests.surfaces.rest_depth(side, z, f, f1, rests.at(facing), 0.0)
             if (bare <= np.minimum(passed, high) - TIE * rests.size).any():

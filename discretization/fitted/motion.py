@@ -107,8 +107,7 @@ class Motion:
         """Whether a contact between the lines beside it is torn open, or lone and pulled."""
         if left == right:
             return self._pulled(left, beside, depth)
-        bare = self.bare(np.array([[left, right]]))
-        return bool(bare) and bool(self._torn(left, right, depth))
+        return bool(self.bare(np.array([[left, right]])) and self._torn(left, right, depth))
 
     def _opened(self, lines: Lines, depth: float) -> Lines:
         """Lines with the gaps that open inside contacts without a barrier.
@@ -182,13 +181,11 @@ class Motion:
 
     def unpulled(self, lines: Lines, depth: float) -> Lines:
         """Without contacts of one point that are pulled: the surface is clear without them."""
-        ends = (-math.inf, *lines, math.inf)
-        kept = [
-            pair
-            for i, pair in enumerate(pairs(lines))
-            if pair[0] < pair[1] or not self._pulled(pair[0], (ends[2 * i], ends[2 * i + 3]), depth)
-        ]
-        return tuple(x for pair in kept for x in pair)
+        kept: list[float] = []
+        for (before, left), (right, beyond) in pairwise(free_parts(lines)):
+            if left < right or not self._pulled(left, (before, beyond), depth):
+                kept += left, right
+        return tuple(kept)
 
     def _pulled(self, x: float, beside: Pair, depth: float) -> bool:
         """Whether a contact of one point is pulled: the surface without it is clear there."""
