@@ -80,10 +80,7 @@ class Contacts:
     @functools.cached_property
     def surfaces(self) -> list[Free]:
         """The free surfaces. ValueError if one would turn over."""
-        rests, body, (left, *_, right) = self.motion.rests, self.motion.scene.indenter, self.lines
-        if left == -right < 0 and self.alone and body.symmetric and not body.apex:
-            found = rests.surfaces.solve(rests.at(right), None, self.depth)
-            return [found._replace(pulls=found.pulls[::-1]), found]
+        rests = self.motion.rests
         ends = [(rests.at(q), rests.at(p)) for q, p in free_parts(self.lines)]
         return [rests.surfaces.solve(*pair, self.depth) for pair in ends]
 
