@@ -15,8 +15,8 @@ from discretization.profile import Resolved
 from energy import Scene
 from energy.arrays import Array
 
-_PARTS = 24  # of an interval between samples, of each of which the mean pull is taken
-_PASSES = 2  # the second takes the parts around the largest pull apart again
+_PARTS = 8  # of an interval between samples, of each of which the mean pull is taken
+_CLOSER = 2  # times the parts around the largest pull are taken apart again
 _SHORT = 1e-9  # of l: in shorter intervals f' is not known well enough
 _ROUNDING = 4 * EPSILON  # of slopes
 _TO_END = np.array([11, -7, 2]) / 6  # of three means next to an end, for the value there
@@ -43,17 +43,21 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     left, right = [profile.at(lo, 1)[1], *slope], [*slope, profile.at(hi, -1)[1]]
     cells = np.array([x[:-1], x[1:], left, right])
     cells = cells[:, cells[1] - cells[0] > _SHORT * length]
-    for _ in range(_PASSES if cells.size else 0):
-        parts = _divided(profile, cells)
-        z, values = _along(parts, _pulls(scene, profile, parts, depth))
+    whole = x[[0, -1]]
+    for _ in range(1 + _CLOSER if cells.size else 0):
+        cells = _divided(profile, cells)
+        z, values = _along(cells, _pulls(scene, profile, cells, depth))
         i = int(np.argmax(values))
-        worst = max(float(values[i]), 0.0)
-        if worst > 0 and math.isnan(ends[0]):
-            ends = _around(z, values, i)
-        at = int(np.searchsorted(parts[0].ravel(), z[i]))
-        cells = parts.reshape(4, -1)[:, max(at - 2, 0) : at + 1]
+        worst = float(values[i])
+        if worst > 0:
+            found = _around(z, values, i)
+            seen = found[0] > z[0] or z[0] == whole[0], found[1] < z[-1] or z[-1] == whole[1]
+            ends = found if all(seen) or math.isnan(ends[0]) else ends
+        group, at = divmod(i, _PARTS + 2)
+        cell = _PARTS * group + min(max(at - 1, 0), _PARTS - 1)
+        cells = cells.reshape(4, -1)[:, max(cell - 1, 0) : cell + 2]
     wide = min((ends[1] - ends[0]) / length, 1.0) if worst > 0 else 0.0
-    return Pull(worst, ends, worst * wide)
+    return Pull(max(worst, 0.0), ends, max(worst, 0.0) * wide)
 
 
 def _divided(profile: Resolved, cells: Array) -> Array:
