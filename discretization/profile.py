@@ -191,6 +191,15 @@ def heights(indenter: Indenter, x: Array) -> Array:
     return f
 
 
+def unknown(depth: float, x: float) -> ValueError:
+    """Of a contact that spreads to an end of the profile that is not the end of the body."""
+    return ValueError(
+        f"depth = {depth!r} spreads the contact to x = {x!r}, where the profile is not known any "
+        "more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends the "
+        "indenter there"
+    )
+
+
 def breaks(indenter: Indenter) -> Array:
     """x of the corners, the knots and the apex, between which a built-in profile is smooth."""
     apex = () if indenter.apex is None else (indenter.apex,)

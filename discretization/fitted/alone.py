@@ -24,11 +24,12 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import ROUNDING
+from discretization.fitted.line_search import Pair
 from discretization.fitted.rest_depths import surfaces_of
+from discretization.profile import unknown
 from discretization.roots import bracketed, least
 from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene
-from energy.arrays import Array
 
 _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
 _LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
@@ -127,7 +128,8 @@ class Alone:
         def h(x: float, beside: int | None = None) -> float:
             return float(self.rest_depth(side, x, beside)) - depth
 
-        places = np.append(start, self.corners(side, start))
+        corners = np.asarray(self.scene.indenter.corners, float)[::side]
+        places = np.append(start, corners[side * corners > side * start])
         beyond = self.rest_depth(side, places, 1) - depth
         tie = _NEUTRAL * self.size(depth, self.touch)
         for inside, x, held in zip([start, *places], places.tolist(), beyond > tie, strict=False):
@@ -136,14 +138,7 @@ class Alone:
         last = float(places[-1])
         return last if beyond[-1] >= 0 else bracketed(h, *self._around(h, side, last, depth))
 
-    def corners(self, side: int, start: float) -> Array:
-        """Of the indenter, outwards of a place."""
-        corners = np.asarray(self.scene.indenter.corners, float)[::side]
-        return np.asarray(corners[side * corners > side * start])
-
-    def _around(
-        self, h: Callable[[float], float], side: int, start: float, depth: float
-    ) -> tuple[float, float]:
+    def _around(self, h: Callable[[float], float], side: int, start: float, depth: float) -> Pair:
         """Points on both sides of a line, or ValueError where the known profile ends before it."""
         indenter, finite = self.scene.indenter, self.scene.slopes == "finite"
         x, limit = start, indenter.extent[0 if side < 0 else 1]
@@ -152,14 +147,10 @@ class Alone:
                 return inside, x
             if finite and depth < indenter.height(x):  # pulled up, and further out even more
                 self.solve(side, x, depth)
-        raise ValueError(
-            f"depth = {depth!r} spreads the contact to x = {x!r}, where the profile is not known "
-            "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends "
-            "the indenter there"
-        )
+        raise unknown(depth, x)
 
 
-def _further(start: float, step: float, limit: float) -> Iterator[tuple[float, float]]:
+def _further(start: float, step: float, limit: float) -> Iterator[Pair]:
     """Intervals from a place on, each to four times as far from it, up to a limit."""
     x, side = start, math.copysign(1.0, step)
     while x != limit and math.isfinite(step):

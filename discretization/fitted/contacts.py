@@ -80,10 +80,7 @@ class Contacts:
     @functools.cached_property
     def surfaces(self) -> list[Free]:
         """The free surfaces. ValueError if one would turn over."""
-        rests, body, (left, *_, right) = self.motion.rests, self.motion.scene.indenter, self.lines
-        if left == -right < 0 and self.alone and body.symmetric and not body.apex:
-            found = rests.surfaces.solve(rests.at(right), None, self.depth)
-            return [found._replace(pulls=found.pulls[::-1]), found]
+        rests = self.motion.rests
         ends = [(rests.at(q), rests.at(p)) for q, p in free_parts(self.lines)]
         return [rests.surfaces.solve(*pair, self.depth) for pair in ends]
 
@@ -179,9 +176,7 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
     size = scale + _steepest(contacts)  # of the terms that cancel in D
-    beyond = 0.0
-    if not contacts.alone:
-        beyond = contacts.motion.penetration(contacts.lines, depth)
+    beyond = 0.0 if contacts.alone else contacts.motion.penetration(contacts.lines, depth)
     return Certificate(
         penetration=max(0.0, through / size, beyond / scale),
         stationarity=max(each.residual for each in contacts.surfaces),

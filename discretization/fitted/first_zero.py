@@ -12,15 +12,13 @@ from typing import Any
 import numpy as np
 
 from discretization.profile import Resolved
-from discretization.roots import bracketed
+from discretization.roots import bracketed, least
 from energy.arrays import Array
 
 Function = Callable[..., Any]  # of x, numbers or arrays, and f(x) and f'(x) if they are known
 _BLOCK = 32  # samples read at once, four times as many each time
 _LEAST = 8  # samples on a way that ends at another line, however short it is
 _TOWARDS = 1 - 0.25 ** np.arange(1, 6)  # samples between the last one and that line
-_PLACES = 16  # parts of the interval in which a maximum is looked for
-_ROUNDS = 10  # so often that interval is one of two of them
 _ULPS = 4.0  # roundings of x: no maximum lies in between
 _NEAR = 2.0  # times its distance from the next samples, that a maximum may rise above them
 
@@ -78,8 +76,8 @@ def _among(h: Function, x: Array, values: Array) -> float | None:
         before, beyond = float(x[i - 1]), float(x[i + 1])
         if abs(beyond - before) <= _ULPS * math.ulp(before):
             continue  # both sides of an edge
-        top = _summit(h, before, beyond)
-        if top is not None:
+        top, low = least(lambda z: -h(z), before, beyond, 0.0)
+        if low <= 0:
             return bracketed(
                 h, float(x[i]) if abs(top - before) > abs(x[i] - before) else before, top
             )
@@ -103,22 +101,3 @@ def _peaks(x: Array, values: Array) -> list[int]:
     start, corner = np.isinf(values[:-2]), np.diff(x) == 0  # nothing lies between the sides of one
     top &= (start | ~corner[:-1]) & ~corner[1:]
     return (np.flatnonzero(top) + 1).tolist()
-
-
-def _summit(h: Function, lo: float, hi: float) -> float | None:
-    """A place between where h >= 0, looked for around the highest of more and more places.
-
-    None once it would have to rise above them by more than it falls beside the highest.
-    """
-    t = np.arange(1, _PLACES) / _PLACES
-    for _ in range(_ROUNDS):
-        x = lo + (hi - lo) * t
-        values = h(x)
-        i = int(np.argmax(values))
-        if values[i] >= 0:
-            return float(x[i])
-        beside = values[max(i - 1, 0) : i + 2].min()
-        if values[i] + _NEAR * (values[i] - beside) < 0:
-            return None
-        lo, hi = float(x[i - 1]) if i else lo, float(x[i + 1]) if i + 1 < x.size else hi
-    return None

@@ -17,6 +17,7 @@ import numpy as np
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.line_search import LineSearch, Pair
 from discretization.fitted.rest_depths import TIE, RestDepths
+from discretization.profile import unknown
 from discretization.roots import crossings
 
 Lines = tuple[float, ...]
@@ -74,7 +75,8 @@ class FreePart:
                 return [(moved[0], place), (place, moved[1])], depth, False
             elif depth - low <= _STEP * size:
                 if moved is None and math.isinf(q - p):
-                    raise ValueError(_beyond(depth, p if math.isinf(q) else q))
+                    edge = float(self.rests.profile.x[0 if math.isinf(q) else -1])
+                    raise unknown(depth, edge)
                 return pairs(self._creeping(q, p, depth)), depth, False
             else:
                 high, passes = depth, -_MOST if plain else 0
@@ -92,11 +94,8 @@ class FreePart:
         line was and is, that is taken which asks for more care. Without adhesion the state does not
         depend on the way: whether the profile pulls there at the end, which it must not.
         """
-        profile, rests = self.rests.profile, self.rests
-        for side, x, new, old, facing in (
-            (1, q, moved[0], p, moved[1]),
-            (-1, p, moved[1], q, moved[0]),
-        ):
+        profile, rests, (left, right) = self.rests.profile, self.rests, moved
+        for side, x, new, old, facing in ((1, q, left, p, right), (-1, p, right, q, left)):
             own = profile.beyond(x, new)
             if own.stop == own.start:
                 continue
@@ -105,7 +104,7 @@ class FreePart:
                     return True
                 continue
             z, f, f1 = (column[own][::side] for column in (profile.x, profile.f, profile.slope))
-            found = rests.rest_depth(side, z, f, f1, rests.at(old), 1)
+            found = rests.rest_depth(side, z, f, f1, rests.at(old), rests.w(1))
             passed = np.maximum.accumulate(np.append(low, found))[:-1]
             bare = rests.surfaces.rest_depth(side, z, f, f1, rests.at(facing), 0.0)
             if (bare <= np.minimum(passed, high) - TIE * rests.size).any():
@@ -131,12 +130,8 @@ class FreePart:
 
     def _next(self, x: float, goal: float, side: int) -> float:
         """The next sample on the way of a line, or its goal."""
-        if math.isinf(x) or x == goal:
-            return x
-        own = self.rests.profile.beyond(x, goal)
-        if own.stop == own.start:
-            return goal
-        return float(self.rests.profile.x[own.start if side > 0 else own.stop - 1])
+        between = self.rests.profile.x[self.rests.profile.beyond(x, goal)]
+        return float(between[0 if side > 0 else -1]) if between.size else goal
 
     def least(self, lines: Pair, depth: float) -> tuple[float, float]:
         """The least clearance v = u - g between two lines, and where.
@@ -172,14 +167,6 @@ class FreePart:
             return math.inf, math.nan
         best = dips[np.argmin(v[dips])]
         return float(v[best]), float(x[best])
-
-
-def _beyond(depth: float, x: float) -> str:
-    return (
-        f"depth = {depth!r} spreads the contact from x = {x!r} to where the profile is not known "
-        "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends the "
-        "indenter there"
-    )
 
 
 def pairs(lines: Sequence[float]) -> list[Pair]:

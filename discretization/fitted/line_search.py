@@ -121,37 +121,28 @@ class LineSearch:
         if math.isinf(x):
             return x
         if way > 0:
-            found, edge = (
-                self._first_zero(side, x, facing, facing, depth, way),
-                profile.x[-1 if side > 0 else 0],
-            )
+            found = self._first_zero(side, x, facing, facing, depth, way)
+            edge = profile.x[-1 if side > 0 else 0]
             outside = found is None and math.isinf(facing) and edge in profile.indenter.walls
             return float(edge) if outside else found
         behind = profile.past(x, -side), *profile.at(x, -side)
-        rests = self.rests.rest_depth(side, *behind, self.rests.at(facing), way)
+        rests = self.rests.rest_depth(side, *behind, self.rests.at(facing), self.rests.w(way))
         if x == limit or rests - depth <= TIE * self.rests.size:
             return x
-        found = self._first_zero(side, x, limit, facing, depth, way, closed=math.isfinite(limit))
+        found = self._first_zero(side, x, limit, facing, depth, way)
         return math.nextafter(limit, -side * math.inf) if found is None else found
 
     def _first_zero(
-        self,
-        side: int,
-        x: float,
-        limit: float,
-        facing: float,
-        depth: float,
-        way: int,
-        closed: bool = False,
+        self, side: int, x: float, limit: float, facing: float, depth: float, way: int
     ) -> float | None:
-        """The first place on this way at which a line rests; closed: the limit is one, too."""
-        beyond, indenter = self.rests.at(facing), self.rests.profile.indenter
+        """The first place on this way at which a line rests; of one that recedes also the limit."""
+        beyond, w, indenter = self.rests.at(facing), self.rests.w(way), self.rests.profile.indenter
 
         def h(x: Any, f: Any = None, f1: Any = None) -> Any:
             f, f1 = (indenter.height(x), indenter.slope(x)) if f is None else (f, f1)
-            return way * (self.rests.rest_depth(side, x, f, f1, beyond, way) - depth)
+            return way * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
 
-        return first_zero(self.rests.profile, h, x, limit, closed)
+        return first_zero(self.rests.profile, h, x, limit, way < 0 and math.isfinite(limit))
 
     def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
@@ -185,8 +176,9 @@ class LineSearch:
     def _moves(self, side: int, own: Pair, facing: Pair, depth: float, way: int) -> bool:
         """Whether a line is nowhere at rest on its way, while the other one moves with it."""
         x, other = (start + (end - start) * _ALONG for start, end in (own, facing))
-        height, slope = self.rests.profile.indenter.height, self.rests.profile.indenter.slope
-        rest = self.rests.rest_depth(side, x, height(x), slope(x), At(other, height(other)), way)
+        rests, indenter = self.rests, self.rests.profile.indenter
+        beyond, f, f1 = At(other, indenter.height(other)), indenter.height(x), indenter.slope(x)
+        rest = rests.rest_depth(side, x, f, f1, beyond, rests.w(way))
         return bool((way * (rest - depth) < 0).all())
 
 

@@ -107,8 +107,7 @@ class Motion:
         """Whether a contact between the lines beside it is torn open, or lone and pulled."""
         if left == right:
             return self._pulled(left, beside, depth)
-        bare = self.bare(np.array([[left, right]]))
-        return bool(bare) and bool(self._torn(left, right, depth))
+        return bool(self.bare(np.array([[left, right]])) and self._torn(left, right, depth))
 
     def _opened(self, lines: Lines, depth: float) -> Lines:
         """Lines with the gaps that open inside contacts without a barrier.
@@ -117,11 +116,10 @@ class Motion:
         the profile would pull at the surface.
         """
         for _ in range(_MOST):
-            torn = [self._torn(*pair, depth) for pair in pairs(lines)]
-            if not any(torn):
+            gaps = {pair: self._torn(*pair, depth) for pair in pairs(lines)}
+            if not any(gaps.values()):
                 return lines
-            gaps = zip(pairs(lines), torn, strict=True)
-            parts = [(left, *gap, right) for (left, right), gap in gaps]
+            parts = [(left, *gap, right) for (left, right), gap in gaps.items()]
             lines = self.retracted(tuple(x for part in parts for x in part), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
@@ -164,16 +162,13 @@ class Motion:
     def retracted(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
         """Lines taken to a smaller depth; still: free surfaces that are left as they are."""
         while lines:
-            surfaces, inner = np.array(free_parts(lines)), (-math.inf, *lines, math.inf)
+            surfaces, ends = np.array(free_parts(lines)), free_parts((-math.inf, *lines, math.inf))
             behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
             loose = (behind - depth > TIE * self.rests.size).any(axis=1)
             for i in np.flatnonzero(loose).tolist():
-                q, p = surfaces[i].tolist()
-                if (q, p) in still:
-                    continue
-                least = inner[2 * i - 1] if i else -math.inf
-                most = inner[2 * i + 2] if 2 * i + 2 < len(inner) else math.inf
-                surfaces[i] = self.search.recede(q, p, least, most, depth)
+                (least, q), (p, most) = ends[i : i + 2]
+                if (q, p) not in still:
+                    surfaces[i] = self.search.recede(q, p, least, most, depth)
             held: list[float] = []
             for left, right in pairs(surfaces.ravel().tolist()[1:-1]):
                 corners = [x for x in (left, right) if x in self.profile.corners]
@@ -186,13 +181,11 @@ class Motion:
 
     def unpulled(self, lines: Lines, depth: float) -> Lines:
         """Without contacts of one point that are pulled: the surface is clear without them."""
-        ends = (-math.inf, *lines, math.inf)
-        kept = [
-            pair
-            for i, pair in enumerate(pairs(lines))
-            if pair[0] < pair[1] or not self._pulled(pair[0], (ends[2 * i], ends[2 * i + 3]), depth)
-        ]
-        return tuple(x for pair in kept for x in pair)
+        kept: list[float] = []
+        for (before, left), (right, beyond) in pairwise(free_parts(lines)):
+            if left < right or not self._pulled(left, (before, beyond), depth):
+                kept += left, right
+        return tuple(kept)
 
     def _pulled(self, x: float, beside: Pair, depth: float) -> bool:
         """Whether a contact of one point is pulled: the surface without it is clear there."""

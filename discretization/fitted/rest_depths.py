@@ -103,8 +103,11 @@ class RestDepths:
             found[near] = (parts * (slope @ _WEIGHTS)).sum(axis=0) / 2
         return found[()]
 
-    def _with_work(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        """D of a line with a work of adhesion: of a gap, heights count from that of the line."""
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        """D of a line with this work of adhesion, numbers or arrays.
+
+        Of a gap, heights count from that of the line.
+        """
         if self.scene.pattern is not None:
             w = w * self.scene.pattern.factor(x)
         if facing is None:
@@ -120,10 +123,6 @@ class RestDepths:
         """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
         closing, opening = self.scene.work_of_adhesion, self.scene.opened.work_of_adhesion
         return closing if closing == opening else np.where(np.greater(way, 0), closing, opening)[()]
-
-    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
-        """D of a line that moves this way, numbers or arrays."""
-        return self._with_work(side, x, f, f1, facing, self.w(way))
 
     def between_corners(self, lines: Array, way: int) -> Array:
         """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
@@ -146,11 +145,8 @@ class RestDepths:
         known = self.profile.joints[1:-1]
         if not known.size:
             return lines
-        at = np.searchsorted(known, lines)
-        for near in (known[np.maximum(at - 1, 0)], known[np.minimum(at, known.size - 1)]):
-            close = np.abs(lines - near) <= 2 * _ULPS * self._spacing(near)
-            lines = np.where(close, near, lines)
-        return lines
+        near = known[np.searchsorted((known[1:] + known[:-1]) / 2, lines)]
+        return np.where(np.abs(lines - near) <= 2 * _ULPS * self._spacing(near), near, lines)
 
     def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: At, w: Any) -> Array:
         """D of lines with heights and slopes that face others, infinite if there is none.
@@ -163,7 +159,7 @@ class RestDepths:
         for own, other in ((inner & paired, True), (inner & ~paired, False)):
             if own.any():
                 beyond = At(facing.x[own], facing.f[own]) if other else None
-                found[own] = self._with_work(side[own], x[own], f[own], f1[own], beyond, w[own])
+                found[own] = self.rest_depth(side[own], x[own], f[own], f1[own], beyond, w[own])
         return found
 
     def beside(

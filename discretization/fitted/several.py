@@ -118,14 +118,12 @@ def _coarsest(scene: Scene, profile: Resolved) -> float:
 
 def _turns(x: Array, slope: Array, least: float) -> list[float]:
     """Where a slope turns round, having changed and then changing back by more than `least`."""
-    found: list[float] = []
-    low, high, way = 0, 0, 0
+    found, top, way = list[float](), 0, 1
     for i, value in enumerate(slope.tolist()):
-        low, high = (i if value < slope[low] else low), (i if value > slope[high] else high)
-        if way >= 0 and slope[high] - value > least:
-            found, way, low = [*found, float(x[high])], -1, i
-        elif way <= 0 and value - slope[low] > least:
-            found, way, high = [*found, float(x[low])], 1, i
+        if way * (value - slope[top]) > 0:
+            top = i
+        elif way * (slope[top] - value) > least:
+            found, top, way = [*found, float(x[top])], i, -way
     return found
 
 

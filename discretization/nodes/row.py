@@ -171,12 +171,7 @@ class Row:
         ends = (nodes[0][0], 0), (nodes[-1][1], self.size - 1)
         for (node, limit), end in zip(ends, self.scene.indenter.extent, strict=True):
             if node == limit and end not in self.scene.indenter.walls:
-                raise ValueError(
-                    f"depth = {depth!r} spreads the contact over the whole known profile, to x = "
-                    f"{self.lattice.x(self.first + node)!r}, beyond which it is not known any "
-                    "more; give a wider profile, a smaller depth, or add a FlatPunch whose edge "
-                    "ends the indenter there"
-                )
+                raise profile.unknown(depth, self.lattice.x(self.first + node))
 
     def totals(self, nodes: Nodes, depth: Array) -> Array:
         """U and P (2, s) of s states with m contacts each at these nodes (s, 2m).

@@ -206,7 +206,7 @@ PATHS = [  # scene, options, words
     (SCENE, {**STEPS, "method": "lattice", "spacing": -1.0}, "spacing = -1.0"),
     (adhesive(Parabola(0.02), gamma1=0.0), {**STEPS, **NODES}, "gamma1 = 0" + FITTED),
     (steep(FlatPunch(0.03)), {**STEPS, **NODES}, "slopes = 'finite'" + FITTED),
-    (TAUGHT, {"depths": [0.1], **NODES}, "whole known profile"),
+    (TAUGHT, {"depths": [0.1], **NODES}, "spreads the contact to x = "),
     (rough(1), {**STEPS, **NODES, "spacing": 1e-9 * L}, "puts .* nodes"),
     *((scene, {**STEPS, **NODES}, AXIS) for scene in RINGS),
 ]
