@@ -1,6 +1,7 @@
 """The lines of many free surfaces brought to rest at many depths at once, by Newton's method."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,19 @@ _LOCAL = 1e-5  # of the same, and of the least gap: the changes of D are those o
 _EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
 _HELD = 1e-11  # of the size of depths: lines so far from rest are held until they come free
 _BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
+
+
+class Way(NamedTuple):
+    """Depths (j,) on a way, and of lines (n, 2) on it which are free, between which places.
+
+    size (n,): of positions.
+    """
+
+    depths: Array
+    way: int
+    free: Mask
+    room: Array
+    size: Array
 
 
 def followed(
@@ -34,8 +48,8 @@ def followed(
     x = np.repeat(lines[:, None, :], depths.size, axis=1) if guess is None else guess
     last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
     moves = free.any(axis=1)
-    room = rests.between_corners(lines, way)
-    rates, found = _newton(rests, x, depths, way, free, room, size, last, moves & good)
+    on = Way(depths, way, free, rests.between_corners(lines, way), size)
+    rates, found = _newton(rests, x, on, last, moves & good)
     good &= stable(rates, free) & (found | ~moves)
     with np.errstate(divide="ignore", invalid="ignore"):
         loose = rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
@@ -51,21 +65,11 @@ def followed(
     return x, good
 
 
-def _newton(
-    rests: RestDepths,
-    x: Array,
-    depths: Array,
-    way: int,
-    free: Mask,
-    room: Array,
-    size: Array,
-    last: Array,
-    active: Mask,
-) -> tuple[Array, Mask]:
+def _newton(rests: RestDepths, x: Array, on: Way, last: Array, active: Mask) -> tuple[Array, Mask]:
     """Move the free lines of active surfaces to rest within their rooms, x (n, j, 2) in place.
 
-    The changes of D (n, j, 2, 2), and which surfaces have come to rest. size: of positions; last:
-    of the step before, or of what a guess is off by.
+    The changes of D (n, j, 2, 2), and which surfaces have come to rest. last: the step before, or
+    what a guess is off by.
     """
     rates, still, worse = np.zeros((*x.shape, 2)), np.zeros(len(x), bool), np.zeros(len(x), int)
     near = False
@@ -73,12 +77,12 @@ def _newton(
         own = np.flatnonzero(active)
         if not own.size:
             break
-        value, fresh = rests.with_rates(x[own], room[:, own], way, not near)
+        value, fresh = rests.with_rates(x[own], on.room[:, own], on.way, not near)
         if fresh is not None:
             rates[own] = fresh
-        moves, (lo, hi) = free[own, None], room[:, own, None]
-        off = np.where(moves, value - depths[:, None], 0.0)
-        aim = x[own] - solved(rates[own], off, free[own])
+        moves, (lo, hi), size = on.free[own, None], on.room[:, own, None], on.size[own]
+        off = np.where(moves, value - on.depths[:, None], 0.0)
+        aim = x[own] - solved(rates[own], off, on.free[own])
         new = np.where(moves, np.clip(aim, lo, hi), x[own])
         with np.errstate(invalid="ignore"):
             now = np.where(moves, np.abs(new - x[own]), 0.0).max(axis=(1, 2))
@@ -87,17 +91,15 @@ def _newton(
         stuck = (past & (new == x[own])).any(axis=(1, 2))
         x[own] = new
         even = np.asarray(exact.all(axis=(1, 2)))
-        done = _settled(now, last[own], size[own], worse[own], even)
-        done &= ~past.any(axis=(1, 2))
+        done = _settled(now, last[own], size, worse[own], even) & ~past.any(axis=(1, 2))
         worse[own] += now > _SHRINKS * last[own]
         lost = stuck | (~done & (worse[own] > _PATIENCE)) | ~np.isfinite(now)
         lost |= ~(new[..., 0] < new[..., 1]).all(axis=1)
-        if depths.size == 1:  # from afar only where it is stable all the way
-            lost |= ~stable(rates[own], free[own])
-        least = np.minimum(size[own], (new[..., 1] - new[..., 0]).min(axis=1))
+        if on.depths.size == 1:  # from afar only where it is stable all the way
+            lost |= ~stable(rates[own], on.free[own])
+        least = np.minimum(size, (new[..., 1] - new[..., 0]).min(axis=1))
         near = bool((now <= np.minimum(_LOCAL * least, last[own] / 8)).all())
-        still[own] = done & ~lost
-        last[own], active[own] = now, ~done & ~lost
+        still[own], last[own], active[own] = done & ~lost, now, ~done & ~lost
     return rates, still
 
 
