@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
-from discretization.fitted.first_zero import first_zero
-from discretization.fitted.newton import followed
 from discretization.fitted.rest_depths import TIE, RestDepths
 from discretization.fitted.tension import Pull, pull
+from discretization.fitted.zeros import first_zero, followed
 from discretization.surfaces.protocol import At
 from energy.arrays import Array
 

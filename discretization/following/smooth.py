@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.fitted.newton import followed
 from discretization.fitted.rest_depths import RestDepths
+from discretization.fitted.zeros import followed
 from discretization.quadrature import Integrals
 from discretization.surfaces.network import polynomial, rounded
 from energy.arrays import Array, Mask

@@ -17,8 +17,8 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.motion import Motion, free_parts
-from discretization.fitted.newton import followed
 from discretization.fitted.rest_depths import TIE
+from discretization.fitted.zeros import followed
 from discretization.following.events import Events
 from discretization.following.lone import LoneTrack
 from discretization.following.smooth import Piece, Smooth
