@@ -212,9 +212,11 @@ class MeniscusSurfaces(Surfaces):
                 "slopes; use slopes='small', or a profile with one contact"
             )
 
-    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> tuple[Any, Any]:
+    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> tuple[Any, Any] | None:
         """Read from the family."""
         phi = inclination(side, np.maximum(s, LEAST[side]), u)
+        if ((np.abs(phi) >= STEEPEST * (1 - _UPRIGHT)) & (s >= LEAST[side])).any():
+            return None
         energy = s * read(side, np.maximum(s, LEAST[side]), phi)[1]
         return energy, s * np.sin(phi)
 

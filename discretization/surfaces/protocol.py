@@ -78,7 +78,9 @@ class Surfaces:
         """
         found = self.held(*self._lines(left, right, depth))
         if found is None:
-            raise ValueError(self.refusal(left, right, depth))
+            i = int(np.argmax(np.abs(depth - alone(left, right).f)))
+            one, other = (line and At(float(line.x[i]), float(line.f[i])) for line in (left, right))
+            raise ValueError(self.refusal(one, other, float(depth[i])))
         return self._unit * self.scene.elastocapillary_length * found[0], self._unit * found[1]
 
     def solve(self, left: At | None, right: At | None, depth: float) -> Free:
