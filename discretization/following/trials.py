@@ -117,7 +117,8 @@ class Enclosing:
 
     older: the trial before `low`; involved: the surfaces to which it happens; passed: whether
     nothing happened at the last trial; aim: the depth where something runs out, which may be `off`
-    by so much; known: how well the event was known before each trial so far.
+    by so much; known: how well the event was known before each trial so far; first: the share of
+    the range that is tried as long as nothing has passed.
     """
 
     trials: Trials

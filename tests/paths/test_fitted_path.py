@@ -9,6 +9,7 @@ from truth.paths.path_scenes import envelope
 from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
+from discretization.fitted.motion import Motion, free_parts
 from discretization.following import trials
 from discretization.following.trials import Enclosing
 from discretization.profile import resolve
@@ -99,6 +100,15 @@ def test_jumps_are_where_halving_encloses_them(monkeypatch):
     assert len(aimed) == len(halved) >= 2
     for one, other in zip(aimed, halved, strict=True):
         assert one.depth == pytest.approx(other.depth, rel=0, abs=1e-12)
+
+
+def test_a_trial_of_no_length_keeps_the_way_before_it():
+    """Lines in between would be read as those of its start."""
+    scene = wavy(crests=3)
+    motion = Motion.of(scene, resolve(scene, DELTA0), DELTA0)
+    begin = trials.Tried(0.5 * DELTA0, np.array(free_parts(motion.adhered(0.5 * DELTA0))), {})
+    low = trials.Trials(motion).tried(begin, {0, 1}, 0.6 * DELTA0)
+    assert low.pieces and trials.Trials(motion).tried(low, {0, 1}, low.depth).pieces == low.pieces
 
 
 def test_contacts_many_decay_lengths_apart_are_single_ones():
