@@ -98,10 +98,15 @@ class Row:
             first, last = (_outermost(scene, lattice, lowest, *end, depth) for end in ends)
         return cls(lattice, scene, first, last - first + 1, lowest - first)
 
-    @property
+    @functools.cached_property
     def clear(self) -> bool:
-        """Whether there is one contact, and no outer surface can touch any node but the next."""
-        return self.scene.indenter.convex and self.scene.pattern is None
+        """Whether there is one contact, and no outer surface can touch any node but the next.
+
+        So it is of a profile whose nodes are convex, whether it says that it is or not.
+        """
+        if self.scene.pattern is not None:
+            return False
+        return self.scene.indenter.convex or bool((np.diff(self.f, 2) > 0).all())
 
     @functools.cached_property
     def works(self) -> tuple[float, float]:

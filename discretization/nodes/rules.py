@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import EPSILON
-from discretization.nodes.lattice import Lattice, shares
+from discretization.nodes.lattice import Lattice
 from energy.arrays import Array
 
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
@@ -114,11 +114,20 @@ class Rules:
         best = int(np.argmin(depths))
         return float(depths[best]), int(nodes[best])
 
+    @functools.cached_property
+    def _decays(self) -> tuple[Array, Array, Array]:
+        """e⁻ˣ, e⁻ˣ - 1 and e⁻²ˣ - 1 at x = μp for p = 0, 1, .. links, and last for p = ∞."""
+        x = self.lattice.log_decay * np.append(np.arange(float(self.f.size)), math.inf)
+        return np.exp(-x), np.expm1(-x), np.expm1(-2 * x)
+
     def _surface(self, left: int | None, right: int | None, nodes: Any) -> tuple[Any, Any]:
-        """1 - a - b and a f_i + b f_j at free nodes between two contacts."""
-        lo, f_left = (-math.inf, 0.0) if left is None else (left, self.f[left])
-        hi, f_right = (math.inf, 0.0) if right is None else (right, self.f[right])
-        near, far, remainder = shares(self.lattice.log_decay, nodes - lo, hi - nodes)
+        """1 - a - b and a f_i + b f_j at free nodes between two contacts: `shares` from a table."""
+        once, less, twice = self._decays
+        p, f_left = (-1, 0.0) if left is None else (nodes - left, self.f[left])
+        q, f_right = (-1, 0.0) if right is None else (right - nodes, self.f[right])
+        both = -1 if left is None or right is None else right - left
+        near, far = once[p] * twice[q] / twice[both], once[q] * twice[p] / twice[both]
+        remainder = less[p] * less[q] / (1 + once[p] * once[q])
         return remainder, near * f_left + far * f_right
 
     def tears(self, first: int, last: int) -> tuple[float, int]:
