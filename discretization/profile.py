@@ -59,6 +59,8 @@ class Resolved:
         """With samples at these places, increasing, the corners among them."""
         corners, edges = (np.asarray(part, float) for part in (indenter.corners, edges))
         inner = corners[(corners > x[0]) & (corners < x[-1])]
+        if not corners.size:
+            return cls(indenter, x, *_read(indenter, x, 0), edges)
         x = np.repeat(x, 1 + np.isin(x, inner))
         twice = x[1:] == x[:-1]
         f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
@@ -116,8 +118,9 @@ class Resolved:
     @functools.cached_property
     def joints(self) -> Array:
         """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
-        inside = self.edges[(self.edges > self.x[0]) & (self.edges < self.x[-1])]
-        return np.unique(np.concatenate([self.x[[0, -1]], self.corners, inside]))
+        ends, known = self.x[[0, -1]], np.append(self.corners, self.edges)
+        inside = known[(known > ends[0]) & (known < ends[1])]
+        return np.unique(np.append(ends, inside)) if inside.size else ends
 
     def falls(self, slopes: str) -> Array:
         """By how much the slope falls at the corners; for finite slopes the inclination [rad]."""

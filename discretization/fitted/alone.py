@@ -128,14 +128,14 @@ class Alone:
         def h(x: float, beside: int | None = None) -> float:
             return float(self.rest_depth(side, x, beside)) - depth
 
-        corners = np.asarray(self.scene.indenter.corners, float)[::side]
-        places = np.append(start, corners[side * corners > side * start])
-        beyond = self.rest_depth(side, places, 1) - depth
-        tie = _NEUTRAL * self.size(depth, self.touch)
-        for inside, x, held in zip([start, *places], places.tolist(), beyond > tie, strict=False):
+        corners = [float(x) for x in self.scene.indenter.corners if side * x > side * start]
+        places = [start, *corners[::side]]
+        beyond = self.rest_depth(side, np.array(places) if corners else start, 1) - depth
+        tie, beyond = _NEUTRAL * self.size(depth, self.touch), np.atleast_1d(beyond)
+        for inside, x, held in zip([start, *places], places, beyond > tie, strict=False):
             if held:
-                return bracketed(h, float(inside), x) if inside != x and h(x, -1) > tie else x
-        last = float(places[-1])
+                return bracketed(h, inside, x) if inside != x and h(x, -1) > tie else x
+        last = places[-1]
         return last if beyond[-1] >= 0 else bracketed(h, *self._around(h, side, last, depth))
 
     def _around(self, h: Callable[[float], float], side: int, start: float, depth: float) -> Pair:

@@ -121,13 +121,20 @@ class Family:
         found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
         return np.asarray(np.linalg.solve(chebyshev(t, self.points), found))
 
+    def one(self, kind: int, s: float) -> Array:
+        """Values of one kind at one s."""
+        place = math.log2(s) / self.octaves
+        number = math.floor(place)
+        angle = math.acos(min(max(2 * (place - number) - 1, -1.0), 1.0))
+        return np.asarray(np.cos(angle * np.arange(self.points)) @ self.piece(kind, number))
+
     def at(self, kinds: Any, s: Array) -> Array:
         """Values (n, values) of these kinds, a number or (n,), at s (n,)."""
+        if s.size == 1:
+            return self.one(np.asarray(kinds).item(), s.item())[None]
         place = np.log2(s) / self.octaves
         numbers = np.floor(place)
         basis = chebyshev(2 * (place - numbers) - 1, self.points)
-        if s.size == 1:
-            return np.asarray(basis @ self.piece(np.asarray(kinds).item(), numbers.item()))
         found, kinds = np.empty((s.size, self.values)), np.broadcast_to(kinds, s.shape)
         for kind, number in set(zip(kinds.tolist(), numbers.tolist(), strict=True)):
             own = (kinds == kind) & (numbers == number)
@@ -185,6 +192,15 @@ def piece(degree: int, length: Any) -> Network:
     return found
 
 
+def _between(degree: int, width: Any) -> Network:
+    """The surface between two lines of a line contact."""
+    half = piece(degree, width / 2)
+    return half.then(half)
+
+
+_remembered = functools.lru_cache(maxsize=256)(_between)  # of one width, which is often asked for
+
+
 @functools.lru_cache(maxsize=16)
 def endless(degree: int) -> float:
     """What the endless surface beside a line pulls, over its displacement.
@@ -201,10 +217,11 @@ class Line(NamedTuple):
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side, maybe infinitely far."""
-        if not isinstance(width, np.ndarray) and width.real > FAR:
+        if isinstance(width, np.ndarray):
+            return _between(self.degree, np.minimum(width, FAR))
+        if width.real > FAR:
             return Network(endless(self.degree), 0.0, endless(self.degree))
-        half = piece(self.degree, np.minimum(width, FAR) / 2)
-        return half.then(half)
+        return _remembered(self.degree, width)
 
     def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """u and u' at distances x from a line displaced by u towards another one, by u + rise.

@@ -33,6 +33,8 @@ def stiffness(side: Any, s: Any) -> Any:
 
     Within 2⁻⁴⁰ l of the axis that of a ring or a disc without springs; at the axis as just there.
     """
+    if isinstance(s, float) and s >= BESIDE:
+        return float(_FAMILY.one(side, s)[0] / rough(side, s))
     near = np.maximum(s, BESIDE)
     found = _FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / rough(side, near)
     if (near == s).all():
@@ -119,7 +121,7 @@ class Axis:
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From lines of radii s to others, this much further to a side; ∞ where there is none."""
-        if np.isinf(width).all():
+        if not isinstance(width, np.ndarray) and width == math.inf:
             return Network(s * stiffness(side, s), 0.0, 0.0)
         many = np.ndim(s) or np.ndim(width) or np.ndim(side)
         side, s, width = np.broadcast_arrays(*map(np.atleast_1d, (side, s, width)))
