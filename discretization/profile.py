@@ -59,8 +59,9 @@ class Resolved:
         """With samples at these places, increasing, the corners among them."""
         corners, edges = (np.asarray(part, float) for part in (indenter.corners, edges))
         inner = corners[(corners > x[0]) & (corners < x[-1])]
-        if not corners.size:
-            return cls(indenter, x, *_read(indenter, x, 0), edges)
+        if not inner.size:
+            inwards = 1 * (x == x[0]) - (x == x[-1]) if corners.size else 0
+            return cls(indenter, x, *_read(indenter, x, inwards), edges)
         x = np.repeat(x, 1 + np.isin(x, inner))
         twice = x[1:] == x[:-1]
         f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
@@ -201,6 +202,15 @@ def unknown(depth: float, x: float) -> ValueError:
         "more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends the "
         "indenter there"
     )
+
+
+def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
+    """Whether lines at x, of contacts on their left (side 1) or right (-1), are at the body's edge.
+
+    Read just outwards (aside 1) of the contact, where there is nothing to be touched.
+    """
+    left, right = (end if end in indenter.walls else math.nan for end in indenter.extent)
+    return np.equal(x, np.where(np.greater(side, 0), right, left)) & np.greater(aside, 0)
 
 
 def breaks(indenter: Indenter) -> Array:

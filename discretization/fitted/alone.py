@@ -26,7 +26,7 @@ import numpy as np
 from discretization.certificate import ROUNDING
 from discretization.fitted.line_search import Pair
 from discretization.fitted.rest_depths import surfaces_of
-from discretization.profile import unknown
+from discretization.profile import past_wall, unknown
 from discretization.roots import bracketed, least
 from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene
@@ -76,9 +76,7 @@ class Alone:
         found = self.surfaces.rest_depth(side, x, indenter.height(x), beyond, None, w)
         if beside is None or not indenter.walls:
             return found
-        end = np.where(np.greater(side, 0), *indenter.extent[::-1])
-        edge = np.isin(x, indenter.walls) & np.equal(x, end) & np.greater(beside, 0)
-        return np.where(edge, math.inf, found)
+        return np.where(past_wall(indenter, x, side, beside), math.inf, found)
 
     def solve(self, side: int, x: float, depth: float) -> Free:
         """The free surface beyond a line. ValueError where it would turn over."""

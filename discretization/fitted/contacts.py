@@ -95,14 +95,15 @@ class Contacts:
         if rests.scene.axisymmetric and not self.lines[0]:
             lines[0, 1] = math.inf  # a contact around the axis has no line there
         held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
-        loose, last = np.isfinite(lines) & ~held, 5 if len(lines) > 2 else 3
+        loose = np.isfinite(lines) & ~held
+        last = (5 if len(lines) > 2 else 3) if loose.any() else 1
         with np.errstate(invalid="ignore"):
             off = np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * SIDES
-            z = rests.moved(lines, rests.between_corners(lines, 1))
-        near = lines + off, lines + off, lines - off
-        own, other = (np.array([*near, *z[part[1:last]]]) for part in MOVES)
+            z = rests.moved(lines, rests.between_corners(lines, 1)) if last > 1 else lines[None]
+        near = np.concatenate([[lines - off, lines + off], z])
+        own, other = (near[[1, 1, 0, *(2 + k for k in part[1:last])]] for part in MOVES)
         depths = rests.beside(SIDES, own, other[..., ::-1], *_PLACES[:, : len(own)])
-        rates = rests.changes(depths[2:], z)
+        rates = rests.changes(depths[2:], z) if last > 1 else np.zeros((*lines.shape, 2))
         return lines, loose, depths[:3], np.where(np.isfinite(rates), rates, 0.0)
 
     @property

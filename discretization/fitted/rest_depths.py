@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import EPSILON, TOLERANCE
-from discretization.profile import Resolved
+from discretization.profile import Resolved, past_wall
 from discretization.surfaces.finite_line import FiniteSurfaces
 from discretization.surfaces.menisci import MeniscusSurfaces
 from discretization.surfaces.protocol import At, Surfaces
@@ -173,15 +173,14 @@ class RestDepths:
         """
         side = np.asarray(side)
         indenter, outwards = self.profile.indenter, side * aside
-        known, other = (np.where(np.isfinite(z), z, self.profile.lowest) for z in (x, facing))
+        z = np.array([x, facing])
+        known, other = np.where(np.isfinite(z), z, self.profile.lowest)
         f, f1 = self.profile.beside(known, outwards)
         beyond = At(facing, np.asarray(indenter.height(other), float))
         place = self.profile.past(x, outwards), f, f1
         rest = self._of(side, *place, beyond, self.w(way) * adheres)
         if indenter.walls:
-            end = np.where(np.greater(side, 0), *indenter.extent[::-1])
-            edge = (x == end) & np.isin(x, indenter.walls)
-            rest = np.where(edge & np.greater(aside, 0), math.inf, rest)
+            rest = np.where(past_wall(indenter, x, side, aside), math.inf, rest)
         return rest
 
     def ahead(self, lines: Array, way: int) -> Array:

@@ -74,8 +74,9 @@ class State:
         node has no adhesion, unless it is a spring without tension.
         """
         model, pulls, u = self.model, -self.balance.forces, self.u
-        (closing, opening), lat, held = self.row.works, model.lattice, np.pad(model.contact, 1)
-        more, links = opening / closing if closing else 1.0, np.pad(model.bonds, 1)
+        (closing, opening), lat = self.row.works, model.lattice
+        held, links = (np.concatenate([[0], part, [0]]) for part in (model.contact, model.bonds))
+        held, more = held.astype(bool), opening / closing if closing else 1.0
         bonds = links[1:] + links[:-1] if lat.gamma1 else model.bonds
         pulled = model.contact & (pulls * lat.cell > noise * model.cells)
         opens = pulled & ~(held[:-2] | held[2:]) & (lat.gamma1 > 0)

@@ -85,8 +85,11 @@ class Corners(NamedTuple):
         through four links, or three, or the two beside the node where a corner is near; one that is
         not there is like the other one.
         """
-        links = (middle[None, ..., None] - LINKS[0] + np.arange(-2, 2)) % LINKS.size
-        first, inner, outer, last = np.moveaxis(np.take_along_axis(parts, links, -1), -1, 0)
+        links = np.arange(-2, 2) - LINKS[0]
+        if middle.any():
+            own = (middle[None, ..., None] + links) % LINKS.size
+            parts, links = np.take_along_axis(parts, own, -1), np.arange(4)
+        first, inner, outer, last = (parts[..., i] for i in links)
         rise, mean = outer - inner, np.fmax(inner, outer) / 2 + np.fmin(inner, outer) / 2
         rise = np.where(np.isnan(rise), 0.0, rise)
         one = np.where(np.isnan(first), last - 3 * rise, first)
@@ -135,6 +138,8 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
 def corners(row: Row, nodes: Nodes) -> Corners:
     """The corners beside lines at these nodes (s, 2m)."""
     known = np.append(row.breaks, math.nan)
+    if known.size == 1:
+        return Corners(np.full(nodes.shape, math.nan), np.full(nodes.shape, True))
     first, beyond = known.searchsorted(nodes - 1, "right"), known.searchsorted(nodes + 1)
     at = outwards(nodes.shape[1]) * (known[first] - nodes) - row.lattice.edge
     near = known.searchsorted(nodes + 2) - known.searchsorted(nodes - 2, "right")

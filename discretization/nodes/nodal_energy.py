@@ -64,8 +64,9 @@ class NodalEnergy:
         nodes = first + np.arange(self.contact.size)
         pulls = lattice.pull(nodes[0], -1), lattice.pull(nodes[-1], 1)
         self.pulls = np.array(pulls, float) * tails  # of the tails, over u
-        self.cells = lattice.cell * np.broadcast_to(lattice.weight(nodes), nodes.shape)
-        self.links = lattice.cell * np.broadcast_to(lattice.weight(nodes + 0.5), nodes.shape)[:-1]
+        each = np.full(nodes.shape, lattice.cell)
+        self.cells = each * lattice.weight(nodes)
+        self.links = each[:-1] * lattice.weight(nodes[:-1] + 0.5)
         bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
         self.bonds = bonds * (self.contact[1:] & self.contact[:-1])  # adhesion of each link
         if not lattice.gamma1:  # or of each spring

@@ -172,29 +172,29 @@ class Gaps:
         """dx/dτ at the nodes."""
         return np.asarray(rate(self.p))
 
-    @property
+    @functools.cached_property
     def upright(self) -> bool:
         """Whether a surface turns over."""
         return bool((np.abs(self.p[:, [0, -1]]) >= _STEEPEST * (1 - _UPRIGHT / 16)).any())
 
-    @property
+    @functools.cached_property
     def pulls(self) -> Array:
         """S = ∂F/∂u at both lines (2, n)."""
         return np.array([-sine(self.p[:, 0]), sine(self.p[:, -1])])
 
-    @property
+    @functools.cached_property
     def energy(self) -> Array:
         """F (n,)."""
         h, square = self.h, self.p * self.p
         density = h * (self.u * self.u / 2) + square / (np.sqrt(h * h + square) + h)
         return np.asarray(self.T[:, 0] * (density @ self.mesh.weights))
 
-    @property
+    @functools.cached_property
     def area(self) -> Array:
         """∫u dx (n,)."""
         return np.asarray(self.T[:, 0] * ((self.h * self.u) @ self.mesh.weights))
 
-    @property
+    @functools.cached_property
     def residual(self) -> float:
         """How far the nodal energy of the first surface is from its least, over u and S.
 

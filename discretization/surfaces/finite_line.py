@@ -29,7 +29,7 @@ class FiniteSurfaces(Surfaces):
         at rest there.
         """
         phi = np.arctan(steep) - 2 * np.arcsin(np.sqrt(w / 2))
-        if np.isinf(width).all():
+        if np.ndim(width) == 0 and width == math.inf:
             return 2 * np.sin(phi / 2)
         return rest_displacement(-2 * np.sin(np.maximum(phi, -math.pi / 2) / 2), rise, width)
 
