@@ -61,7 +61,8 @@ class Resolved:
         inner = corners[(corners > x[0]) & (corners < x[-1])]
         if not inner.size:
             inwards = 1 * (x == x[0]) - (x == x[-1]) if corners.size else 0
-            return cls(indenter, x, *_read(indenter, x, inwards), edges)
+            f, slope = _read(indenter, x, inwards)
+            return cls(indenter, x, f, slope, edges)
         x = np.repeat(x, 1 + np.isin(x, inner))
         twice = x[1:] == x[:-1]
         f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
