@@ -1,7 +1,7 @@
 """The built-in shapes: plane, flat punch, wedge, parabola, circle, power law.
 
-A new indenter is a frozen dataclass here with `height` and `slope`; what else it may say stands in
-energy.indenter.
+A new indenter is a frozen dataclass here with `height` and `slope`, a `Bowl` if it is convex and
+its own mirror image; what else it may say stands in energy.indenter, where to name it in README.md.
 """
 
 from __future__ import annotations
