@@ -18,7 +18,7 @@ from discretization.readings import resolution, tell
 from discretization.routes import usable
 from energy import Scene
 from energy.arrays import Array
-from energy.checks import array, positive
+from energy.checks import array
 from energy.description import alike, described
 
 METHODS = ("fitted", "lattice")
@@ -141,8 +141,6 @@ def _programme(machine_stiffness: float | None, **given: ArrayLike | None) -> tu
             f"machine_stiffness = {machine_stiffness!r} with {name}: drives need a machine "
             "stiffness K > 0 [force/length per unit length of contact], other controls have none"
         )
-    if machine_stiffness is not None:
-        positive("machine_stiffness", machine_stiffness)
     return name, values
 
 

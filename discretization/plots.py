@@ -150,10 +150,10 @@ def legs(history: Any) -> list[tuple[str, list[Any]]]:
 
 def _under_control(history: Any, event: Any) -> list[Any]:
     """A jump along the line of the control: before, under the load at its end, after."""
-    before, after, stiffness = event.before, event.after, history.machine_stiffness
+    before, after = event.before, event.after
     if history.control == "depth":
         return [before, after]
-    held = stiffness * (event.control - after.depth) if stiffness else event.control
+    held = history.hold.load(after.depth, event.control)
     return [before, after._replace(force=held), after]
 
 

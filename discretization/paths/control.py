@@ -21,6 +21,7 @@ from discretization.paths.branch import Leg, Point
 from discretization.roots import crossings
 from discretization.surfaces.network import coefficients, on_elements, rounded
 from energy.arrays import Array, Indices
+from energy.checks import positive
 
 _DEGREE = 12  # of the polynomials by which C is drawn
 _DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
@@ -42,6 +43,13 @@ class Control:
 
     stiffness: float | None
 
+    @classmethod
+    def of(cls, given: str, stiffness: Any) -> Control:
+        """What holds an indenter of which this is given: "depth", "force" or "drive"."""
+        if given == "drive":
+            positive("machine_stiffness", stiffness)
+        return cls({"depth": None, "force": 0.0}.get(given, stiffness))
+
     def value(self, depth: Any, force: Any) -> Any:
         """C: the value at which this force balances; numbers or arrays."""
         if self.stiffness is None:
@@ -52,8 +60,11 @@ class Control:
         """What the load does on an indenter that moves at this value: 0, F Δd or ∫K (D - d) dd."""
         if self.stiffness is None or start == end:
             return 0.0
-        load = self.stiffness * (value - (start + end) / 2) if self.stiffness else value
-        return load * (end - start)
+        return self.load((start + end) / 2, value) * (end - start)
+
+    def load(self, depth: float, value: float) -> float:
+        """Of what holds the indenter, at a depth and a value of the control."""
+        return self.stiffness * (value - depth) if self.stiffness else value
 
 
 class Curve(NamedTuple):

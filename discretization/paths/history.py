@@ -120,7 +120,7 @@ class History:
     @property
     def hold(self) -> Control:
         """What holds the indenter."""
-        return Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
+        return Control.of(self.control, self.machine_stiffness)
 
     @property
     def parts(self) -> list[list[Snapshot] | Event]:
