@@ -24,9 +24,9 @@ Per unit length of the line contact, any consistent units; arrays are float64 of
 | α      | √(2w/γ₁) = δ₀/l, small-slope π - θ  | 1               |                               |
 """
 
-from energy import cards
+from energy import cards, indenters
 from energy.indenter import Indenter, Profile
-from energy.indenters import Circle, FlatPunch, Parabola, Plane, PowerLaw, Wedge
+from energy.indenters import *  # noqa: F403
 from energy.layer import ElasticLayer
 from energy.pattern import Patches
 from energy.profile_file import read_profile
@@ -37,19 +37,14 @@ from energy.validity import Assumption
 
 __all__ = [
     "Assumption",
-    "Circle",
     "ElasticLayer",
-    "FlatPunch",
     "Indenter",
-    "Parabola",
     "Patches",
-    "Plane",
-    "PowerLaw",
     "Profile",
     "Sampled",
     "Scene",
     "SurfaceEnergies",
-    "Wedge",
     "cards",
     "read_profile",
 ]
+__all__ += indenters.__all__

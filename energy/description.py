@@ -7,14 +7,14 @@ import numpy as np
 
 from energy.axis import Mirrored
 from energy.indenter import Profile, Shifted, Sum, Tilted
-from energy.indenters import Circle, FlatPunch, Parabola, Plane, PowerLaw, Wedge
+from energy.indenters import Bowl
 from energy.layer import ElasticLayer
 from energy.pattern import Patches
 from energy.sampled import Sampled
 from energy.scene import Scene
 from energy.surfaces import SurfaceEnergies
 
-_SHAPES = (Plane, FlatPunch, Wedge, Parabola, Circle, PowerLaw, Sampled)
+_SHAPES = (*Bowl.__subclasses__(), Sampled)
 _BODIES = (*_SHAPES, Shifted, Tilted, Sum, Mirrored)
 KINDS = {kind.__name__: kind for kind in (Scene, ElasticLayer, SurfaceEnergies, Patches, *_BODIES)}
 

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike
 from energy.checks import finite, positive, real
 from energy.indenter import Array, Indenter
 
+__all__ = ["Circle", "FlatPunch", "Parabola", "Plane", "PowerLaw", "Wedge"]
+
 
 class Bowl(Indenter):
     """A convex profile, its own mirror image about 0 and smooth between its corners and knots."""
