@@ -87,16 +87,16 @@ class Plain:
         (energy, force, u), (other, pressed, _) = (self.outside(at, side) for at in (node, after))
         own, slope = self.g(node), (self.g(after) - self.g(node)) / lattice.spacing
         at = self.row.first + node
-        spring = lattice.spring * lattice.weight(at) * own
+        held, cell = NodalEnergy.spring(lattice, own), lattice.cell * lattice.weight(at)
         size = lattice.cell * lattice.weight(at + side * (0.5 + lattice.edge))
         stretch = terms.surface(slope, gamma1=lattice.gamma1 * size, slopes=lattice.slopes)
         gap = u - self.g(after)
-        stored = max(other + spring * own / 2 + float(stretch.value) - energy, 0.0)
+        stored = max(other + cell * float(held.value) + float(stretch.value) - energy, 0.0)
         if not lattice.w:
             stored = abs(gap * (pressed + float(stretch.first) / lattice.spacing)) / 2
         elif lattice.slopes == "finite":
             size *= math.hypot(1.0, slope)
-        return gap, stored, pressed + spring - force, size
+        return gap, stored, pressed + cell * float(held.first) - force, size
 
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""

@@ -72,10 +72,15 @@ class NodalEnergy:
         if not lattice.gamma1:  # or of each spring
             self.bonds = lattice.w * self.cells * self.contact
 
+    @staticmethod
+    def spring(lattice: Lattice, u: ArrayLike) -> terms.Density:
+        """What a node stores per dx at displacement u; `lattice/plain.py` asks for it, too."""
+        return terms.spring(u, k=lattice.k)
+
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
         lat, u = self.lattice, np.asarray(u, float)
-        slopes, spring = np.diff(u) / lat.spacing, terms.spring(u, k=lat.k)
+        slopes, spring = np.diff(u) / lat.spacing, self.spring(lat, u)
         stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
         springs, tension = self.cells * spring.first, self._tension * stretch.first
         pulled = self.pulls * u[[0, -1]]
@@ -119,7 +124,8 @@ class NodalEnergy:
         stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
         stiffness = self._tension / lat.spacing * stretch.second
         beside = np.concatenate([self.pulls[:1], stiffness, self.pulls[1:]])
-        return np.array([lat.k * self.cells + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])
+        springs = self.cells * self.spring(lat, u).second
+        return np.array([springs + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])
 
     def relaxed(self, g: ArrayLike) -> Array:
         """argmin U[u] s.t. u_i = g_i on the contact nodes: one banded Cholesky solve.
