@@ -65,14 +65,21 @@ class Plain:
         """d - f at a node."""
         return self.depth - float(self.row.f[node])
 
-    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def outside(self, node: int, side: int) -> tuple[float, float, float]:
         """A surface held at this node and free beyond: its energy, the force there, the next u."""
+        u = self.g(node)
+        if self.row.lattice.axis != 0:  # wherever the line is, on either side
+            node, side = -self.row.first, 1
+        return self._outside(node, side, u)
+
+    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
+    def _outside(self, node: int, side: int, u_line: float) -> tuple[float, float, float]:
+        """The same, displaced by so much there."""
         count = far(self.row.lattice) + 2
         first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
         tails = side < 0, side > 0
         model = NodalEnergy(self.row.lattice, held, self.row.first + first, tails=tails)
-        u = model.relaxed(np.full(count, self.g(node)))
+        u = model.relaxed(np.full(count, u_line))
         found = model.balance(u)
         energy = found.energy - found.terms["adhesion"]
         return energy, float(found.forces[::side][0]), float(u[::side][1])
