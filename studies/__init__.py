@@ -11,7 +11,7 @@ package also stands in the table below.
 shared/       command line, tables, figures, timing, processes, scenes that several studies use
 scenes/       scene files and what is done with them: new, run, sweep, fit, plan
 benchmarks/   time against error, and how far tolerances and digits can be trusted
-verify/, contact_angle/, applicability/, layer/   each larger study
+verify/, contact_angle/, applicability/   each larger study
 """
 
 import importlib
@@ -20,9 +20,7 @@ from typing import Any
 TIMED = ("skipping", "runtime_vs_error")  # one job
 MODULES = {
     **{name: f"studies.{name}.study" for name in ("verify", "contact_angle", "applicability")},
-    **{name: f"studies.{name}" for name in ("hysteresis", "pull_off", "sphere")},
-    "layer": "studies.layer.study",
-    "rough": "studies.rough",
+    **{name: f"studies.{name}" for name in ("hysteresis", "pull_off", "sphere", "layer", "rough")},
     "stress": "studies.benchmarks.stress.study",
     **{name: f"studies.benchmarks.{name}" for name in TIMED},
     "run": "studies.scenes.run",

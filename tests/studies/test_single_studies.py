@@ -8,12 +8,10 @@ import pytest
 
 from energy import Parabola, Wedge
 from energy.validity import springs_error
-from studies import hysteresis, pull_off, rough, sphere
+from studies import hysteresis, layer, pull_off, rough, sphere
 from studies.__main__ import main
 from studies.contact_angle import study as contact_angle
 from studies.contact_angle.study import measured
-from studies.layer import cases
-from studies.layer import study as layer_study
 from studies.shared import loops
 from studies.shared.loops import INDENTERS, LIFT, SIZE
 from studies.shared.small_slopes import scene, simulated
@@ -226,48 +224,42 @@ def test_pull_off_writes_its_table_and_figures_and_fails_on_an_error(
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 1
 
 
-LAYERS = layer_study.Parameters(
-    angle_nus=(0.3,),
-    thicknesses=(0.3,),
-    nodes=16,
-    length_nus=(0.45,),
-    lengths=(0.3,),
-    pull_nus=(0.5,),
-    radii=(0.03, 30.0),
-    strong=(0.1,),
-    springs_nus=(0.3, 0.45),
-    ratios=(2.0,),
-    Lambdas=(0.4, 0.6),
-    rtols=(1e-4, 1e-7),
-)
+LAYERS = {
+    "angle": ((0.3,), (0.3,), (16,)),
+    "length": ((0.45,), (0.3,)),
+    "weak": ((0.5,), (0.03, 30.0), ("weak",)),
+    "strong": ((0.3,), (0.1,), ("strong",)),
+    "springs": ((0.3, 0.45), (2.0,), (0.4, 0.6)),
+    "accuracy": (("line", "axisymmetric"), (1e-4, 1e-7)),
+}
 
 
 @pytest.fixture(scope="module")
 def layered():
-    return layer_study.run(LAYERS)
+    return layer.run(LAYERS)
 
 
 def test_each_question_has_its_answer(layered):
-    assert layered.errors < (5e-3, 1e-5) and layered.errors[1] < 1e-5
-    assert layered.angle[0].error < 1e-2 and layered.length[0].effective < 0
-    half_space, thin, strong = layered.pull
+    angle, length = layer.errors(layered)
+    assert angle < 5e-3 and length < 1e-5
+    assert layered["angle"][0].error < 1e-2 and layered["length"][0].effective < 0
+    half_space, thin, strong = layered["weak"] + layered["strong"]
     assert half_space.force == pytest.approx(1.5, rel=0.01, abs=0)
     assert 2.8 < thin.force < 3 and 25 < thin.radius < 35
     assert strong.force == pytest.approx(1.0, rel=0.01, abs=0)
-    assert layer_study.serve(layered) == "2 (ν = 0.3), 2 (ν = 0.45)"
-    assert "up to 2.85 at ν = 0.5, a = 28 h, and 1 where tension rules" in layer_study.answer(
-        layered
-    )
+    said = layer.answers(layered)
+    assert "up to 2.85 at ν = 0.5, a = 28 h, and 1 where tension rules" in said["pull"]
+    assert "within 5 % from l/h = 2 (ν = 0.3), 2 (ν = 0.45) on" in said["springs"]
 
 
 def test_states_are_as_accurate_as_asked(layered):
-    assert {one.geometry for one in layered.accuracy} == {"line", "axisymmetric"}
-    for one in layered.accuracy:
+    assert {one.geometry for one in layered["accuracy"]} == {"line", "axisymmetric"}
+    for one in layered["accuracy"]:
         assert 0 < max(one.half_width, one.force) <= one.rtol and one.over_springs > 1
-    coarse, fine = layered.accuracy[:2]
+    coarse, fine = layered["accuracy"][:2]
     assert fine.rtol < coarse.rtol and fine.half_width < coarse.half_width / 10
-    for one in layered.worst():  # over all tensions, without a sign
-        own = [s for s in layered.springs if s.nu == one.nu]
+    for one in layered["springs_worst"]:  # over all tensions, without a sign
+        own = [s for s in layered["springs"] if s.nu == one.nu]
         assert one.force == max(abs(s.force) for s in own)
         assert one.radius == max(abs(s.radius) for s in own)
 
@@ -278,7 +270,7 @@ def test_states_are_as_accurate_as_asked(layered):
 )
 def test_the_table_of_validity_is_what_the_study_finds(case, at_worst):
     """At the Λ that is the worst for the force, or for the radius."""
-    found = [100 * abs(off) for off in cases.springs(case)[3:]]
+    found = [100 * abs(off) for off in layer.springs(case)[3:]]
     told = springs_error(*case[:2])
     assert found[at_worst] == pytest.approx(told[at_worst], rel=0.02, abs=0)
     assert found[1 - at_worst] <= 1.02 * told[1 - at_worst]
@@ -286,15 +278,15 @@ def test_the_table_of_validity_is_what_the_study_finds(case, at_worst):
 
 @pytest.mark.slow
 def test_the_study_of_layers_writes_tables_and_figures(layered, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(layer_study, "run", lambda preset, show, jobs: layered)
+    monkeypatch.setattr(layer, "run", lambda preset, show, jobs: layered)
     assert main(["layer", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
     assert "answer: The angle stays √(2w/γ₁) whatever ν and h" in capsys.readouterr().out
     drawn = {"layer_angle", "layer_length", "layer_pull", "layer_springs"}
     assert {path.stem for path in tmp_path.glob("*.png")} == drawn
     rows = read(tmp_path / "layer_springs_worst.csv")
     assert np.array([float(row["radius"]) for row in rows]) == pytest.approx(
-        [one.radius for one in layered.worst()]
+        [one.radius for one in layered["springs_worst"]]
     )
-    spoilt = layered._replace(angle=(layered.angle[0]._replace(measured=1.02),))
-    monkeypatch.setattr(layer_study, "run", lambda preset, show, jobs: spoilt)
+    spoilt = {**layered, "angle": [layered["angle"][0]._replace(measured=1.02)]}
+    monkeypatch.setattr(layer, "run", lambda preset, show, jobs: spoilt)
     assert main(["layer", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 1

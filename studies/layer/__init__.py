@@ -1,1 +1,0 @@
-"""The study of the layer with its exact response."""
