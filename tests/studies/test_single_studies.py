@@ -264,6 +264,19 @@ def test_states_are_as_accurate_as_asked(layered):
         assert one.radius == max(abs(s.radius) for s in own)
 
 
+def test_times_are_measured_in_one_process(monkeypatch):
+    """Whatever number of them is asked for: others on the same cores lengthen what is timed."""
+    asked = {}
+
+    def each(measure, cases, jobs, say):
+        asked[measure] = jobs
+        return []
+
+    monkeypatch.setattr(layer, "each", each)
+    layer.run(LAYERS, jobs=4)
+    assert asked.pop(layer.accuracy) == 1 and set(asked.values()) == {4}
+
+
 @pytest.mark.parametrize(
     ("case", "at_worst"),
     [((0.45, 0.5, 0.25), 1), ((0.45, 0.5, 0.6), 0), ((0.3, 1.0, 1.0), 1), ((0.48, 4.0, 1.0), 0)],
