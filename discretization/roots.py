@@ -12,14 +12,16 @@ Functions = Callable[[Array, Indices], Array]
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
 _HALVINGS = 200  # secants, and halvings where those are slow
+CLOSEST = 4e-16  # of a zero: a few roundings
 _CLOSE = 2.0**-52  # of the position: steps of one rounding
 
 
-def bracketed(h: Function, inside: float, outside: float) -> float:
+def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST) -> float:
     """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
 
     Inverse quadratic steps where three points support them, halving otherwise, until the bracket
-    is a few roundings wide. T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145.
+    is no wider than this part of the zero. T. R. Chandrupatla, Advances in Engineering Software 28
+    (1997) 145.
     """
     a, b = inside, outside
     fa, fb = min(h(a), 0.0), h(b)
@@ -34,7 +36,7 @@ def bracketed(h: Function, inside: float, outside: float) -> float:
         else:
             c, fc, b, a, fb, fa = b, fb, a, x, fa, fx
         best = a if abs(fa) < abs(fb) else b
-        least = 4e-16 * abs(best) / (abs(b - a) or 1.0)
+        least = close * abs(best) / (abs(b - a) or 1.0)
         if fa == 0 or least > 0.5 or a == b:
             return a if fa == 0 else best
         xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)

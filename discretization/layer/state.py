@@ -16,6 +16,7 @@ from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
+from discretization.roots import CLOSEST
 from discretization.surfaces.network import on_elements
 from discretization.surfaces.protocol import alone
 from discretization.surfaces.small import SmallSurfaces
@@ -24,7 +25,7 @@ from energy.arrays import Array
 
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
 _STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
-_BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings
+_ROUGH, _PLACE = 1e-2, 1e-3  # of poles by which a line is looked for first, and of its place
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
 _OTHER = 0.7  # of the way to the line, where elements of another set begin
@@ -152,11 +153,19 @@ class Layer(Contact):
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), _SAFE * rtol
-    excess = scene.surfaces.small_slope_deficit
-    lines = Lines(body, lambda a: Contact(body, a, tolerance).reaction, excess, _STEP)
-    a, _, how = lines.settled(depth)
-    step = a * _BESIDE
-    rate = (lines.rest_depth(a + step, 1) - depth) / step if how == "rests" else math.inf
+
+    def lines(part: float, close: float) -> Lines:
+        """With the poles of this tolerance."""
+        excess = scene.surfaces.small_slope_deficit
+        return Lines(body, lambda a: Contact(body, a, part).reaction, excess, _STEP, close)
+
+    a, _, how = lines(_ROUGH, _PLACE).settled(depth)
+    fine = lines(tolerance, CLOSEST)
+    beside = fine.beside(a, depth) if how == "rests" else None
+    if beside is None:
+        a, _, how = fine.settled(depth)
+        beside = a, fine.rate(a, depth) if how == "rests" else math.inf
+    a, rate = beside
     found = None if how == "lost" else Layer(depth, rate, body, a, tolerance)
     return certified(scene, depth, found, branch, math.nan)
 
