@@ -192,13 +192,7 @@ def piece(degree: int, length: Any) -> Network:
     return found
 
 
-def _between(degree: int, width: Any) -> Network:
-    """The surface between two lines of a line contact."""
-    half = piece(degree, width / 2)
-    return half.then(half)
-
-
-_remembered = functools.lru_cache(maxsize=256)(_between)  # of one width, which is often asked for
+_remembered = functools.lru_cache(maxsize=256)(piece)  # of one length, often asked for again
 
 
 @functools.lru_cache(maxsize=16)
@@ -217,11 +211,11 @@ class Line(NamedTuple):
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side, maybe infinitely far."""
-        if isinstance(width, np.ndarray):
-            return _between(self.degree, np.minimum(width, FAR))
-        if width.real > FAR:
+        one = not isinstance(width, np.ndarray)
+        if one and width.real > FAR:
             return Network(endless(self.degree), 0.0, endless(self.degree))
-        return _remembered(self.degree, width)
+        half = (_remembered if one else piece)(self.degree, np.minimum(width, FAR) / 2)
+        return half.then(half)
 
     def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """u and u' at distances x from a line displaced by u towards another one, by u + rise.
