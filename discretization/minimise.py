@@ -4,8 +4,7 @@ import warnings
 
 from discretization.certificate import AccuracyWarning
 from discretization.equilibrium import Equilibrium
-from discretization.fitted.several import on_several
-from discretization.fitted.single import on_one_contact
+from discretization.fitted.states import on_one_contact, on_several
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
 from discretization.layer.nodes import on_layer_nodes
 from discretization.layer.state import on_layer

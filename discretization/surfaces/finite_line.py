@@ -13,14 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from discretization.surfaces.finite_gap import FAR, OVERHANG, rest_displacement, single, surfaces
+from discretization.surfaces.finite_gap import FAR, rest_displacement, single, surfaces
 from discretization.surfaces.network import Shape
-from discretization.surfaces.protocol import At, Free, Surfaces, alone
+from discretization.surfaces.protocol import Free, Surfaces
 from energy.arrays import Array
 
 
 class FiniteSurfaces(Surfaces):
     """Free surfaces of a scene."""
+
+    lost = "would turn over and be no graph u(x), as it does at √2 l beside one contact"
 
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """The inclination at rest is known, and the displacement that has it is solved for.
@@ -51,15 +53,3 @@ class FiniteSurfaces(Surfaces):
         """As the exponentials have it."""
         far = FAR if math.isinf(width) else width
         return single(u, rise, width).at(x, np.maximum(far - x, 0.0))
-
-    def refusal(self, left: At | None, right: At | None, depth: Any) -> str:
-        """For which depth and line."""
-        line, limit = alone(left, right), OVERHANG * self.scene.elastocapillary_length
-        place = f"at the contact line x = {line.x!r}"
-        if left is not None and right is not None:
-            place = f"between the contact lines x = {left.x!r} and {right.x!r}"
-        return (
-            f"depth = {depth!r}: {place} the surface, displaced by {depth - line.f!r}, would turn "
-            f"over and be no graph u(x), as it does at √2 l = {limit!r} beside a single contact; "
-            "use a smaller |depth|, a smaller w or a blunter indenter"
-        )

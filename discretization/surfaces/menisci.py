@@ -28,7 +28,7 @@ from scipy.linalg import lapack
 
 from discretization.roots import crossings
 from discretization.surfaces.network import Family, Shape, band, chebyshev, on_elements, rounded
-from discretization.surfaces.protocol import ANY, At, Free, Surfaces, alone
+from discretization.surfaces.protocol import ANY, Free, Surfaces
 from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, rough, stiffness
 from energy.arrays import Array
 
@@ -185,6 +185,8 @@ def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
 class MeniscusSurfaces(Surfaces):
     """Free surfaces of a scene."""
 
+    lost = "is inclined by more than 86° or narrower than a millionth of l, and is not resolved"
+
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """The inclination at rest is known, and the displacement that has it is read.
 
@@ -250,13 +252,3 @@ class MeniscusSurfaces(Surfaces):
         far = nodal[-1] * decayed(side, s + side * end, s + side * x)
         u0, u1 = np.where(x < end, near, far)
         return u0, u1
-
-    def refusal(self, left: At | None, right: At | None, depth: Any) -> str:
-        """For which depth and line."""
-        line = alone(left, right)
-        return (
-            f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
-            f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a "
-            "millionth of l, and is not resolved; use a smaller |depth|, a smaller w or a blunter "
-            "indenter"
-        )

@@ -14,7 +14,7 @@ rotational symmetry differ in the answers that `Surfaces` leaves open, and nowhe
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -54,9 +54,13 @@ class Free(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Surfaces:
-    """Free surfaces beside contacts; a line that is None is infinitely far away."""
+    """Free surfaces beside contacts; a line that is None is infinitely far away.
+
+    lost: why one is refused, in words.
+    """
 
     scene: Scene
+    lost: ClassVar[str]
 
     def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D at x, numbers or arrays, with the height f and the slope f' there.
@@ -136,6 +140,14 @@ class Surfaces:
         """u and its slope towards the other line, at distances from the first line."""
         raise NotImplementedError
 
-    def refusal(self, left: At | None, right: At | None, depth: Any) -> str:
+    def refusal(self, left: At | None, right: At | None, depth: float) -> str:
         """Why a surface that would turn over is refused."""
-        raise NotImplementedError
+        line, name = alone(left, right), "r" if self.scene.axisymmetric else "x"
+        where = f"at the contact line {name} = {line.x!r}"
+        if left is not None and right is not None:
+            where = f"between the contact lines {name} = {left.x!r} and {right.x!r}"
+        return (
+            f"depth = {depth!r}: {where} the surface, displaced by {depth - line.f!r}, {self.lost} "
+            f"(l = {self.scene.elastocapillary_length!r}); use a smaller |depth|, a smaller w or a "
+            "blunter indenter"
+        )

@@ -11,8 +11,7 @@ from discretization import NotCertifiedError, minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, push
-from discretization.fitted.several import state_of
-from discretization.fitted.single import motion_of
+from discretization.fitted.states import motion_of, state_of
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
 

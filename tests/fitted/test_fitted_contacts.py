@@ -9,7 +9,7 @@ from scenes import ALPHA, DELTA0, L, adhesive, rough, steep, two, wavy
 
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted.several import on_several
+from discretization.fitted.states import on_several
 from discretization.surfaces import small
 from discretization.surfaces.network import Line
 from energy import Parabola, Sampled, Wedge

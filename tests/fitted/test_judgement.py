@@ -12,7 +12,7 @@ from discretization import NotCertifiedError, minimise
 from discretization.fitted.contacts import Contacts, certify, errors
 from discretization.fitted.motion import Motion
 from discretization.fitted.rest_depths import surfaces_of
-from discretization.fitted.several import state_of
+from discretization.fitted.states import state_of
 from discretization.fitted.tension import pull
 from discretization.profile import resolve
 from discretization.surfaces.protocol import At

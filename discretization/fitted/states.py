@@ -1,9 +1,10 @@
-"""Equilibria on the fitted mesh of profiles that may have several contacts.
+"""States of the fitted mesh, with one contact or any number.
 
-The profile is resolved on its own scale first. "adhered" is the end of the path from first touch
-(motion.py), and "global" what has the least energy of: the lowest contacts of a lattice, moved to
-rest on the fitted mesh, the adhered state, and none. Lattices are halved until two of them lead to
-the same state.
+Where there can be only one contact its lines are bracketed at once (alone.py), and only what is
+next to them is judged. Any other profile is resolved on its own scale first. "adhered" is the end
+of the path from first touch (motion.py), and "global" what has the least energy of: the lowest
+contacts of a lattice, moved to rest on the fitted mesh, the adhered state, and none. Lattices are
+halved until two of them lead to the same state.
 """
 
 import contextlib
@@ -16,13 +17,16 @@ import numpy as np
 
 from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, certify, equilibrium, errors
 from discretization.fitted.motion import Lines, Motion
+from discretization.fitted.rest_depths import RestDepths
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
-from discretization.profile import Resolved, resolve
+from discretization.profile import Resolved, breaks, resolve
 from energy import Scene
 from energy.arrays import Array
+from energy.axis import Radial
 
 _PER_LENGTH = 16  # nodes per l of the first lattice
 _PER_WAVE = 16  # and per wave: from where the slope turns round to where it does so likewise
@@ -32,6 +36,49 @@ _BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
 _MOST_NODES = 400_000  # of a lattice of which only the topology is taken
 _MOST_RINGS = 6000  # the same around an axis
 _SAME = 1e-9  # of the energy's scale: energies of the same state
+_UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once
+_ADHERES = np.array([[True], [False]])
+_ASIDE = 1e-3  # of l and of the width: so far beyond its lines a contact is judged
+
+
+def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
+    """Certified equilibrium with its contact lines as unknowns, and its error estimate.
+
+    branch "global" of a convex indenter: this state or, before it touches, the detached one,
+    whichever has less energy. There is no other: the force on each line grows outwards.
+    """
+    alone = Alone.of(scene)
+    lines, size = alone.lines(depth), alone.size(depth) or 1.0
+    if lines:
+        state = state_of(motion_of(alone, lines, depth), lines, depth, branch)
+        if branch != "global" or state.energy <= 0 or depth > alone.touch:
+            return state
+    elif abs(float(alone.rest_depth(1, alone.apex)) - depth) <= _UNDECIDED * size:
+        alone.solve(1, alone.apex, depth)
+    pressed = max(0.0, depth - alone.touch) / size
+    return detached(scene, depth, branch, alone.surfaces, Certificate.undeformed(pressed))
+
+
+def motion_of(alone: Alone, ends: tuple[float, ...], depth: float) -> Motion:
+    """What judges a contact with these ends: its profile is convex, few samples resolve it.
+
+    They are the ends, a little beyond the lines, and what cuts it into smooth parts. The size of
+    depths is the sum of the terms that cancel in D - d: d, f, and what f' and w add to D.
+    """
+    scene, sides = alone.scene, np.array(alone.sides)
+    indenter, length = scene.indenter, scene.elastocapillary_length
+    lines = np.array(ends)[-sides.size :]
+    f = np.asarray(indenter.height(lines), float)
+    rest, bare = alone.rest_depth(sides, lines, adhesive=_ADHERES)
+    terms = abs(depth) + np.abs(f) + np.abs(bare - f) + np.abs(bare - rest)
+    profile = Radial(indenter) if scene.axisymmetric else indenter
+    aside = _ASIDE * min(length, max(ends[1] - ends[0], _ASIDE * length))
+    lo, hi = max(ends[0] - aside, profile.extent[0]), min(ends[1] + aside, profile.extent[1])
+    inner = breaks(profile)
+    x = {lo, hi, *inner[(inner > lo) & (inner < hi)].tolist()}
+    samples = Resolved.of(profile, np.array(sorted(x)))
+    rests = RestDepths(scene, samples, alone.surfaces, float(terms.max()) or scene.layer.h)
+    return Motion(scene, samples, alone.surfaces, rests)
 
 
 def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
