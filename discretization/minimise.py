@@ -10,7 +10,7 @@ from discretization.layer.nodes import on_layer_nodes
 from discretization.layer.state import on_layer
 from discretization.paths.springs import on_springs
 from discretization.readings import tell
-from discretization.routes import LOWEST, question_of, route, usable
+from discretization.routes import LOWEST, route, usable
 from energy import Scene
 from energy.checks import finite, option
 
@@ -95,7 +95,7 @@ def minimise(
         raise ValueError(
             f"branch = {branch!r} is not what method={method!r} finds: use branch='global'"
         )
-    way = route(scene, question_of(method, branch), nodes=spacing is not None)
+    way = route(scene, "search" if method in LOWEST else branch, nodes=spacing is not None)
     if spacing is not None:
         if way == "layer":
             state = on_layer_nodes(scene, depth, spacing, branch=branch)

@@ -79,11 +79,6 @@ def _held_twice(scene: Scene) -> bool:
     return scene.opening is not None or scene.pattern is not None
 
 
-def question_of(method: str, branch: str) -> str:
-    """What is asked by a method of `minimise`."""
-    return "search" if method in LOWEST else branch
-
-
 def route(scene: Scene, question: str, *, nodes: bool) -> str:
     """What answers a question of a scene. ValueError where nothing does."""
     exact, held = scene.layer.exact, _held_twice(scene)

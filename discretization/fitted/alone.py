@@ -32,9 +32,6 @@ from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene
 
 _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
-_LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
-_KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need not be known better
-_NEAR = 1e-11  # of the same: D - d of lines that are read next to where they disappear
 _DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
 
 

@@ -16,11 +16,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.legendre import legval
 
 from discretization.fitted.rest_depths import RestDepths
 from discretization.fitted.zeros import followed
 from discretization.quadrature import Integrals
-from discretization.surfaces.network import polynomial, rounded
+from discretization.surfaces.network import coefficients, rounded
 from energy.arrays import Array, Mask
 
 DEGREE = 12  # of the Lobatto rule in t
@@ -56,8 +57,8 @@ class Piece(NamedTuple):
         for part in np.unique(parts).tolist():
             own, (start, end) = parts == part, self.depths[part, [0, -1]].tolist()
             t = 1 - 2 * np.sqrt((end - depths[own]) / (end - start))
-            values = known[:, part].transpose(1, 0, 2).reshape(j, -1)
-            guess[:, own] = polynomial(DEGREE, t, values).reshape(n, 2, -1).transpose(0, 2, 1)
+            series = coefficients(DEGREE, known[:, part].transpose(0, 2, 1).reshape(-1, j))
+            guess[:, own] = legval(t, series.T).reshape(n, 2, -1).transpose(0, 2, 1)
         moves = (self.lines != first).any(axis=1, keepdims=True)
         return np.where(moves, guess, first)
 

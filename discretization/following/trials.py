@@ -89,11 +89,10 @@ class Trials:
         surface, found = self.motion.free_part, set()
         for i in which:
             (q, p), (left, right) = low.lines[i].tolist(), lines[i].tolist()
-            reserves["clear", i] = (
-                surface.least((left, right), depth)[0] + TIE * self.motion.rests.size
-            )
+            clear = surface.least((left, right), depth)[0] + TIE * self.motion.rests.size
+            reserves["clear", i] = clear
             if (
-                reserves["clear", i] < 0
+                clear < 0
                 or self.motion.search.closed(left, right, depth)
                 or surface.overtakes(q, p, (left, right), low.depth, depth)
             ):

@@ -20,7 +20,7 @@ from discretization.lattice.plain import SteepTail, on_plain, overhang, refuse_t
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row
-from discretization.routes import question_of, route
+from discretization.routes import LOWEST, route
 from energy import Plane, Scene
 
 _TIE = 1e-12  # of δ₀: a line stays where both sides cost the same
@@ -50,7 +50,7 @@ def on_lattice(
         if method != "lattice":
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
-    way = route(scene, question_of(method, branch), nodes=True)
+    way = route(scene, "search" if method in LOWEST else branch, nodes=True)
     state = answered(Row.of(lattice.seen(scene), lattice, depth), depth, way, branch, method)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 

@@ -16,11 +16,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.legendre import legval
 
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact
+from discretization.profile import unknown
 from discretization.roots import CLOSEST, bracketed, least
-from discretization.surfaces.network import coefficients, polynomial, rounded
+from discretization.surfaces.network import coefficients, rounded
 from energy.arrays import Array
 
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
@@ -85,10 +87,7 @@ class Lines:
                 return end, high, "turns"
             before, a, last, rising = a, x, value, way * (value - last) > 0
         if way > 0:
-            raise ValueError(
-                f"depth = {to!r} spreads the contact over the whole known profile, to "
-                f"{a + self.body.apex!r}; give a wider profile, or a smaller depth"
-            )
+            raise unknown(to, a + self.body.apex)
         return a, last, "lost"
 
     def _ahead(self, a: float, way: int) -> Iterator[tuple[float, float]]:
@@ -168,8 +167,8 @@ class Table:
     """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion, as polynomials in log₂ a.
 
     Octaves, or what breaks leave of them, made where they are asked for, are halved until the
-    polynomials tell it. panels: what is taken at Lobatto points (11, 5) between two log₂ a, and
-    whether that is enough.
+    polynomials tell it. panels: Legendre coefficients (5, 11) of what is taken between two log₂ a,
+    and whether they are enough.
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
@@ -189,9 +188,9 @@ class Table:
             inner = [(lo + hi) // 2]
         if not inner:
             self.panels[lo, hi] = self.panels.get((lo, hi)) or self._made(lo, hi)
-            values, known = self.panels[lo, hi]
+            series, known = self.panels[lo, hi]
             if known or hi - lo < _NARROW:
-                return polynomial(_DEGREE, (2 * t - lo - hi) / (hi - lo), values)
+                return np.asarray(legval((2 * t - lo - hi) / (hi - lo), series.T))
         middle, found = min(inner, default=(lo + hi) / 2), np.empty((5, t.size))
         for own, one, other in ((t <= middle, lo, middle), (t > middle, middle, hi)):
             if own.any():
@@ -201,10 +200,11 @@ class Table:
     def _made(self, lo: float, hi: float) -> tuple[Array, bool]:
         a = np.minimum(np.exp2((lo + hi + (hi - lo) * rounded(_DEGREE)[0]) / 2), self.body.edge)
         values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
-        tail = np.abs(coefficients(_DEGREE, values.T)[:, -2:]).max(axis=1)
+        series = coefficients(_DEGREE, values.T)
+        tail = np.abs(series[:, -2:]).max(axis=1)
         excess = self.body.scene.opened.surfaces.small_slope_deficit
         steep = abs(float(self.body.slope(2.0**hi, -1))) + excess
         low, rest, rate = values[:, 0].min(), np.abs(values[:, 1]).max() + steep, values[:, 2].max()
         lift = rest / low  # by which u(a) may change
         size = np.array([low, rest, rate, rate * lift, rate * lift**2])
-        return values, bool((tail <= _KNOWN * self.tolerance * size).all())
+        return series, bool((tail <= _KNOWN * self.tolerance * size).all())

@@ -6,6 +6,7 @@ a parabola of the depth; what these fields press and pull is known from other el
 
 import functools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,6 @@ from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
-from discretization.roots import CLOSEST
 from discretization.surfaces.network import on_elements
 from discretization.surfaces.protocol import alone
 from discretization.surfaces.small import SmallSurfaces
@@ -153,14 +153,10 @@ class Layer(Contact):
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), _SAFE * rtol
-
-    def lines(part: float, close: float) -> Lines:
-        """With the poles of this tolerance."""
-        excess = scene.surfaces.small_slope_deficit
-        return Lines(body, lambda a: Contact(body, a, part).reaction, excess, _STEP, close)
-
-    a, _, how = lines(_ROUGH, _PLACE).settled(depth)
-    fine = lines(tolerance, CLOSEST)
+    excess = scene.surfaces.small_slope_deficit
+    fine = Lines(body, lambda a: Contact(body, a, tolerance).reaction, excess, _STEP)
+    rough = replace(fine, reaction=lambda a: Contact(body, a, _ROUGH).reaction, close=_PLACE)
+    a, _, how = rough.settled(depth)
     beside = fine.beside(a, depth) if how == "rests" else None
     if beside is None:
         a, _, how = fine.settled(depth)

@@ -184,12 +184,8 @@ class Row:
         With the digits of the running sums.
         """
         at, u = self.first + nodes, depth[:, None] - self.f[nodes]
-        left, right, d, spring = (
-            nodes[:, ::2],
-            nodes[:, 1::2],
-            depth - self.lowest,
-            self.lattice.spring,
-        )
+        left, right = nodes[:, ::2], nodes[:, 1::2]
+        d, spring = depth - self.lowest, self.lattice.spring
         springs, links = self.sums
         count, h, squares = (springs[:, right + 1] - springs[:, left]).sum(axis=2)
         energy = spring / 2 * ((count * d - 2 * h) * d + squares)

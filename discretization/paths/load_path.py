@@ -230,9 +230,8 @@ class LoadPath:
     def _record(self, kind: str, before: Point, after: Point) -> None:
         self.branch.certify(after)
         value, first, second = self._value(before), *map(self.branch.snapshot, (before, after))
-        released = (
-            first.energy - second.energy + self.control.work(before.depth, after.depth, value)
-        )
+        done = self.control.work(before.depth, after.depth, value)
+        released = first.energy - second.energy + done
         if kind == "touch" and released > 0:
             kind = "jump-in"
         self.events.append(Event(kind, value, first, second, released, self.step))

@@ -70,11 +70,6 @@ def coefficients(degree: int, values: Array) -> Array:
     return np.asarray(values @ _transform(degree).T)
 
 
-def polynomial(degree: int, at: Array, values: Array) -> Array:
-    """The polynomial with these values at the Gauss-Lobatto points, at other points."""
-    return np.asarray(legendre.legval(at, _transform(degree) @ values))
-
-
 def on_elements(ends: Array, u: Array, x: Array) -> Shape:
     """A surface and its slope at x (n,), from its nodal values on elements between ends."""
     degree, e = (u.size - 1) // (ends.size - 1), np.searchsorted(ends[1:-1], x, side="right")

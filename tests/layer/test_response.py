@@ -216,7 +216,7 @@ def test_a_contact_beyond_the_known_profile():
     body = Profile(lambda r: np.square(r) / 9, lambda r: 2 * np.asarray(r) / 9, **half)
     scene = scene_of(body, geometry="axisymmetric")
     for ask in (minimise, lambda scene, depth: load_path(scene, depths=[0.0, depth])):
-        with pytest.raises(ValueError, match=r"depth = .* whole known profile.*smaller depth"):
+        with pytest.raises(ValueError, match=r"depth = .* profile is not known.*smaller depth"):
             ask(scene, 3.0)
     with pytest.raises(ValueError, match=r"depth = .* whole known profile"):
         minimise(scene, 3.0, **NODES)
