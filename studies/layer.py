@@ -67,6 +67,7 @@ QUICK: Parameters = FULL | {
     "weak": ((0.3, 0.5), (0.03, 1, 30), ("weak",)),
     "strong": ((0.3,), (0.1,), ("strong",)),
     "springs": ((0.45,), (0.5, 2.0), (0.15, 1.0)),
+    "accuracy": (("line",), (1e-4, 1e-6)),
 }
 
 
@@ -90,8 +91,7 @@ def angle(case: tuple[float, float, int]) -> Angle:
 def length(case: tuple[float, float]) -> Length:
     """ν and l/h: a cylinder moved between two depths, L = R Δd/Δa - a."""
     nu, ratio = case
-    R = WIDE**2 / SLOPE
-    d = WIDE**2 / (2 * R)
+    R, d = WIDE**2 / SLOPE, SLOPE / 2
     scene = scene_of(nu, layer_of(nu).stiffness * ratio**2, R, "line")
     narrow, wide = (minimise(scene, depth, rtol=FINE).half_width for depth in (d, 2 * d))
     return Length(*case, R * d / (wide - narrow) - (wide + narrow) / 2, scene.effective_length)
