@@ -1,6 +1,7 @@
 """What may import what, what is installed, and that every README shows what is so."""
 
 import ast
+import functools
 import os
 import re
 import shlex
@@ -24,11 +25,16 @@ def modules(package):
     return sorted((ROOT / package).rglob("*.py"))
 
 
+@functools.cache
+def nodes_of(path):
+    return list(ast.walk(ast.parse(path.read_text("utf-8"))))
+
+
+@functools.cache
 def imported(path):
     """(module, names, inside a function) of each import statement that is run."""
-    tree = ast.parse(path.read_text("utf-8"))
+    blocks, found = nodes_of(path), []
     functions = ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
-    blocks = list(ast.walk(tree))
     nested = {id(node) for f in blocks if isinstance(f, functions) for node in ast.walk(f)}
     typing = [b for b in blocks if getattr(getattr(b, "test", None), "id", "") == "TYPE_CHECKING"]
     never_run = {id(node) for block in typing for node in ast.walk(block)}
@@ -37,10 +43,11 @@ def imported(path):
             continue
         if isinstance(node, ast.Import):
             for alias in node.names:
-                yield alias.name, (), id(node) in nested
+                found.append((alias.name, (), id(node) in nested))
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
-            yield node.module, tuple(a.name for a in node.names), id(node) in nested
+            found.append((node.module, tuple(a.name for a in node.names), id(node) in nested))
+    return found
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -75,7 +82,7 @@ def test_the_minimisers_never_see_the_closed_forms():
     for path in modules("discretization"):
         for module, names, _ in imported(path):
             assert "cards" not in (*module.split("."), *names), f"{path} imports cards"
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in nodes_of(path):
             assert getattr(node, "attr", "") != "cards", path
 
 
@@ -104,7 +111,7 @@ def test_modules_import_each_other_without_circles(package):
     paths = {name.removesuffix(".__init__"): path for name, path in paths.items()}
     uses = {}
     for name, path in paths.items():
-        nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
+        nodes = nodes_of(path)
         froms = [n for n in nodes if isinstance(n, ast.ImportFrom)]
         found = {f"{n.module}.{a.name}" for n in froms for a in n.names}
         found |= {n.module for n in froms for a in n.names if f"{n.module}.{a.name}" not in paths}
@@ -210,7 +217,14 @@ def test_the_commands_exist_and_ci_runs_the_second():
 @pytest.mark.parametrize(
     ("folder", "first", "names"),
     [
-        (ROOT, 2, ("my.csv", "my.png", "many_sweep_quick.csv", "loop_fit.csv", "loop_fit.png")),
+        pytest.param(
+            *(
+                ROOT,
+                2,
+                ("my.csv", "my.png", "many_sweep_quick.csv", "loop_fit.csv", "loop_fit.png"),
+            ),
+            marks=pytest.mark.slow,
+        ),
         (ROOT / "studies", 0, ("half_width.csv", "half_width.png")),
     ],
 )

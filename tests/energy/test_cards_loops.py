@@ -102,12 +102,12 @@ def test_two_works_cycle_and_loop_by_quadrature(n, c, ell, share):
         total = 0.0
         for p, q in itertools.pairwise([start, *inside, stop]):
             d = (p + q) / 2 + (q - p) / 2 * nodes
-            forces = [cards.force.total(x, a(x), f=f, **layer) for x in d]
+            forces = cards.force.total(d, a(d), f=f, **layer)
             total += (q - p) / 2 * np.dot(weights, forces)
         return total
 
     advancing = lambda d: two.half_widths(d, **args)[0]  # noqa: E731
-    receding = lambda d: two.half_widths(max(d, end), **args)[1]  # noqa: E731
+    receding = lambda d: two.half_widths(np.maximum(d, end), **args)[1]  # noqa: E731
     for low, high in ((-0.2 * delta0, 3 * delta0), (0.1 * delta0, 0.6 * delta0)):
         if low < end:
             continue

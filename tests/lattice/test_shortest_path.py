@@ -126,6 +126,7 @@ def test_rough_profiles_are_certified(ell):
         assert_certified(lattice, result.g, result.contacts, ell)
 
 
+@pytest.mark.slow
 def test_one_hundred_thousand_nodes():
     f = roughness(10**5, 2000, 20)
     result = Found.of(Lattice(1.0, 0.0, 1.0, 1e4, 0.045), 0.4 * f.max() - f)

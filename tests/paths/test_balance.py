@@ -114,7 +114,7 @@ def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-12, 1e-9, 0.1])
-@pytest.mark.parametrize("apart", [15.0, 30.0])
+@pytest.mark.parametrize("apart", [15.0, pytest.param(30.0, marks=pytest.mark.slow)])
 def test_tips_that_are_equally_low_or_nearly_so(apart, offset):
     scene = bare(parabolas([-apart, apart], [0.0, offset]))
     path = load_path(scene, depths=[0.0, 0.5, 1.5, 1e-6, 0.5, -0.1])
@@ -132,7 +132,7 @@ def test_a_gap_over_a_corner_stays_open_beside_a_contact_that_begins():
     assert len(path.at(1).lines) == 4
 
 
-@pytest.mark.parametrize("crest", [0.0, -0.5, 0.0123])
+@pytest.mark.parametrize("crest", [0.0, pytest.param(-0.5, marks=pytest.mark.slow), 0.0123])
 def test_a_gap_opens_and_closes_over_a_smooth_crest(crest):
     """At a knot and between two, where a gap that closes is as narrow as one likes."""
     x = np.linspace(-15, 15, 301)

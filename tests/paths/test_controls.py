@@ -46,10 +46,11 @@ def test_a_second_contact_carries_its_share(method, stiffness):
     assert {event.kind for event in path.events} == {"touch", "nucleation"}
 
 
-MACHINES = pytest.mark.parametrize("scene", [waves(), plain(Parabola(10.0))])
+MACHINES = [(waves(), NODES), (plain(Parabola(10.0)), {}), (plain(Parabola(10.0)), NODES)]
+MACHINES += [pytest.param(waves(), {}, marks=pytest.mark.slow)]
+MACHINES = pytest.mark.parametrize(("scene", "method"), MACHINES)
 
 
-@METHODS
 @MACHINES
 def test_a_stiff_machine_imposes_the_depth(scene, method):
     """P changes the drive by P/K, and what jumps with P by no more than that."""
@@ -68,7 +69,7 @@ def test_a_stiff_machine_imposes_the_depth(scene, method):
 
 
 def test_a_jump_under_a_stiff_machine_is_where_the_mesh_has_it():
-    given = {"drives": IN_AND_OUT, "machine_stiffness": 1e8}
+    given = {"drives": [0.0, 0.3, -0.5], "machine_stiffness": 1e8}
     last = load_path(waves(), **given).events[-1]
     for spacing in (0.05, 0.041, 0.025):
         found = load_path(waves(), **given, method="lattice", spacing=spacing).events[-1]
@@ -76,7 +77,6 @@ def test_a_jump_under_a_stiff_machine_is_where_the_mesh_has_it():
         assert found.control == pytest.approx(last.control, rel=0, abs=2e-5)
 
 
-@METHODS
 @MACHINES
 def test_a_soft_machine_is_a_dead_load(scene, method):
     """As long as there is contact: beyond, a dead load pulls the indenter away for ever."""
@@ -174,8 +174,10 @@ ON_NODES = {  # with the options of nodes: a tip lets go while links are as wide
 }
 LOADED = ("parabola", "opening", "crests", "ripples, both", "sphere", "rings", "dimple", "layer")
 LOADED = [(name, control) for name in LOADED for control in ("load", "machine")]
-LOADED += [(name, "depth") for name in SCENES if name != "rings, opening"]
-LOADED += [pytest.param("rings, opening", "depth", marks=pytest.mark.slow)]
+LOADED += [(name, "depth") for name in SCENES]
+LONG = {("rings", "load"), ("rings", "machine"), ("rings, opening", "depth")}
+LONG |= {("steep crests", "depth")}
+LOADED = [pytest.param(*one, marks=[pytest.mark.slow] * (one in LONG)) for one in LOADED]
 BOTH = [*((name, {}) for name in SCENES), *ON_NODES.items()]
 
 
@@ -262,7 +264,10 @@ def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(name, nodes, tm
     assert list(map(len, again.inner)) == list(map(len, whole.inner))
 
 
-@pytest.mark.parametrize(("name", "nodes"), BOTH)
+@pytest.mark.parametrize(
+    ("name", "nodes"),
+    [pytest.param(*b, marks=[pytest.mark.slow] * (b[0] == "rings, opening")) for b in BOTH],
+)
 def test_there_and_back_without_an_event_costs_nothing(name, nodes):
     """On a smooth branch, or with all lines held."""
     scene = SCENES[name]

@@ -171,13 +171,12 @@ def test_types_are_known_to_those_who_import():
 
 def test_modules_that_are_not_imported():
     """Beyond those of scipy.linalg, which in some versions imports scipy.sparse."""
-    codes = ("import numpy, scipy.linalg", "import energy, discretization")
-    found = []
-    for code in (*codes, f"{codes[1]}, cvxpy, matplotlib.figure"):
-        command = [sys.executable, "-c", f"{code}, sys; print(*sys.modules)"]
-        loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
-        found.append({*loaded})
-    least, plain, everything = found
+    codes = ("numpy, scipy.linalg", "energy, discretization", "cvxpy, matplotlib.figure")
+    code = "\n".join(f"import {names}, sys; print(*sys.modules)" for names in codes)
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    least, plain, everything = ({*line.split()} for line in loaded.stdout.splitlines())
     unwanted = {"cvxpy", "matplotlib", "scipy.sparse", "scipy.optimize"}
     assert not unwanted & (plain - least)
     assert len(plain) < len(everything) / 2

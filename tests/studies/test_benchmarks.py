@@ -1,5 +1,6 @@
 """The studies of run time against error and of stability under stress, errors and estimates."""
 
+import functools
 import math
 import os
 import re
@@ -40,23 +41,23 @@ WIDTH = {  # relative error of a that each rival must reach with 400 nodes
 }
 
 
-@pytest.fixture(scope="module")
-def points():
-    return study.run(TINY)
+SHORT = [name for name in TASKS if name != "rough loop"]
+points = functools.cache(lambda *tasks: study.run(TINY, tasks))
 
 
-def test_every_method_of_every_task_was_measured_or_says_why_not(points):
-    for name in TASKS:
-        methods = {p.method for p in points if p.task == name}
+@pytest.mark.parametrize("tasks", [SHORT, pytest.param(["rough loop"], marks=pytest.mark.slow)])
+def test_every_method_of_every_task_was_measured_or_says_why_not(tasks):
+    for name in tasks:
+        methods = {p.method for p in points(*tasks) if p.task == name}
         assert methods == {m.name for m in TASKS[name](10).methods}
-    for p in points:
+    for p in points(*tasks):
         assert p.note or (p.seconds > 0 and p.ratio > 0 and p.unknowns > 0 and p.spread >= 0)
         assert "not installed" in p.note or not p.note
 
 
-def test_rivals_solve_the_same_problem(points):
+def test_rivals_solve_the_same_problem():
     checked = 0
-    for p in points:
+    for p in points(*SHORT):
         for start, bar in WIDTH.items():
             if p.method.startswith(start) and not p.note and "rough" not in p.task:
                 rtol = p.size if p.size < 1 else 0.0
@@ -116,7 +117,7 @@ def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch)
     assert (tmp_path / "runtime_vs_error.png").stat().st_size > 20_000
 
 
-TINY_STRESS = stress.Parameters(stride=3, nodes=2000, scenes=20, lattices=20)
+TINY_STRESS = stress.Parameters(stride=3, nodes=2000, scenes=20, lattices=8)
 
 
 @pytest.fixture(scope="module")
@@ -194,9 +195,10 @@ def test_verdicts():
     assert harmless.verdict == "ok" and "underflow" in harmless.note
 
 
-def test_rtol_is_honoured_and_no_estimate_is_below_a_tenth_of_the_error():
-    trials = stress.run(stress.Parameters(scenes=500), ["random"])
-    assert [t.verdict for t in trials] == ["ok"] * 500
+@pytest.mark.parametrize("scenes", [125, pytest.param(500, marks=pytest.mark.slow)])
+def test_rtol_is_honoured_and_no_estimate_is_below_a_tenth_of_the_error(scenes):
+    trials = stress.run(stress.Parameters(scenes=scenes), ["random"])
+    assert [t.verdict for t in trials] == ["ok"] * scenes
 
 
 @pytest.mark.parametrize(
@@ -252,10 +254,8 @@ def test_the_verdict_says_with_how_many_threads_it_was_measured(monkeypatch):
 
 
 ROUTES = skipping.routes()
-SAVED = {  # heights of the profile: most with the skip, least by the general route
-    "other contacts": (1_000, 2_000),
-    "error estimate": (22_000, 50_000),
-}
+# heights of the profile: most with the skip, least by the general route
+SAVED = {"other contacts": (1_000, 2_000), "error estimate": (22_000, 50_000)}
 
 
 @pytest.mark.parametrize("name", ROUTES)

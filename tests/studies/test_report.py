@@ -154,24 +154,20 @@ def test_every_study_that_needs_no_input_is_in_the_report():
     assert set(REPORTED) == set(STUDIES) - tools
 
 
-def studies(*arguments):
-    command = [sys.executable, "-W", "error", "-m", "studies", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
-
-
 def test_the_list_has_one_line_for_each_study():
-    ran = studies()
+    command = [sys.executable, "-W", "error", "-m", "studies"]
+    ran = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
     assert (ran.returncode, ran.stderr) == (0, "")
     for name in command_line.STUDIES:
         (line,) = [line for line in ran.stdout.splitlines() if line.split()[:1] == [name]]
         assert line.endswith(importlib.import_module(MODULES[name]).__doc__.splitlines()[0])
 
 
-def test_a_bad_scene_is_one_line_and_status_2(tmp_path):
+def test_a_bad_scene_is_one_line_and_status_2(tmp_path, capsys):
     path = writer(tmp_path / "tiny.toml")(("h = 60e-6", 'h = "1 mm"'))
-    ran = studies("run", str(path), "--out", str(tmp_path))
-    assert (ran.returncode, ran.stdout) == (2, "")
-    assert len(ran.stderr.splitlines()) == 1 and f"{path}: layer.h = '1 mm'" in ran.stderr
+    assert command_line.main(["run", str(path), "--out", str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and len(err.splitlines()) == 1 and f"{path}: layer.h = '1 mm'" in err
     assert not (tmp_path / "tiny.csv").exists()
 
 

@@ -10,6 +10,8 @@ to rounding; its amplitude there is chosen such that S = sin φ at the line. Ene
 2πγ₁l².
 """
 
+import functools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +20,7 @@ from scipy.optimize import brentq
 from scipy.special import k0e, k1e
 
 FAINT = 1e-8
-RTOL = 3e-14
+RTOL, ROUGHLY, BESIDE = 3e-14, 1e-8, 1e-6  # of the solution; of its first guess, and around it
 
 
 class Surface(NamedTuple):
@@ -35,15 +37,20 @@ def outside(radius, phi):
     most = phi / k1e(radius)  # φ > sin φ bounds the amplitude from above, but for some curvature
     far = radius + brentq(lambda x: np.log(most * k1e(radius + x) / FAINT) - x, 0.0, 60.0)
 
-    def followed(amplitude):
-        return _integrated(far, radius, _faint(amplitude, far, radius))
+    @functools.cache
+    def followed(amplitude, rtol=RTOL):
+        return _integrated(far, radius, _faint(amplitude, far, radius), rtol)
 
-    def excess(log_amplitude):
-        run = followed(np.exp(log_amplitude))
+    def excess(log_amplitude, rtol=RTOL):
+        run = followed(np.exp(log_amplitude), rtol)
         return 1.0 if run.status == 1 else run.y[1, -1] - np.sin(phi)
 
     start = np.log(most)
-    root = brentq(excess, start - 3.0, start + 0.5, xtol=1e-15, rtol=1e-15)
+    near = brentq(excess, start - 3.0, start + 0.5, args=(ROUGHLY,), xtol=1e-9)
+    ends = near - BESIDE, near + BESIDE
+    if excess(ends[0]) > 0 or excess(ends[1]) < 0:
+        ends = start - 3.0, start + 0.5
+    root = brentq(excess, *ends, xtol=1e-15, rtol=1e-15)
     run = followed(np.exp(root))
     return Surface(float(run.y[0, -1]), float(run.y[2, -1]), phi, run)
 
@@ -55,23 +62,23 @@ def _faint(amplitude, far, radius):
     return [h, s, far * h * s / 2]
 
 
-def _integrated(far, radius, start):
+def _integrated(far, radius, start, rtol):
     """From far to the line, in ln r where the line is narrow; the event: it would overhang."""
     narrow = radius < 1
 
     def slopes(x, y):
-        r = np.exp(x) if narrow else radius + x
-        h, s = y[0], y[1]
-        c = np.sqrt(max(1 - s * s, 1e-6))
-        rise = np.array([-s / c, -(h + s / r), -r * (h * h / 2 + s * s / (1 + c) / c)])
-        return rise * r if narrow else rise
+        r = math.exp(x) if narrow else radius + x
+        (h, s, _), rate = y.tolist(), r if narrow else 1.0
+        c = math.sqrt(max(1 - s * s, 1e-6))
+        energy = -r * (h * h / 2 + s * s / (1 + c) / c)
+        return [-s / c * rate, -(h + s / r) * rate, energy * rate]
 
     def overhangs(x, y):
         return 0.9999 - abs(y[1])
 
     overhangs.terminal = True
     span = (np.log(far), np.log(radius)) if narrow else (far - radius, 0.0)
-    return solve_ivp(slopes, span, start, method="DOP853", rtol=RTOL, atol=1e-30, events=overhangs)
+    return solve_ivp(slopes, span, start, method="DOP853", rtol=rtol, atol=1e-30, events=overhangs)
 
 
 def quadrature(f, a):
