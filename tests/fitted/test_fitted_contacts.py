@@ -26,11 +26,6 @@ DEPTH = 2.3 * DELTA0
 CASES = [(0.0, "adhered"), (0.002, "adhered"), (0.002, "global")]
 
 
-@pytest.fixture(scope="module")
-def states():
-    return {case: minimise(wavy(case[0]), DEPTH, branch=case[1]) for case in CASES}
-
-
 def errors(state, exact):
     """In the lines over l, in a, P and U over their scales."""
     return {
@@ -43,8 +38,8 @@ def errors(state, exact):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_twenty_contacts_are_those_of_a_higher_degree(states, case, monkeypatch):
-    state = states[case]
+def test_twenty_contacts_are_those_of_a_higher_degree(case, monkeypatch):
+    state = minimise(wavy(case[0]), DEPTH, branch=case[1])
     assert len(state.contacts) >= 17 and state.method == "fitted"
     assert state.certificate.ok and max(state.error_estimate.values()) <= 1e-8
     monkeypatch.setitem(small._NETS, "line", Line(16))

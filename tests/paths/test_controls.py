@@ -176,7 +176,7 @@ LOADED = ("parabola", "opening", "crests", "ripples, both", "sphere", "rings", "
 LOADED = [(name, control) for name in LOADED for control in ("load", "machine")]
 LOADED += [(name, "depth") for name in SCENES]
 LONG = {("rings", "load"), ("rings", "machine"), ("rings, opening", "depth")}
-LONG |= {("steep crests", "depth")}
+LONG |= {("steep crests", "depth"), ("rings", "depth")}
 LOADED = [pytest.param(*one, marks=[pytest.mark.slow] * (one in LONG)) for one in LOADED]
 BOTH = [*((name, {}) for name in SCENES), *ON_NODES.items()]
 
