@@ -53,7 +53,7 @@ PINNED = ("punch", "steep punch", "cylinder")
 LINKS = np.array([15, 30, 60, 120])
 FINER = {  # times as many, where contacts, gaps or waves are as narrow as so many links
     "crests without adhesion": 4,
-    "rippled, steep": 2,
+    "rippled, steep": 1.5,
 }
 
 
