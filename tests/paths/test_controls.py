@@ -68,6 +68,7 @@ def test_a_stiff_machine_imposes_the_depth(scene, method):
         assert path.half_width == pytest.approx(depths.half_width, rel=0, abs=1e4 * near)
 
 
+@pytest.mark.slow
 def test_a_jump_under_a_stiff_machine_is_where_the_mesh_has_it():
     given = {"drives": [0.0, 0.3, -0.5], "machine_stiffness": 1e8}
     last = load_path(waves(), **given).events[-1]

@@ -123,7 +123,7 @@ def test_tension_breaks_a_rough_contact_up_into_spots_and_energies_balance(rough
     assert spots[0] < spots[-1] and spots[-1] >= 8
     deepest = [loop.fraction[14] for loop in rough_loops]
     assert deepest[0] == pytest.approx(1.0, abs=1e-13) and deepest[-1] < 0.6
-    (weak,) = rough.run(rough.Parameters(w=2e-7, compared=0, tensions=(4.0,), steps=20))
+    (weak,) = rough.run(rough.Parameters(nodes=1001, w=2e-7, compared=0, tensions=(4.0,)))
     assert weak.contacts.max() >= 10
     for loop in (*rough_loops, weak):
         assert loop.path.work() == pytest.approx(loop.path.dissipated, rel=1e-11, abs=0)
