@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import find_peaks
 from scipy.special import chdtri
 
 from energy.arrays import Array, Indices, Mask
@@ -53,8 +52,17 @@ def noise(force: Array) -> float:
 def turning_points(depth: Array) -> tuple[int, ...]:
     """Indices at which loading turns into unloading or back, by more than the depth's own noise."""
     least = max(CLEAR * noise(depth), ROUNDING * float(np.ptp(depth)))
-    turns = [find_peaks(way * depth, prominence=least)[0] for way in (1, -1)]
-    return tuple(sorted(np.concatenate(turns).tolist()))
+    values, turns, low, high, way = depth.tolist(), list[int](), 0, 0, 0
+    for i, value in enumerate(values):  # low, high: since the last turn
+        low, high = low if value >= values[low] else i, high if value <= values[high] else i
+        if way >= 0 and values[high] - value > least:
+            turns += [high] if way else []
+            low, way = i, -1
+        elif way <= 0 and value - values[low] > least:
+            turns += [low] if way else []
+            high, way = i, 1
+    rests = (int((depth[turn:] != depth[turn]).argmax()) for turn in turns)  # points that stay
+    return tuple(turn + (rest - 1) // 2 for turn, rest in zip(turns, rests, strict=True))
 
 
 def loading(depth: Array) -> Mask:
