@@ -115,12 +115,15 @@ class Resolved:
     @functools.cached_property
     def corners(self) -> Array:
         """x of the corners in the window."""
-        return self.x[1:][np.diff(self.x) == 0]
+        return self.x[1:][self.x[1:] == self.x[:-1]]
 
     @functools.cached_property
     def joints(self) -> Array:
         """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
-        ends, known = self.x[[0, -1]], np.append(self.corners, self.edges)
+        ends = self.x[[0, -1]]
+        if not (len(self.indenter.corners) or self.edges.size):
+            return ends
+        known = np.append(self.corners, self.edges)
         inside = known[(known > ends[0]) & (known < ends[1])]
         return np.unique(np.append(ends, inside)) if inside.size else ends
 

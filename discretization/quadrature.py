@@ -132,7 +132,7 @@ def _ends(scene: Scene, contacts: Array) -> Array:
     cuts = breaks(scene.indenter)
     if scene.pattern is not None:
         cuts = np.append(cuts, scene.pattern.edges)
-    own = np.searchsorted(contacts[:, 0], cuts) - 1  # the contact that begins before
+    own = contacts[:, 0].searchsorted(cuts) - 1  # the contact that begins before
     inner = cuts[(own >= 0) & (cuts < contacts[own, 1])]
     return np.sort([np.concatenate([end, inner]) for end in contacts.T])
 

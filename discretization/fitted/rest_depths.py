@@ -7,6 +7,7 @@ a part of themselves; so where the slope is smooth between the lines of a narrow
 ∫f' dx instead, rounded by a part of itself.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -55,7 +56,7 @@ class RestDepths:
     surfaces: Surfaces
     size: float
 
-    @property
+    @functools.cached_property
     def length(self) -> float:
         """l."""
         return self.scene.elastocapillary_length
@@ -154,8 +155,8 @@ class RestDepths:
         D of a line at infinity is ∞.
         """
         inner, paired = np.isfinite(x), np.isfinite(facing.x)
-        found, one = np.full(x.shape, math.inf), np.ones(x.shape)
-        side, w = side * one, w * one
+        one = np.ones(x.shape)
+        found, side, w = math.inf * one, side * one, w * one
         for own, other in ((inner & paired, True), (inner & ~paired, False)):
             if own.any():
                 beyond = At(facing.x[own], facing.f[own]) if other else None
@@ -174,7 +175,7 @@ class RestDepths:
         side = np.asarray(side)
         indenter, outwards = self.profile.indenter, side * aside
         z = np.array([x, facing])
-        known, other = np.where(np.isfinite(z), z, self.profile.lowest)
+        known, other = np.where(np.isfinite(z), z, self.profile.x[0])
         f, f1 = self.profile.beside(known, outwards)
         beyond = At(facing, np.asarray(indenter.height(other), float))
         place = self.profile.past(x, outwards), f, f1
@@ -246,9 +247,11 @@ class RestDepths:
         rounding is of that.
         """
         width, x = lines[..., 1] - lines[..., 0], np.where(np.isfinite(lines), np.abs(lines), 0.0)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            steep = np.maximum(self.length / width, 0.0)
-            part = np.clip(np.cbrt(EPSILON * steep**4), _DIFFERENCE, _WIDEST)
+        part: Any = _DIFFERENCE
+        if np.isfinite(width).any():
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                steep = np.maximum(self.length / width, 0.0)
+                part = np.clip(np.cbrt(EPSILON * steep**4), _DIFFERENCE, _WIDEST)
         furthest = x.max(axis=-1)
         if self.scene.axisymmetric:
             width = np.minimum(width, np.maximum(furthest, _LEAST * self.length))
@@ -258,6 +261,9 @@ class RestDepths:
 
 def solved(rate: Array, off: Array, free: Mask) -> Array:
     """The solution (n, j, 2) of rate · step = off for the free lines of each surface, else 0."""
+    if not rate[..., [0, 1], [1, 0]].any():  # neither line feels the other one
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(free[:, None], off / rate[..., [0, 1], [0, 1]], 0.0)
     (a, b), (c, e), det = _of_free(rate, free)
     r, s = off.T
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -270,6 +276,9 @@ def stable(rate: Array, free: Mask) -> Mask:
 
     D must grow outwards of every line, and with both lines free their matrix be definite.
     """
+    if not rate[..., [0, 1], [1, 0]].any():
+        grows = rate[..., [0, 1], [0, 1]] * SIDES > 0
+        return np.asarray((grows | ~free[:, None]).all(axis=(1, 2)))
     (a, _), (_, e), det = _of_free(rate, free)
     return np.asarray(((a > 0) & (e < 0) & (det < 0)).all(axis=0))
 

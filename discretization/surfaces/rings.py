@@ -47,6 +47,8 @@ def stiffness(side: Any, s: Any) -> Any:
 def rough(side: Any, s: Any) -> Any:
     """1/S(s), roughly: s log(1/s) beside small radii, 2/s inside them, 1 for great ones."""
     part = s / (1 + s)
+    if isinstance(s, float):
+        return part * (1 - math.log(part)) if side > 0 else 1 + 2 / s
     return np.where(np.greater(side, 0), part * (1 - np.log(part)), 1 + 2 / s)
 
 

@@ -12,6 +12,7 @@ The square in ∂U/∂x = m (γ₁/2 r² - w) is left because on the mesh, to ro
 where a line at s moves away from its contact, S its reaction per length: it is what `_off` checks.
 """
 
+import functools
 import math
 from typing import Any
 
@@ -38,7 +39,7 @@ class SmallSurfaces(Surfaces):
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """Linear in the heights and the slope."""
         net, off, turned = self.net, s, self.scene.axisymmetric
-        if turned and np.less(s, BESIDE).any():
+        if turned and (s.min() if isinstance(s, np.ndarray) else s) < BESIDE:
             # differences may look beyond the axis
             off = np.where(np.isinf(width) & np.greater(s, 0), s, np.maximum(s, BESIDE))[()]
         found = net.between(side, off, width)
@@ -58,7 +59,14 @@ class SmallSurfaces(Surfaces):
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free:
         """As all nodes are balanced, k∫u over it is what it pulls."""
-        found, v = self.net.between(side, s, max(width, NARROWEST)), u + rise
+        if not self.scene.axisymmetric:
+            side, s = 1, 0.0  # wherever it is
+        return self._solved(side, s, max(width, NARROWEST), u, rise)
+
+    @functools.lru_cache(maxsize=64)  # noqa: B019
+    def _solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free:
+        """The same, which both tails of a symmetric contact may be."""
+        found, v = self.net.between(side, s, width), u + rise
         one, other = map(float, found.pulls(u, v, -rise))
         off = self._off(side, s, width, u, -rise, one)
         if width < math.inf:
