@@ -144,7 +144,7 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
     size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
     lo, hi = window(indenter, depth, _WINDOW * size, scene.opened.critical_separation)
-    known = np.concatenate([breaks(indenter), edges, np.nextafter(edges, -math.inf)])
+    known = np.concatenate([indenter.breaks(), edges, np.nextafter(edges, -math.inf)])
     cuts = np.unique(np.concatenate([[lo, hi], known[(known > lo) & (known < hi)]]))
     x, resolved = _refined(scene, indenter, cuts)
     if not resolved:
@@ -215,12 +215,6 @@ def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
     """
     left, right = (end if end in indenter.walls else math.nan for end in indenter.extent)
     return np.equal(x, np.where(np.greater(side, 0), right, left)) & np.greater(aside, 0)
-
-
-def breaks(indenter: Indenter) -> Array:
-    """x of the corners, the knots and the apex, between which a built-in profile is smooth."""
-    apex = () if indenter.apex is None else (indenter.apex,)
-    return np.array([*indenter.corners, *indenter.knots, *apex], float)
 
 
 def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool]:

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.certificate import EPSILON, ROUNDING
-from discretization.profile import Resolved, breaks
+from discretization.profile import Resolved
 from discretization.surfaces.protocol import Free
 from energy import Indenter, Scene, terms
 from energy.arrays import Array
@@ -129,7 +129,7 @@ def in_contact(scene: Scene, depth: float, contacts: Array) -> tuple[Array, floa
 
 def _ends(scene: Scene, contacts: Array) -> Array:
     """Ends (2, n) of the panels of contacts (m, 2)."""
-    cuts = breaks(scene.indenter)
+    cuts = scene.indenter.breaks()
     if scene.pattern is not None:
         cuts = np.append(cuts, scene.pattern.edges)
     own = contacts[:, 0].searchsorted(cuts) - 1  # the contact that begins before

@@ -24,7 +24,6 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import AccuracyWarning
-from discretization.profile import breaks
 from discretization.quadrature import in_contact, summed
 from energy import Assumption, Scene, terms
 from energy.arrays import Array
@@ -118,7 +117,7 @@ def deformation(state: Any) -> Deformation:
     indenter, ends, x = state.scene.indenter, state.contacts, np.zeros(1)
     bounded = bool(np.isfinite(ends).all())
     if bounded:
-        kinks = breaks(indenter)
+        kinks = indenter.breaks()
         even = np.linspace(ends[:, 0], ends[:, 1], _SAMPLES).ravel()
         x = np.concatenate([even, kinks[state.inside(kinks)]])
     u = state.depth - indenter.height(x)

@@ -68,6 +68,11 @@ class Indenter:
         near = np.asarray(side) * np.maximum(_BESIDE * size, _LEAST)
         return self.slope(np.clip(x + near, *self.extent))
 
+    def breaks(self) -> Array:
+        """x of the corners, the knots and the apex, between which a built-in profile is smooth."""
+        apex = () if self.apex is None else (self.apex,)
+        return np.array([*self.corners, *self.knots, *apex], float)
+
     def shifted(self, x0: float) -> Indenter:
         """The profile moved sideways: f(x - x0)."""
         return Shifted(self, finite("x0", x0))

@@ -276,9 +276,6 @@ def stable(rate: Array, free: Mask) -> Mask:
 
     D must grow outwards of every line, and with both lines free their matrix be definite.
     """
-    if not rate[..., [0, 1], [1, 0]].any():
-        grows = rate[..., [0, 1], [0, 1]] * SIDES > 0
-        return np.asarray((grows | ~free[:, None]).all(axis=(1, 2)))
     (a, _), (_, e), det = _of_free(rate, free)
     return np.asarray(((a > 0) & (e < 0) & (det < 0)).all(axis=0))
 

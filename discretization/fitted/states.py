@@ -23,7 +23,7 @@ from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.rest_depths import RestDepths
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
-from discretization.profile import Resolved, breaks, resolve
+from discretization.profile import Resolved, resolve
 from energy import Scene
 from energy.arrays import Array
 from energy.axis import Radial
@@ -74,7 +74,7 @@ def motion_of(alone: Alone, ends: tuple[float, ...], depth: float) -> Motion:
     profile = Radial(indenter) if scene.axisymmetric else indenter
     aside = _ASIDE * min(length, max(ends[1] - ends[0], _ASIDE * length))
     lo, hi = max(ends[0] - aside, profile.extent[0]), min(ends[1] + aside, profile.extent[1])
-    inner = breaks(profile)
+    inner = profile.breaks()
     x = {lo, hi, *inner[(inner > lo) & (inner < hi)].tolist()}
     samples = Resolved.of(profile, np.array(sorted(x)))
     rests = RestDepths(scene, samples, alone.surfaces, float(terms.max()) or scene.layer.h)

@@ -91,11 +91,8 @@ class Trials:
             (q, p), (left, right) = low.lines[i].tolist(), lines[i].tolist()
             clear = surface.least((left, right), depth)[0] + TIE * self.motion.rests.size
             reserves["clear", i] = clear
-            if (
-                clear < 0
-                or self.motion.search.closed(left, right, depth)
-                or surface.overtakes(q, p, (left, right), low.depth, depth)
-            ):
+            closed = clear < 0 or self.motion.search.closed(left, right, depth)
+            if closed or surface.overtakes(q, p, (left, right), low.depth, depth):
                 found.add(i)
         return found
 
@@ -166,10 +163,8 @@ class Enclosing:
         last, self.aim = self.aim, runs_out(self.older, self.low, self.high)
         left, way = abs(self.aim - self.low.depth), abs(self.low.depth - self.older.depth)
         if self.passed or self.aim != last:
-            self.off = float(np.fmin(abs(self.aim - last), _OFF * left)) * min(
-                1.0, left / (way or left or 1.0)
-            )
-            self.off += self.least / 4
+            near = min(1.0, left / (way or left or 1.0))
+            self.off = float(np.fmin(abs(self.aim - last), _OFF * left)) * near + self.least / 4
         else:
             self.off = 8 * self.off
 
@@ -228,7 +223,6 @@ def turning(depths: Array, lines: Array) -> float:
         (a, b, c), y, z = (each[:, -1] for each in found[1:]), x[:, 3] - x[:, 2], x[:, 3] - x[:, 1]
         slope, bend = a + y * (b + z * c), b + c * (y + z)  # at the last one
         step = -slope / (bend + np.copysign(np.sqrt(bend * bend - 3 * c * slope), bend))
-        left = step * (slope + step * (bend + step * c)) * np.sign(depths[-1] - depths[0])
-    return float(
-        depths[-1] + np.sign(depths[-1] - depths[0]) * left[left > 0].min(initial=math.inf)
-    )
+        way = np.sign(depths[-1] - depths[0])
+        left = step * (slope + step * (bend + step * c)) * way
+    return float(depths[-1] + way * left[left > 0].min(initial=math.inf))

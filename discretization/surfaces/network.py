@@ -121,12 +121,7 @@ class Family:
         place = math.log2(s) / self.octaves
         number = math.floor(place)
         angle = math.acos(min(max(2 * (place - number) - 1, -1.0), 1.0))
-        return np.asarray(np.cos(angle * self.orders) @ self.piece(kind, number))
-
-    @functools.cached_property
-    def orders(self) -> Array:
-        """Of the polynomials."""
-        return np.arange(float(self.points))
+        return np.asarray(np.cos(angle * np.arange(self.points)) @ self.piece(kind, number))
 
     def at(self, kinds: Any, s: Array) -> Array:
         """Values (n, values) of these kinds, a number or (n,), at s (n,)."""

@@ -90,7 +90,9 @@ class Surfaces:
     def solve(self, left: At | None, right: At | None, depth: float) -> Free:
         """One free surface. ValueError if it would turn over."""
         lines, unit = self._lines(left, right, depth), self._unit
-        if self.scene.axisymmetric and lines[1:3] == (0.0, math.inf):
+        if not self.scene.axisymmetric:
+            lines = (1, 0.0, *lines[2:])  # wherever it is
+        elif lines[1:3] == (0.0, math.inf):
             return Free(0.0, (0.0, 0.0), 0.0, 0.0)  # at the axis there is none
         found = self.solved(*lines)
         if found is None:

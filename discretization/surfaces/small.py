@@ -57,16 +57,10 @@ class SmallSurfaces(Surfaces):
         found, v = self.net.between(side, s, np.maximum(width, NARROWEST)), u + rise
         return found.energy(u, v, -rise), found.left * u + found.right * v
 
+    @functools.lru_cache(maxsize=64)  # noqa: B019
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free:
         """As all nodes are balanced, k∫u over it is what it pulls."""
-        if not self.scene.axisymmetric:
-            side, s = 1, 0.0  # wherever it is
-        return self._solved(side, s, max(width, NARROWEST), u, rise)
-
-    @functools.lru_cache(maxsize=64)  # noqa: B019
-    def _solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free:
-        """The same, which both tails of a symmetric contact may be."""
-        found, v = self.net.between(side, s, width), u + rise
+        found, v = self.net.between(side, s, max(width, NARROWEST)), u + rise
         one, other = map(float, found.pulls(u, v, -rise))
         off = self._off(side, s, width, u, -rise, one)
         if width < math.inf:
