@@ -49,17 +49,24 @@ def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST
 
 
 def least(
-    h: Function, lo: float, hi: float, enough: float = -math.inf, sections: int = _SECTIONS
+    h: Function,
+    lo: float,
+    hi: float,
+    enough: float = -math.inf,
+    sections: int = _SECTIONS,
+    fall: float = math.inf,
 ) -> tuple[float, float]:
     """Where h, with one minimum between two points, is least, and h there, by golden sections.
 
-    Or where one value is not more than `enough`.
+    Or where one value is not more than `enough`, or none will be: h falls by no more than `fall`
+    between the two points, and by the same part of that between nearer ones.
     """
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
     low, high = h(one), h(other)
     for _ in range(sections):
-        if low <= enough or high <= enough:
+        if min(low, high) <= enough or min(low, high) - fall > enough:
             break
+        fall *= _GOLDEN
         if low <= high:
             hi, other, high = other, one, low
             low = h(one := hi - _GOLDEN * (hi - lo))
@@ -77,25 +84,26 @@ def crossings(
     h(x, own): the values of the functions with these numbers at x. They change sign once, from
     there to hi as `rise`, a guess of their slopes. A value of no more than `enough` is zero.
     """
-    x, own = guess.copy(), np.arange(guess.size)
-    ends, side = [lo.copy(), hi.copy()], np.where(rise < 0, -1.0, 1.0)
-    value, slope = h(x, own), rise.copy()
-    slow = np.zeros(own.size, bool)
+    x, own, at = guess.copy(), np.arange(guess.size), guess
+    value, slope, slow = h(at, own), rise, np.zeros(own.size, bool)
+    side = np.where(rise < 0, -1.0, 1.0)
     for _ in range(_HALVINGS):
-        low = side[own] * value <= 0
-        ends[0][own[low]], ends[1][own[~low]] = x[own[low]], x[own[~low]]
+        low = side * value <= 0
+        lo, hi = np.where(low, at, lo), np.where(low, hi, at)
         with np.errstate(divide="ignore", invalid="ignore"):
-            new = x[own] - value / slope[own]
-        inside = (new >= ends[0][own]) & (new <= ends[1][own]) & ~slow
-        new = np.where(inside, new, (ends[0][own] + ends[1][own]) / 2)
-        still = np.abs(new - x[own]) <= _CLOSE * np.abs(new)
-        kept = ~((np.abs(value) <= enough) | still)
-        if not kept.any():
+            new = at - value / slope
+        inside = (new >= lo) & (new <= hi) & ~slow
+        new = np.where(inside, new, (lo + hi) / 2)
+        known = (np.abs(value) <= enough) | (np.abs(new - at) <= _CLOSE * np.abs(new))
+        if known.any():
+            own, slow = own[~known], slow[~known]
+            parts = (at, new, value, lo, hi, side)
+            at, new, value, lo, hi, side = (part[~known] for part in parts)
+        if not own.size:
             break
-        own, old, before, new = own[kept], x[own[kept]], value[kept], new[kept]
-        value = h(new, own)
-        slow = (np.abs(value) > np.abs(before) / 2) & ~slow[kept]
+        before, value = value, h(new, own)
+        slow = (np.abs(value) > np.abs(before) / 2) & ~slow
         with np.errstate(divide="ignore", invalid="ignore"):
-            slope[own] = (value - before) / (new - old)
-        x[own] = new
+            slope = (value - before) / (new - at)
+        x[own] = at = new
     return x

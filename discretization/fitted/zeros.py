@@ -89,7 +89,8 @@ def _among(h: Function, x: Array, values: Array) -> float | None:
         before, beyond = float(x[i - 1]), float(x[i + 1])
         if abs(beyond - before) <= _ULPS * math.ulp(before):
             continue  # both sides of an edge
-        top, low = least(lambda z: -h(z), before, beyond, 0.0)
+        fall = _NEAR * float(np.abs(np.diff(values[i - 1 : i + 2])).max())
+        top, low = least(lambda z: -h(z), before, beyond, 0.0, fall=fall)
         if low <= 0:
             return bracketed(
                 h, float(x[i]) if abs(top - before) > abs(x[i] - before) else before, top
