@@ -120,10 +120,7 @@ class Resolved:
     @functools.cached_property
     def joints(self) -> Array:
         """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
-        ends = self.x[[0, -1]]
-        if not (len(self.indenter.corners) or self.edges.size):
-            return ends
-        known = np.append(self.corners, self.edges)
+        ends, known = self.x[[0, -1]], np.append(self.corners, self.edges)
         inside = known[(known > ends[0]) & (known < ends[1])]
         return np.unique(np.append(ends, inside)) if inside.size else ends
 

@@ -66,9 +66,8 @@ class LoneTrack:
         with np.errstate(divide="ignore", invalid="ignore"):  # where nothing moves
             guess = np.where(other == one, one, one + (other - one) * ((goal - self.start) / span))
             rise = np.where(other == one, 1.0, span / (other - one))
-        x = crossings(
-            off, np.minimum(one, other), np.maximum(one, other), guess, rise, _KNOWN * size
-        )
+        low, high = np.minimum(one, other), np.maximum(one, other)
+        x = crossings(off, low, high, guess, rise, _KNOWN * size)
         if (np.abs(off(x, np.arange(x.size))) > _NEAR * size).any():
             raise NotCertifiedError(
                 f"the contact between depth = {self.start!r} and {self.end!r} does not come to "

@@ -53,12 +53,6 @@ def ends_of(nodes: Contacts) -> list[End]:
     return [None, *itertools.chain(*nodes), None]
 
 
-def contacts_of(ends: Sequence[End]) -> Contacts:
-    """The contacts with these ends."""
-    inner = [end for end in ends if end is not None]
-    return tuple(zip(inner[::2], inner[1::2], strict=True))
-
-
 def _free(*parts: tuple[End, End]) -> tuple[End, ...]:
     """The ends of those of these parts that have a free node."""
     return tuple(
@@ -113,7 +107,8 @@ class Walk:
             change, i = self.first(ends, sign)
             last = change.depth > end if sign > 0 else change.depth <= end
             if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                after = contacts_of(ends)
+                inner = [end for end in ends if end is not None]
+                after = tuple(zip(inner[::2], inner[1::2], strict=True))
                 if self._is_jump(trace[-1][1], after, changes, depth):
                     return Track(trace, depth, after)
                 trace += [(depth, after)] if changes else []
