@@ -267,12 +267,8 @@ def test_states_are_as_accurate_as_asked(layered):
 def test_times_are_measured_in_one_process(monkeypatch):
     """Whatever number of them is asked for: others on the same cores lengthen what is timed."""
     asked = {}
-
-    def each(measure, cases, jobs, say):
-        asked[measure] = jobs
-        return []
-
-    monkeypatch.setattr(layer, "each", each)
+    ask = lambda measure, cases, jobs, say: asked.update({measure: jobs}) or []  # noqa: E731
+    monkeypatch.setattr(layer, "each", ask)
     layer.run(LAYERS, jobs=4)
     assert asked.pop(layer.accuracy) == 1 and set(asked.values()) == {4}
 
@@ -295,10 +291,8 @@ def test_the_study_of_layers_writes_tables_and_figures(layered, monkeypatch, tmp
     assert "answer: The angle stays √(2w/γ₁) whatever ν and h" in capsys.readouterr().out
     drawn = {"layer_angle", "layer_length", "layer_pull", "layer_springs"}
     assert {path.stem for path in tmp_path.glob("*.png")} == drawn
-    rows = read(tmp_path / "layer_springs_worst.csv")
-    assert np.array([float(row["radius"]) for row in rows]) == pytest.approx(
-        [one.radius for one in layered["springs_worst"]]
-    )
+    written = [float(row["radius"]) for row in read(tmp_path / "layer_springs_worst.csv")]
+    assert written == pytest.approx([one.radius for one in layered["springs_worst"]])
     spoilt = {**layered, "angle": [layered["angle"][0]._replace(measured=1.02)]}
     monkeypatch.setattr(layer, "run", lambda preset, show, jobs: spoilt)
     assert main(["layer", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
