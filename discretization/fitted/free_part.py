@@ -147,13 +147,15 @@ class FreePart:
         low = f <= level + _HIGHER * self.rests.scene.opened.critical_separation
         if not low.any():
             return math.inf, math.nan
-        v = np.full(inner.size + 2, math.inf)
-        v[1:-1][low] = shape(inner[low], left, right, depth)[0] - depth + f[low]
+        v, fall = np.full(inner.size + 2, math.inf), np.zeros(inner.size + 2)
+        u, u1 = shape(inner[low], left, right, depth)
+        v[1:-1][low], fall[1:-1][low] = u - depth + f[low], np.abs(u1 + profile.slope[own][low])
         v[[0, -1]] = np.where(np.isfinite(lines), 0.0, math.inf)
         x = np.append(inner[0], np.append(inner, inner[-1]))
         x[[0, -1]] = np.where(np.isfinite(lines), lines, x[[0, -1]])
         dips = 1 + np.flatnonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]) & np.isfinite(v[1:-1]))
         steps = np.abs(np.diff(np.where(np.isfinite(v), v, v[1:-1][low].max())))
+        steps = np.maximum(steps, np.maximum(fall[:-1], fall[1:]) * np.diff(x))
         near = dips[v[dips] < _NEAR * np.maximum(steps[dips - 1], steps[dips])]
         if near.size:
             place = crossings(

@@ -39,6 +39,7 @@ _SAME = 1e-9  # of the energy's scale: energies of the same state
 _UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once
 _ADHERES = np.array([[True], [False]])
 _ASIDE = 1e-3  # of l and of the width: so far beyond its lines a contact is judged
+_energy = operator.attrgetter("energy")
 
 
 def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
@@ -108,9 +109,6 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
         stacklevel=3,
     )
     return min(found, key=_energy)
-
-
-_energy = operator.attrgetter("energy")
 
 
 def _alike(one: Equilibrium, other: Equilibrium) -> bool:

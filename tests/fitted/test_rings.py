@@ -277,3 +277,19 @@ def test_a_sphere_is_wetted_up_to_its_equator():
     assert path.dissipated == pytest.approx(path.work(), rel=1e-9, abs=0)
     with pytest.raises(ValueError, match=r"spreads the contact to x = 0\.05, where the profile"):
         minimise(scene, 0.07)
+
+
+def test_a_ring_begins_between_samples_that_are_as_high_as_each_other():
+    """The surface dips into the profile between two samples, of both of which it is clear."""
+    layer, surfaces = ElasticLayer(43.16573, 0.3, 14.25646), SurfaceEnergies.from_work(20.79, 2.025)
+    A, q, R = 0.4682390, 2.311797, 5.313663
+    body = Profile(
+        lambda r: r**2 / (2 * R) + A * (1 - np.cos(q * r)),
+        lambda r: r / R + A * q * np.sin(q * r),
+        extent=(-24.378, 24.378),
+    )
+    scene, r = Scene(layer, surfaces, body, geometry="axisymmetric"), np.linspace(0.0, 4.0, 40001)
+    for depth in np.linspace(0.7449, 0.7452, 13):
+        state = minimise(scene, depth)
+        clear = state.displacement(r) - (depth - body.height(r))
+        assert clear.min() > -1e-9 * scene.critical_separation
