@@ -27,7 +27,7 @@ _AGAIN = 2  # smaller steps passed, after which a longer one is tried again
 _UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that does not tell
 _MOST = 100_000  # changes on one way, as in motion.py
 _HIGHER = 1 / 16  # of δ₀
-_NEAR = 4.0  # steps between samples: how far above 0 a minimum is still looked at
+_NEAR = 4.0  # times what v may fall by next to a sample: so far above 0 a minimum is looked at
 
 
 @dataclass(frozen=True, eq=False)
