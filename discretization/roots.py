@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from energy.arrays import Array, Indices
+from energy.arrays import Array, Indices, Mask
 
 Function = Callable[[float], float]
 Functions = Callable[[Array, Indices], Array]
@@ -14,6 +14,7 @@ _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a m
 _HALVINGS = 200  # secants, and halvings where those are slow
 CLOSEST = 4e-16  # of a zero: a few roundings
 _CLOSE = 2.0**-52  # of the position: steps of one rounding
+_NEAR = 4.0  # times what a function may fall by on the way to a minimum
 
 
 def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST) -> float:
@@ -74,6 +75,32 @@ def least(
             lo, one, low = one, other, high
             high = h(other := lo + _GOLDEN * (hi - lo))
     return (one, low) if low <= high else (other, high)
+
+
+def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, Array, Mask]:
+    """Minima of a function known by values and slopes v1 at places (n,), corners twice.
+
+    Those of the cubics through both: between which places, where, v'', v, and whether v may be 0
+    there, as what it may fall by from those places is not far below.
+    """
+    lo, hi = np.arange(x.size - 1), np.arange(1, x.size)
+    turns = (v1[lo] <= 0) & (v1[hi] >= 0)
+    lo[-1], hi[-1] = hi[-1], lo[-1]  # a slope of 0 at the last place is no minimum, nor at the first
+    h, rise = x[hi] - x[lo], v[hi] - v[lo]
+    c, end = v1[lo] * h, v1[hi] * h
+    a, b = 3 * (c + end - 2 * rise), 6 * rise - 4 * c - 2 * end  # h v' = a t² + b t + c
+    most = np.maximum(np.abs(c), np.abs(end))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b * b - 4 * a * c)
+        t = np.where(b > 0, -2 * c / (b + root), (root - b) / (2 * a))
+        k = np.flatnonzero(turns | ((t > 0) & (t < 1) & (most > _CLOSE * np.abs(v).max())))
+        a, b, c, h, t, end, start = (part[k] for part in (a, b, c, h, t, end, x[lo]))
+        t, middle = np.where((t >= 0) & (t <= 1), t, 0.5), -b / (2 * a)
+        bend = (2 * a * t + b) / (h * h)
+    value = v[lo[k]] + t * (c + t * (b / 2 + t * a / 3))
+    near = value < _NEAR * np.maximum(most, np.abs(rise))[k]
+    one, other = start + h * np.where(c > 0, middle, 0), start + h * np.where(end < 0, middle, 1)
+    return np.minimum(one, other), np.maximum(one, other), start + h * t, bend, value, near
 
 
 def crossings(

@@ -18,7 +18,7 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.line_search import LineSearch, Pair
 from discretization.fitted.rest_depths import TIE, RestDepths
 from discretization.profile import unknown
-from discretization.roots import crossings
+from discretization.roots import crossings, minima
 
 Lines = tuple[float, ...]
 _STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
@@ -27,7 +27,7 @@ _AGAIN = 2  # smaller steps passed, after which a longer one is tried again
 _UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that does not tell
 _MOST = 100_000  # changes on one way, as in motion.py
 _HIGHER = 1 / 16  # of δ₀
-_NEAR = 4.0  # times what v may fall by next to a sample: so far above 0 a minimum is looked at
+_TINY = 1e-300  # more than 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,41 +134,38 @@ class FreePart:
         return float(between[0 if side > 0 else -1]) if between.size else goal
 
     def least(self, lines: Pair, depth: float) -> tuple[float, float]:
-        """The least clearance v = u - g between two lines, and where.
+        """The least of the minima of the clearance v = u - g between two lines, and where; or ∞.
 
-        At samples of the profile that are not above those beside them, and between these where v
-        may reach 0. Towards a line v vanishes: that is no minimum, ∞. As the surface is nowhere
-        lower than at both lines and far away, samples higher by a part of δ₀ do not count.
+        Towards a line v vanishes: that is no minimum. As the surface is nowhere lower than at both
+        lines and far away, samples of the profile that are higher by a part of δ₀ do not count.
         """
         left, right = (self.rests.at(x) for x in lines)
         profile, shape = self.rests.profile, self.rests.surfaces.shape
         own, level = profile.beyond(*lines), max([depth, *(z.f for z in (left, right) if z)])
-        inner, f = profile.x[own], profile.f[own]
-        low = f <= level + _HIGHER * self.rests.scene.opened.critical_separation
+        low = profile.f[own] <= level + _HIGHER * self.rests.scene.opened.critical_separation
         if not low.any():
             return math.inf, math.nan
-        v, fall = np.full(inner.size + 2, math.inf), np.zeros(inner.size + 2)
-        u, u1 = shape(inner[low], left, right, depth)
-        v[1:-1][low], fall[1:-1][low] = u - depth + f[low], np.abs(u1 + profile.slope[own][low])
-        v[[0, -1]] = np.where(np.isfinite(lines), 0.0, math.inf)
-        x = np.append(inner[0], np.append(inner, inner[-1]))
-        x[[0, -1]] = np.where(np.isfinite(lines), lines, x[[0, -1]])
-        dips = 1 + np.flatnonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]) & np.isfinite(v[1:-1]))
-        steps = np.abs(np.diff(np.where(np.isfinite(v), v, v[1:-1][low].max())))
-        steps = np.maximum(steps, np.maximum(fall[:-1], fall[1:]) * np.diff(x))
-        near = dips[v[dips] < _NEAR * np.maximum(steps[dips - 1], steps[dips])]
-        if near.size:
-            place = crossings(
-                lambda z, _: shape(z, left, right, depth)[1] + profile.indenter.slope(z),
-                *(x[near - 1], x[near + 1], x[near], np.ones(near.size), 0.0),
-            )
-            deep = shape(place, left, right, depth)[0] - depth + profile.indenter.height(place)
-            deeper = deep < v[near]
-            x[near[deeper]], v[near[deeper]] = place[deeper], deep[deeper]
-        if not dips.size:
+        low = low | np.append(low[1:], False) | np.append(False, low[:-1])
+        x, f, f1 = (column[own][low] for column in (profile.x, profile.f, profile.slope))
+        ends = np.where(np.isfinite(lines), lines, x[[0, -1]])
+        beside = np.array([ends, *profile.beside(ends, (1, -1))])
+        x, f, f1 = np.concatenate([beside[:, :1], [x, f, f1], beside[:, 1:]], axis=1)
+        u, u1 = shape(x, left, right, depth)
+        v, v1 = u - depth + f, u1 + f1
+        v1[0] = max(v1[0], _TINY) if left else -1.0  # an end without a line may be a minimum
+        v1[-1] = min(v1[-1], -_TINY) if right else 1.0
+        lo, hi, place, rise, clear, near = minima(x, v, v1)
+        if not place.size:
             return math.inf, math.nan
-        best = dips[np.argmin(v[dips])]
-        return float(v[best]), float(x[best])
+        if near.any():
+            at = place[near] = crossings(
+                lambda z, _: shape(z, left, right, depth)[1] + profile.indenter.slope(z),
+                *(part[near] for part in (lo, hi, place, rise)),
+                0.0,
+            )
+            clear[near] = shape(at, left, right, depth)[0] - depth + profile.indenter.height(at)
+        best = int(np.argmin(clear))
+        return float(clear[best]), float(place[best])
 
 
 def pairs(lines: Sequence[float]) -> list[Pair]:
