@@ -4,9 +4,10 @@ An indenter is given by two functions, f(x) and f'(x). Before anything is looked
 sampled until the cubic through heights and slopes of neighbouring samples predicts the slope in
 between to a part of what a contact line notices, √(2w/γ₁), or of how the slope varies there:
 
-    |f'(x) - cubic'(x)| <= max(√(2w/γ₁)/64, range of f'/256),    at two points of every interval.
+    |f'(x) - cubic'(x)| <= max(√(2w/γ₁)/64, range of f'/256),    at two points of every interval,
 
-Corners are kept twice, with the slope on either side, and the local extremes of f are samples, too.
+and until the slope in between is hardly steeper or flatter than at both samples. Corners are kept
+twice, with the slope on either side, and the local extremes of f are samples, too.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from discretization.certificate import AccuracyWarning
-from discretization.roots import crossings
+from discretization.roots import crossings, minima
 from energy import Indenter, Scene
 from energy.arrays import Array, Mask
 from energy.axis import Radial
@@ -244,25 +245,31 @@ def _read(indenter: Indenter, x: Array, side: Any) -> Array:
 def _unpredicted(
     indenter: Indenter, lo: Array, hi: Array, low: Array, high: Array, tolerance: float
 ) -> Mask:
-    """Intervals within which the cubic does not predict the slope."""
+    """Intervals within which the cubic does not predict the slope, or its slope turns round."""
     width, off = hi - lo, np.zeros(lo.size)
     secant = (high[0] - low[0]) / width
     least, most = np.minimum(low[1], high[1]), np.maximum(low[1], high[1])
+    a, b = 3 * (low[1] + high[1] - 2 * secant), 6 * secant - 4 * low[1] - 2 * high[1]
+    with np.errstate(divide="ignore", invalid="ignore"):  # of low[1] + b t + a t²
+        t, turn = -b / (2 * a), low[1] - b * b / (4 * a)
+    beyond = np.where((t > 0) & (t < 1), np.maximum(turn - most, least - turn), 0.0)
+    turns = beyond > np.maximum(tolerance, _OF_RANGE * np.maximum(most, -least))
     for t in _TESTS:
         guess = low[1] * (1 - t) * (1 - 3 * t) + high[1] * t * (3 * t - 2)
         guess += 6 * t * (1 - t) * secant
         slope = np.asarray(indenter.slope(lo + t * width), float)
         off = np.maximum(off, np.abs(slope - guess))
         least, most = np.minimum(least, slope), np.maximum(most, slope)
-    return np.asarray(off > np.maximum(tolerance, _OF_RANGE * (most - least)))
+    return np.asarray(turns | (off > np.maximum(tolerance, _OF_RANGE * (most - least))))
 
 
 def _extremes(samples: Resolved) -> Array:
-    """Where f' changes sign between two samples: the local extremes of f."""
-    x, slopes = samples.x, samples.slope
-    turns = np.flatnonzero((slopes[:-1] * slopes[1:] < 0) & (x[:-1] < x[1:]))
-    lo, hi, one = x[turns], x[turns + 1], slopes[turns]
-    rise = (slopes[turns + 1] - one) / (hi - lo)
-    f1 = samples.indenter.slope
-    at = crossings(lambda x, _: np.asarray(f1(x), float), lo, hi, lo - one / rise, rise, 0.0)
-    return at[(lo < at) & (at < hi)]
+    """The local extremes of f between its samples."""
+    found = []
+    for sign in (1, -1):
+        lo, hi, guess, rise, *_ = minima(samples.x, sign * samples.f, sign * samples.slope)
+        own = (lo < hi) & (rise > 0)
+        part = lo[own], hi[own], guess[own], sign * rise[own]
+        x = crossings(lambda x, _: np.asarray(samples.indenter.slope(x), float), *part, 0.0)
+        found.append(x[(part[0] < x) & (x < part[1])])
+    return np.concatenate(found)

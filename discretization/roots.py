@@ -85,7 +85,10 @@ def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, A
     """
     lo, hi = np.arange(x.size - 1), np.arange(1, x.size)
     turns = (v1[lo] <= 0) & (v1[hi] >= 0)
-    lo[-1], hi[-1] = hi[-1], lo[-1]  # a slope of 0 at the last place is no minimum, nor at the first
+    lo[-1], hi[-1] = (
+        hi[-1],
+        lo[-1],
+    )  # a slope of 0 at the last place is no minimum, nor at the first
     h, rise = x[hi] - x[lo], v[hi] - v[lo]
     c, end = v1[lo] * h, v1[hi] * h
     a, b = 3 * (c + end - 2 * rise), 6 * rise - 4 * c - 2 * end  # h v' = a t² + b t + c

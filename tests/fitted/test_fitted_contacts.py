@@ -143,3 +143,18 @@ def test_without_tension_there_is_nothing_to_incline():
         small = minimise(scene, 1e-3, **method)
         finite = minimise(replace(scene, slopes="finite"), 1e-3, **method)
         assert finite.force == small.force and finite.half_width == small.half_width
+
+
+def test_a_dip_between_two_samples_of_a_measured_profile_is_seen():
+    """A spline through more of its own points is the same profile; its dips lie between samples."""
+    rng, x = np.random.default_rng(7), np.linspace(-2 * L, 2 * L, 601)
+    heights = x**2 / (0.6 * L / ALPHA) + rng.normal(0, ALPHA * (x[1] - x[0]), x.size)
+    body, finer = Sampled(x, heights, kind="smooth"), np.linspace(-2 * L, 2 * L, 2401)
+    turns = [np.count_nonzero(np.diff(np.sign(body.slope(at)))) for at in (x, finer)]
+    assert turns[0] < turns[1]
+    same = Sampled(finer, body.height(finer), kind="smooth")
+    one, other = (minimise(adhesive(each), 0.2 * DELTA0) for each in (body, same))
+    assert np.abs(one.contacts - other.contacts).max() <= 1e-9 * L
+    dense = np.linspace(-2 * L, 2 * L, 200_001)
+    clear = one.displacement(dense) - (one.depth - body.height(dense))
+    assert clear.min() >= -1e-9 * DELTA0
