@@ -160,8 +160,7 @@ class FreePart:
         if near.any():
             at = place[near] = crossings(
                 lambda z, _: shape(z, left, right, depth)[1] + profile.indenter.slope(z),
-                *(part[near] for part in (lo, hi, place, rise)),
-                0.0,
+                *(lo[near], hi[near], place[near], rise[near], 0.0),
             )
             clear[near] = shape(at, left, right, depth)[0] - depth + profile.indenter.height(at)
         best = int(np.argmin(clear))
