@@ -36,6 +36,7 @@ from discretization.layer.poles import poles
 from energy.arrays import Array, Complex
 
 _INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
+_GROWTH, _LEAST = 12.0, 3.0  # of elements, less a decade of the tolerance; the least
 _LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
 
 
@@ -63,43 +64,45 @@ class Contact:
     """One of half-width or radius a, with poles to a tolerance; first: see `elements.grid`.
 
     f: of the profile at the line, slopes, weights (e, 13): at nodes, and with the measure, of both
-    sides or all around; stretched: γ₁/2 ∫f'²; u (2, e, 13): of nodes, of what is linear in u(a) and
-    1. So are reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
-    outside (n, n): ψ, and φ of the other poles, of what decays by each λ.
+    sides or all around; u (2, e, 13): of nodes, of what is linear in u(a) and 1. So are
+    reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
         scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
-        self.poles = poles(scene.layer, scene.gamma1, tolerance)
-        tau, decays = np.append(self.poles.first, self.poles.tau), self.poles.decays
-        ends = grid(body, a, 1 / float(np.sqrt(np.abs(tau).max())), first)
-        self.elements = own = elements(body.power, ends)
+        self.poles = found = poles(scene.layer, scene.gamma1, tolerance)
+        growth = max(_GROWTH + math.log10(tolerance), _LEAST)
+        self.elements = own = elements(body.power, grid(body, a, found.shortest, growth, first))
         self.weights = body.whole * a ** (body.power + 1) * own.mass
         self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
-        self.stretched = scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
         self.u = np.array([np.ones_like(own.x), self.f - body.height(a * own.x)])
-        loads = np.zeros((*own.x.shape, tau.size, 2))
-        loads[..., 0, :] = np.moveaxis(a * a * own.mass * self.u, 0, -1)
-        loads[..., 1:, 1] = a * own.risen(self.slopes)[..., None]
-        self.fields = Fields(own, a * a * tau, loads)
-        self.outside = np.append(1, self.poles.tau)[:, None] / (tau[:, None] - decays**2)
-        outwards = -decayed(body.power, decays, a, np.zeros(1), 1)[:, 0]
-        wanted = np.concatenate([[[1, 0]], self.fields.given[:1], -self.fields.given[1:]])
-        wanted[2:, 0] += self.fields.own[1:]
-        taken = (self.fields.own[:, None] + a * outwards) * self.outside
-        matrix = np.concatenate([np.ones_like(decays[None]), taken])
+        loads = [*(a * a * own.mass * self.u), a * own.risen(self.slopes)]
+        self.fields = fields = Fields(own, a * a * found.above, np.stack(loads, axis=1))
+        takes = np.array([fields.own, fields.own, -fields.given[2]])
+        takes[1:, 0] = fields.given[:2, 0]
+        takes = np.concatenate([takes, takes[:, fields.real :].conj()], axis=1)
+        outwards = -decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0]
+        matrix = np.ones((found.decays.size,) * 2, complex)
+        matrix[1:] = (takes[0][:, None] + a * outwards) * found.outside
+        wanted = np.concatenate([[[1, 0]], takes[1:].T])
         high = np.abs(matrix).max(axis=1, keepdims=True)
         wide = np.abs(matrix / high).max(axis=0)
         self.amplitudes = np.linalg.solve(matrix / high / wide, wanted / high) / wide[:, None]
         self.reaction = (outwards @ self.amplitudes).real
         self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
 
+    @property
+    def stretched(self) -> float:
+        """γ₁/2 ∫f'² of what is in contact."""
+        return self.body.scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
+
     @functools.cached_property
     def pressures(self) -> Array:
         """At nodes (2, e, 13)."""
-        at_line, c = self.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
+        c, n = np.append(self.poles.flow, self.poles.c), self.poles.above.size
+        at_line = self.poles.outside[:n] @ self.amplitudes
         at_line[1:] = [1, 0] - at_line[1:]
-        return self.poles.still * self.u + self.fields.total(at_line, c)
+        return self.poles.still * self.u + self.fields.total(at_line.T, c[:n])
 
     @functools.cached_property
     def form(self) -> Array:

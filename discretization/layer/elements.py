@@ -9,7 +9,6 @@ tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth there an
 import functools
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 
@@ -18,27 +17,25 @@ from discretization.surfaces.network import rounded
 from energy.arrays import Array, Complex
 
 DEGREE = 12
-_RATIO = 1 / 3  # of elements to the next ones outwards
 _NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
 
-def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ...]:
+def grid(body: Body, a: float, shortest: float, growth: float, first: float) -> tuple[float, ...]:
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
-    Elements end at breaks. Each is a third of the next one towards the line, and towards kinks of
-    the profile, beside which the fields change likewise, until they resolve the shortest length of
-    a pole; first: the share of the way at which that begins.
+    Elements end at breaks. They grow by a factor from one to the next away from the line, and from
+    kinks of the profile, beside which the fields change likewise, where they resolve the shortest
+    length of a pole; first: the share of the way at which that ends.
     """
-    ends = np.array([0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)])
+    ends = [0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)]
     for left, right in itertools.pairwise([0.0, *(x for x in body.kinks if 0 < x < a), a]):
-        times = -math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _RATIO)
-        steps = (right - left) / a * first * _RATIO ** np.arange(math.ceil(times))
+        times = math.log(max(1.0, (right - left) / (_NEAREST * shortest)), growth)
+        steps = [(right - left) / a * first / growth**i for i in range(math.ceil(times))]
         for corner, side in ((right, 1), (left, -1))[: 1 + (left in body.kinks)]:
-            places = 1 - corner / a + side * steps
-            clear = np.abs(places[:, None] - ends).min(axis=1) > _CLEAR * steps
-            ends = np.append(ends, places[clear])
-    return tuple(np.unique(ends)[::-1].tolist())
+            places = [(1 - corner / a + side * step, _CLEAR * step) for step in steps]
+            ends += [z for z, clear in places if min(abs(z - x) for x in ends) > clear]
+    return tuple(sorted(set(ends), reverse=True))
 
 
 class Elements:
@@ -77,42 +74,56 @@ elements = functools.lru_cache(maxsize=128)(Elements)
 
 
 class Fields:
-    """Fields v of poles τ (n,) with two loads each (e, 13, n, 2), from 0 to the line.
+    """Fields v of poles τ (n,), the real ones and then one of each pair, from 0 to the line.
 
-    They take own v - given there, (n,) and (n, 2). share (e, 11, n): 1/(λ + τ); forced
-    (e, 11, n, 2): loads of modes. On the left of every element v is rest (e, n, 2) and passed
-    (e, n, 1) of v on its right. What an element takes of a displacement that is 1 everywhere, and
-    of its load as a whole, is found without the large numbers that cancel where τ is small.
+    loads (e, 3, 13): of each pole. They take own v - given there, (n,) and (3, n). share
+    (e, 11, m): 1/(λ + τ), of pairs the real and then the imaginary parts; forced (e, 3, 11): loads
+    of modes. On the left of every element v is rest (e, 3, n) and passed (e, n) of v on its right.
+    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
+    found without the large numbers that cancel where τ is small.
     """
 
-    def __init__(self, elements: Elements, tau: Any, loads: Array) -> None:
-        self.elements, (e, _, n, _), (left, _) = elements, loads.shape, elements.ties
-        self.share = 1 / (elements.values[:, :, None] + tau)
-        inner = elements.modes.swapaxes(1, 2) @ loads[:, 1:-1].reshape(e, -1, 2 * n)
-        self.forced = inner.reshape(e, -1, n, 2)
-        moved = (self.share[..., None] * self.forced).reshape(e, -1, 2 * n)
-        loaded = (np.stack([left, elements.flat], axis=1) @ moved).reshape(e, 2, n, 2)
-        tied = elements.tied @ self.share
-        takes = tau * (elements.mass[:, [0, -1], None] - tied[:, 1:])  # (e, 2, n)
-        given = loads[:, 0] - loaded[:, 0], loads.sum(axis=1) - tau[:, None] * loaded[:, 1]
-        first = np.concatenate([takes[:, 0, :, None], given[0]], axis=2)  # of the left end
-        both = np.concatenate([takes.sum(axis=1)[..., None], given[1]], axis=2)
+    def __init__(self, elements: Elements, tau: Complex, loads: Array) -> None:
+        self.elements, self.real, (left, _) = elements, int((tau.imag == 0).sum()), elements.ties
+        values, self.forced = elements.values[:, :, None], loads[..., 1:-1] @ elements.modes
+        own, pairs = 1 / (values + tau.real[: self.real]), 1 / (values + tau[self.real :])
+        self.share = np.concatenate([own, pairs.real, pairs.imag], axis=2)
+        taken = [self.forced * left[:, None], self.forced * elements.flat[:, None]]
+        moved = np.concatenate([elements.tied, *taken], axis=1) @ self.share
+        pairs = moved[..., self.real : tau.size] + 1j * moved[..., tau.size :]
+        tied = np.concatenate([moved[..., : self.real], pairs], axis=2)
+        takes = tau * (elements.mass[:, [0, -1], None] - tied[:, 1:3])  # (e, 2, n)
+        given = loads[..., :1] - tied[:, 3:6], loads.sum(axis=2)[..., None] - tau * tied[:, 6:]
+        first = np.concatenate([takes[:, :1], given[0]], axis=1)  # of the left end
+        both = np.concatenate([takes.sum(axis=1, keepdims=True), given[1]], axis=1)
         tie, held, now = tied[:, 0] - elements.bridge, np.empty_like(first), np.zeros_like(first[0])
-        for i in range(e):
+        for i in range(len(held)):
             held[i] = now + first[i]
-            kept = held[i, :, 0] / (held[i, :, 0] + tie[i])
-            now = now + both[i] - kept[:, None] * held[i]
-        size = (held[..., 0] + tie)[..., None]
-        self.own, self.given = now[:, 0], now[:, 1:]
-        self.passed, self.rest = tie[..., None] / size, held[..., 1:] / size
+            now = now + both[i] - held[i, 0] / (held[i, 0] + tie[i]) * held[i]
+        size = held[:, 0] + tie
+        self.own, self.given = now[0], now[1:]
+        self.passed, self.rest = tie / size, held[:, 1:] / size[:, None]
 
     def total(self, at_line: Complex, c: Complex) -> Array:
-        """Σ c v (2, e, 13), real, of fields that are known at the line (n, 2)."""
-        v = [at_line]
-        for passed, rest in zip(self.passed[::-1], self.rest[::-1], strict=True):
-            v.append(rest + passed * v[-1])
-        joints, (left, right) = np.array(v[::-1]), self.elements.ties[..., None, None]
-        moved = self.forced - left * joints[:-1, None] - right * joints[1:, None]
-        inner = self.elements.modes @ ((self.share * c)[..., None] * moved).sum(axis=2).real
-        ends = (joints * c[:, None]).sum(axis=1).real[:, None]
-        return np.moveaxis(np.concatenate([ends[:-1], inner, ends[1:]], axis=1), -1, 0)
+        """Σ c v (2, e, 13), real, of fields that are known at the line (2, n), of pairs of both.
+
+        Of the first pole with its first and its second load, of the others with none and the third.
+        """
+        rest = np.zeros((len(self.rest), 2, c.size), complex)
+        rest[:, :, 0], rest[:, 1, 1:], v = self.rest[:, :2, 0], self.rest[:, 2, 1:], [at_line]
+        for passed, own in zip(self.passed[::-1], rest[::-1], strict=True):
+            v.append(own + passed * v[-1])
+        part, joints = self._both(c), self._both(c * np.array(v[::-1]))
+        (left, right), forced = self.elements.ties[..., None], self.forced.swapaxes(0, 1)
+        moved = left * (self.share @ joints[:-1].swapaxes(1, 2))
+        moved += right * (self.share @ joints[1:].swapaxes(1, 2))
+        first, others = self.share[..., 0] * part[0], self.share[..., 1:] @ part[1:]
+        own = np.stack([first * forced[0], first * forced[1] + others * forced[2]], axis=2)
+        inner = (self.elements.modes @ (own - moved)).swapaxes(1, 2)
+        ends = joints[..., : c.size].sum(axis=2, keepdims=True)
+        return np.concatenate([ends[:-1], inner, ends[1:]], axis=2).swapaxes(0, 1)
+
+    def _both(self, x: Complex) -> Array:
+        """What `share` multiplies (..., m) of x (..., n): of pairs twice the real part is left."""
+        pairs = 2 * x[..., self.real :]
+        return np.concatenate([x.real[..., : self.real], pairs.real, -pairs.imag], axis=-1)

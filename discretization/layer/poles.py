@@ -20,6 +20,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import lstsq
 
 from discretization.certificate import NotCertifiedError
 from discretization.roots import bracketed
@@ -33,7 +34,7 @@ _BEYOND = 1.5  # times the last of them, where the others begin
 _LEAST = 0.3  # of k: an error that may be, where tension rules
 _SAMPLES = 1401  # of q; fitted to every second one, the error looked at on all
 _FLATTEST, _FURTHEST = 5e-4, 1e3  # qh of the first; of the last, times where tension rules
-_NEWTON, _ABERTH = 20, 100
+_NEWTON, _ABERTH = 8, 100
 _STILL = 1e-9  # of a decay squared: a step of Aberth's method after which rounding is left
 _REAL = 1e-13  # of a decay: an imaginary part that is rounding
 
@@ -42,7 +43,8 @@ class Poles(NamedTuple):
     """k₀, k₁, τ₁, the other τ and c (n,), and what these make of a free surface.
 
     decays (n + 2,): λ with k(-λ²) = γ₁λ², real parts positive: a free surface is a sum of
-    exp(-λx). error: of the sum, over k + γ₁q².
+    exp(-λx). error: of the sum, over k + γ₁q². above: all τ but one of each pair, the real ones
+    first; outside (n + 1, n + 2): ψ, and φ of the other poles, of what decays by each λ.
     """
 
     still: float
@@ -52,6 +54,13 @@ class Poles(NamedTuple):
     c: Complex
     decays: Complex
     error: float
+    above: Complex
+    outside: Complex
+
+    @property
+    def shortest(self) -> float:
+        """Length on which a pole acts."""
+        return 1 / math.sqrt(float(np.abs(self.above).max()))
 
     def stiffness(self, s: Array) -> Array:
         """k(s)."""
@@ -70,7 +79,7 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     first, pairs = _own(nu, max(1, round(-math.log10(tolerance) / _DIGITS)))
     real = _others(abs(pairs[-1]) * _BEYOND, gamma * (1 - nu), tolerance)
     furthest = max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST)
-    q = np.geomspace(_FLATTEST, furthest, _SAMPLES)
+    q = np.exp(np.linspace(math.log(_FLATTEST), math.log(furthest), _SAMPLES))
     s, exact = (q * q)[:, None], relative_stiffness(nu, q)
     size = exact + gamma * q * q
     whole = first * float(relative_stiffness(nu, 0.0)) if first else _FLOW
@@ -79,13 +88,16 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     matrix = np.concatenate(columns, axis=1) / size[:, None]
     scale = np.sqrt((matrix[::2] * matrix[::2]).sum(axis=0))
     wanted = (exact - whole / (q * q + first)) / size
-    fitted = np.linalg.lstsq(matrix[::2] / scale, wanted[::2], rcond=None)[0] / scale
+    given = matrix[::2] / scale, wanted[::2]
+    fitted = lstsq(*given, lapack_driver="gelsy", overwrite_a=True, check_finite=False)[0] / scale
     error, (still, *c) = float(np.abs(matrix @ fitted - wanted).max()), fitted.tolist()
     real_c, above = c[: real.size], np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
     tau, c = np.array([[*real, *pairs, *pairs.conj()], [*real_c, *above, *above.conj()]])
     flow, first, tau = (whole - first * still) * k / h**2, first / h**2, tau / h**2
-    found = Poles(still * k, flow, first, tau, c * k, tau, error)
-    return found._replace(decays=_decays(found, gamma1))
+    decays, every = _decays(still * k, flow, first, tau, c * k, gamma1), np.append(first, tau)
+    outside = np.append(1, tau)[:, None] / (every[:, None] - decays**2)
+    above = every[: every.size - pairs.size]
+    return Poles(still * k, flow, first, tau, c * k, decays, error, above, outside)
 
 
 def _own(nu: float, pairs: int) -> tuple[float, Complex]:
@@ -112,25 +124,29 @@ def _others(first: float, gamma: float, tolerance: float) -> Array:
     return np.array(found)
 
 
-def _decays(found: Poles, gamma: float) -> Complex:
+def _decays(
+    still: float, flow: float, first: float, tau: Complex, c: Complex, gamma: float
+) -> Complex:
     """λ with Γμ = k₀ + k₁/(τ₁ - μ) + Σ c μ/(μ - τ), μ = λ²: all zeros at once, by Aberth's method.
 
     From beside the poles, and from what the first one alone would make. O. Aberth, Mathematics of
     Computation 27 (1973) 339.
     """
-    tau, first = found.tau, found.first
     side = np.where(tau.imag == 0, 0.5, np.sign(tau.imag))
-    alone = [gamma, -gamma * first - found.still, found.still * first + found.flow]
+    alone = [gamma, -gamma * first - still, still * first + flow]
     mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), np.roots(alone) * np.exp(0.05j)])
+    own = np.arange(mu.size)  # zeros that are not known yet
     for _ in range(_ABERTH):
-        apart, flow = 1 / (mu[:, None] - tau), 1 / (first - mu)
-        value = gamma * mu - found.still - found.flow * flow - mu * (apart @ found.c)
-        rate = gamma - found.flow * flow**2 + apart**2 @ (found.c * tau)
-        others = mu[:, None] - mu
-        np.fill_diagonal(others, math.inf)
-        step = value / (rate + value * (apart.sum(axis=1) - flow - (1 / others).sum(axis=1)))
-        mu = mu - step
-        if (np.abs(step) <= _STILL * np.abs(mu)).all():
+        near = mu[own]
+        apart, away = 1 / (near[:, None] - tau), 1 / (first - near)
+        value = gamma * near - still - flow * away - near * (apart @ c)
+        rate = gamma - flow * away**2 + apart**2 @ (c * tau)
+        others = near[:, None] - mu
+        others[np.arange(own.size), own] = math.inf
+        step = value / (rate + value * (apart.sum(axis=1) - away - (1 / others).sum(axis=1)))
+        mu[own] = near - step
+        own = own[~(np.abs(step) <= _STILL * np.abs(mu[own]))]
+        if not own.size:
             root = np.sqrt(mu)  # with a positive real part
             return np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
     raise NotCertifiedError(
