@@ -32,7 +32,7 @@ from scipy.special import k0e, k1e, kve
 
 from discretization.layer.body import Body
 from discretization.layer.elements import Fields, elements, grid
-from discretization.layer.poles import poles
+from discretization.layer.poles import paired, poles
 from energy.arrays import Array, Complex
 
 _INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
@@ -53,10 +53,10 @@ def decayed(power: int, decays: Complex, a: float, beside: Array, order: int) ->
 
 def _bessel(order: int, z: Complex) -> Complex:
     """K(z) exp(z)."""
-    real, far = z.imag == 0, np.abs(z) > _LARGEST
-    found = np.sqrt(math.pi / (2 * z)) * (1 + (4 * order - 1) / (8 * z))
-    found[real] = (k1e if order else k0e)(z.real[real])
-    found[~real & ~far] = kve(order, z[~real & ~far])
+    real, near, found = z.imag == 0, np.abs(z) <= _LARGEST, np.empty_like(z)
+    found[real], near, far = (k1e if order else k0e)(z.real[real]), near & ~real, ~near & ~real
+    found[near], far_z = kve(order, z[near]), z[far]
+    found[far] = np.sqrt(math.pi / (2 * far_z)) * (1 + (4 * order - 1) / (8 * far_z))
     return found
 
 
@@ -65,7 +65,7 @@ class Contact:
 
     f: of the profile at the line, slopes, weights (e, 13): at nodes, and with the measure, of both
     sides or all around; u (2, e, 13): of nodes, of what is linear in u(a) and 1. So are
-    reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
+    reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A of all decays.
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
@@ -80,9 +80,9 @@ class Contact:
         self.fields = fields = Fields(own, a * a * found.above, np.stack(loads, axis=1))
         takes = np.array([fields.own, fields.own, -fields.given[2]])
         takes[1:, 0] = fields.given[:2, 0]
-        takes = np.concatenate([takes, takes[:, fields.real :].conj()], axis=1)
-        outwards = -decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0]
-        matrix = np.ones((found.decays.size,) * 2, complex)
+        takes = paired(takes, fields.real)
+        outwards = paired(-decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0])
+        matrix = np.ones((outwards.size,) * 2, complex)
         matrix[1:] = (takes[0][:, None] + a * outwards) * found.outside
         wanted = np.concatenate([[[1, 0]], takes[1:].T])
         high = np.abs(matrix).max(axis=1, keepdims=True)

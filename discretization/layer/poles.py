@@ -15,6 +15,7 @@ A sum that is bounded for q -> ∞ leaves to tension alone what happens at a con
 displacement has a kink, and nothing of the layer may compete with γ₁u'².
 """
 
+import cmath
 import functools
 import math
 from typing import NamedTuple
@@ -32,7 +33,7 @@ _FLOW = 3.0  # k₁ of an incompressible layer, over G/h³
 _DIGITS = 2.0  # of the tolerance that one of the layer's own pairs of poles is good for
 _BEYOND = 1.5  # times the last of them, where the others begin
 _LEAST = 0.3  # of k: an error that may be, where tension rules
-_SAMPLES = 1401  # of q; fitted to every second one, the error looked at on all
+_SAMPLES, _MOST = 160, 1401  # of q for a decade of the tolerance; fitted to every second one
 _FLATTEST, _FURTHEST = 5e-4, 1e3  # qh of the first; of the last, times where tension rules
 _NEWTON, _ABERTH = 8, 100
 _STILL = 1e-9  # of a decay squared: a step of Aberth's method after which rounding is left
@@ -42,9 +43,10 @@ _REAL = 1e-13  # of a decay: an imaginary part that is rounding
 class Poles(NamedTuple):
     """k₀, k₁, τ₁, the other τ and c (n,), and what these make of a free surface.
 
-    decays (n + 2,): λ with k(-λ²) = γ₁λ², real parts positive: a free surface is a sum of
-    exp(-λx). error: of the sum, over k + γ₁q². above: all τ but one of each pair, the real ones
-    first; outside (n + 1, n + 2): ψ, and φ of the other poles, of what decays by each λ.
+    decays: λ with k(-λ²) = γ₁λ², real parts positive, of pairs one: a free surface is a sum of
+    exp(-λx). error: of the sum, over k + γ₁q². above: all τ, of pairs one; outside (n + 1, n + 2):
+    ψ, and φ of the other poles, of what decays by each λ. What is real comes first, the other ones
+    of the pairs last.
     """
 
     still: float
@@ -79,25 +81,32 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     first, pairs = _own(nu, max(1, round(-math.log10(tolerance) / _DIGITS)))
     real = _others(abs(pairs[-1]) * _BEYOND, gamma * (1 - nu), tolerance)
     furthest = max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST)
-    q = np.exp(np.linspace(math.log(_FLATTEST), math.log(furthest), _SAMPLES))
+    samples = min(round(_SAMPLES * (1 - math.log10(tolerance))), _MOST)
+    q = np.exp(np.linspace(math.log(_FLATTEST), math.log(furthest), samples))
     s, exact = (q * q)[:, None], relative_stiffness(nu, q)
     size = exact + gamma * q * q
     whole = first * float(relative_stiffness(nu, 0.0)) if first else _FLOW
     both = 2 * s / (s + pairs)
-    columns = [s / (s + np.append(first, real)), both.real, -both.imag]
-    matrix = np.concatenate(columns, axis=1) / size[:, None]
+    matrix = np.concatenate([s / (s + np.append(first, real)), both.real, -both.imag], axis=1)
+    matrix /= size[:, None]
     scale = np.sqrt((matrix[::2] * matrix[::2]).sum(axis=0))
     wanted = (exact - whole / (q * q + first)) / size
     given = matrix[::2] / scale, wanted[::2]
     fitted = lstsq(*given, lapack_driver="gelsy", overwrite_a=True, check_finite=False)[0] / scale
     error, (still, *c) = float(np.abs(matrix @ fitted - wanted).max()), fitted.tolist()
     real_c, above = c[: real.size], np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
-    tau, c = np.array([[*real, *pairs, *pairs.conj()], [*real_c, *above, *above.conj()]])
+    tau, c = paired(np.array([[*real, *pairs], [*real_c, *above]]), real.size)
     flow, first, tau = (whole - first * still) * k / h**2, first / h**2, tau / h**2
     decays, every = _decays(still * k, flow, first, tau, c * k, gamma1), np.append(first, tau)
-    outside = np.append(1, tau)[:, None] / (every[:, None] - decays**2)
+    outside = np.append(1, tau)[:, None] / (every[:, None] - paired(decays) ** 2)
     above = every[: every.size - pairs.size]
     return Poles(still * k, flow, first, tau, c * k, decays, error, above, outside)
+
+
+def paired(x: Complex, real: int | None = None) -> Complex:
+    """Of x (..., n), so many of which are real and the first, with the others of the pairs."""
+    real = int((x.imag == 0).sum()) if real is None else real
+    return np.concatenate([x, x[..., real:].conj()], axis=-1)
 
 
 def _own(nu: float, pairs: int) -> tuple[float, Complex]:
@@ -133,8 +142,10 @@ def _decays(
     Computation 27 (1973) 339.
     """
     side = np.where(tau.imag == 0, 0.5, np.sign(tau.imag))
-    alone = [gamma, -gamma * first - still, still * first + flow]
-    mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), np.roots(alone) * np.exp(0.05j)])
+    half = (first + still / gamma) / 2  # of the sum of the two zeros of the first pole alone
+    one = half + cmath.sqrt(half * half - (still * first + flow) / gamma)
+    alone = np.array([one, (still * first + flow) / gamma / one])
+    mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), alone * np.exp(0.05j)])
     own = np.arange(mu.size)  # zeros that are not known yet
     for _ in range(_ABERTH):
         near = mu[own]
@@ -148,7 +159,10 @@ def _decays(
         own = own[~(np.abs(step) <= _STILL * np.abs(mu[own]))]
         if not own.size:
             root = np.sqrt(mu)  # with a positive real part
-            return np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
+            root = np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
+            found = np.concatenate([root[root.imag == 0], root[root.imag > 0]])
+            if paired(found).size == mu.size:
+                return found
     raise NotCertifiedError(
         "the free surface of the layer is not resolved; use another rtol, or response='springs'"
     )

@@ -6,7 +6,7 @@ a parabola of the depth; what these fields press and pull is known from other el
 
 import functools
 import math
-from dataclasses import replace
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
+from discretization.roots import CLOSEST, bracketed
 from discretization.surfaces.network import on_elements
 from discretization.surfaces.protocol import alone
 from discretization.surfaces.small import SmallSurfaces
@@ -30,17 +31,16 @@ _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
 _OTHER = 0.7  # of the way to the line, where elements of another set begin
 _FAR = 40.0  # decay lengths: how far the free surface is felt
-_APART = 0.1  # of ln x: places on it
+_APART = 0.1  # of ln x: places on it, for integrals
 _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
+_LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest length: places that are looked at
 
 
 class Layer(Contact):
     """A contact at a depth; rate: dD/da of its line, infinite where that is pinned.
 
-    contact: of what, as of `Contact`; both: u(a) and 1; size: of u and what slope
-    and adhesion lift a line; touches: with the lowest point alone, and
-    nothing is pressed; ahead: places on the free surface, by their distances from the line: it
-    varies the more slowly the farther from the line it is, and so do they.
+    contact: of what, as of `Contact`; both: u(a) and 1; size: of u and what slope and adhesion lift
+    a line; touches: with the lowest point alone, and nothing is pressed.
     """
 
     def __init__(self, depth: float, rate: float, *contact: Any) -> None:
@@ -51,7 +51,6 @@ class Layer(Contact):
         lifts = (abs(float(self.slopes[-1, -1])) + self.opening) / self.reaction[0]
         self.size = float(abs(self.both[0]) + lifts)
         self.touches = bool(self.a <= self.body.tip and depth == self.body.touch)
-        self.ahead = _FAR / float(self.poles.decays.real.min()) * _AHEAD
 
     force = property(lambda self: float(self.found[1]))
     energy = property(lambda self: float(self.found[2] - self.body.bound(self.a)))
@@ -96,15 +95,34 @@ class Layer(Contact):
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
         other = Layer(self.depth, math.inf, body, self.a, self.tolerance, _OTHER).found
         pressed, form = self.scales["force"] or 1.0, self.form
-        beside = self.ahead[self.ahead <= body.edge - self.a]
-        inside = self.depth - body.height(self.a + beside) - self.displaced(beside)
         return Certificate(
-            float(inside.max(initial=0.0)) / size,
+            self.inside() / size,
             float((np.abs(other - self.found) / (pressed, pressed, self.found[2] or 1.0)).sum()),
             max(0.0, pulled),
             max(float(self.rate < 0), beyond / size, within / size),
             float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
         )
+
+    def inside(self) -> float:
+        """How deep the free surface is inside the indenter, at most.
+
+        The gap is least where it stops closing on the way from the line. Of the surface at x from
+        there only what decays on lengths of about x, or longer ones, is left: so x grows in steps
+        of a part of itself, in which the gap stops closing once at most.
+        """
+        body, a, end = self.body, self.a, self.body.edge - self.a
+        far, near = _FAR / float(self.poles.decays.real.min()), _NEAREST * self.poles.shortest
+        x = np.append(np.exp(np.arange(math.log(near), math.log(far), _LOOK)), min(far, end))
+        x = x[x <= end]
+
+        def opens(x: Any) -> Array:
+            return np.asarray(body.slope(a + x) + self.displaced(np.atleast_1d(x), 1))
+
+        rate = opens(x)
+        turns = np.flatnonzero((rate[:-1] < 0) & (rate[1:] >= 0))
+        least = [bracketed(lambda z: opens(z).item(), *x[i : i + 2], _PLACE) for i in turns]
+        x = np.append(x, least)
+        return float((self.depth - body.height(a + x) - self.displaced(x)).max(initial=0.0))
 
     def errors(self, state: Any) -> dict[str, float]:
         """Of half-width, force and energy.
@@ -127,8 +145,9 @@ class Layer(Contact):
 
     def displaced(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
-        found = decayed(self.body.power, self.poles.decays, self.a, beside, order)
-        return np.asarray((self.amplitudes @ self.both @ found).real)
+        decays = self.poles.decays
+        twice = self.amplitudes[: decays.size] @ self.both * np.where(decays.imag == 0, 1, 2)
+        return np.asarray((twice @ decayed(self.body.power, decays, self.a, beside, order)).real)
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """u and u' of the free surface at positions beside a line."""
@@ -144,18 +163,23 @@ class Layer(Contact):
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts; γ₁/2 ∫u'² outside by the trapezoidal rule in ln x."""
-        x, body = self.ahead, self.body
+        x, body = _FAR / float(self.poles.decays.real.min()) * _AHEAD, self.body
         density = self.displaced(x, 1) ** 2 * body.whole * (self.a + x) ** body.power
         outside = body.scene.gamma1 / 2 * _APART * float(x @ density)
         return with_surface(state, self.stretched + outside)
+
+
+def _reaction(body: Body, tolerance: float) -> Callable[[float], Array]:
+    """Of half-widths, each looked at once."""
+    return functools.cache(lambda a: Contact(body, a, tolerance).reaction)
 
 
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), _SAFE * rtol
     excess = scene.surfaces.small_slope_deficit
-    fine = Lines(body, lambda a: Contact(body, a, tolerance).reaction, excess, _STEP)
-    rough = replace(fine, reaction=lambda a: Contact(body, a, _ROUGH).reaction, close=_PLACE)
+    known = ((tolerance, CLOSEST), (_ROUGH, _PLACE))
+    fine, rough = (Lines(body, _reaction(body, x), excess, _STEP, close) for x, close in known)
     a, _, how = rough.settled(depth)
     beside = fine.beside(a, depth) if how == "rests" else None
     if beside is None:
