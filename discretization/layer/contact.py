@@ -32,11 +32,11 @@ from scipy.special import k0e, k1e, kve
 
 from discretization.layer.body import Body
 from discretization.layer.elements import Fields, elements, grid
-from discretization.layer.poles import paired, poles
+from discretization.layer.poles import poles
 from energy.arrays import Array, Complex
 
 _INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
-_GROWTH, _LEAST = 12.0, 3.0  # of elements, less a decade of the tolerance; the least
+_GROWTH, _LEAST, _MOST = 12.0, 3.0, 6.0  # of elements, less a decade of the tolerance; bounds
 _LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
 
 
@@ -64,45 +64,42 @@ class Contact:
     """One of half-width or radius a, with poles to a tolerance; first: see `elements.grid`.
 
     f: of the profile at the line, slopes, weights (e, 13): at nodes, and with the measure, of both
-    sides or all around; u (2, e, 13): of nodes, of what is linear in u(a) and 1. So are
-    reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A of all decays.
+    sides or all around; stretched: γ₁/2 ∫f'²; u (2, e, 13): of nodes, of what is linear in u(a) and
+    1. So are reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
         scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
         self.poles = found = poles(scene.layer, scene.gamma1, tolerance)
-        growth = max(_GROWTH + math.log10(tolerance), _LEAST)
-        self.elements = own = elements(body.power, grid(body, a, found.shortest, growth, first))
+        tau: Complex = np.append(found.first, found.tau)
+        growth = min(max(_GROWTH + math.log10(tolerance), _LEAST), _MOST)
+        length = 1 / math.sqrt(np.abs(tau).max())
+        self.elements = own = elements(body.power, grid(body, a, length, growth, first))
         self.weights = body.whole * a ** (body.power + 1) * own.mass
         self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
+        self.stretched = scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
         self.u = np.array([np.ones_like(own.x), self.f - body.height(a * own.x)])
         loads = [*(a * a * own.mass * self.u), a * own.risen(self.slopes)]
-        self.fields = fields = Fields(own, a * a * found.above, np.stack(loads, axis=1))
-        takes = np.array([fields.own, fields.own, -fields.given[2]])
-        takes[1:, 0] = fields.given[:2, 0]
-        takes = paired(takes, fields.real)
-        outwards = paired(-decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0])
+        self.fields = fields = Fields(own, a * a * tau, np.stack(loads, axis=1))
+        wanted = np.zeros((2, tau.size + 1), complex)
+        wanted[:, 0], wanted[:, 1] = [1, 0], fields.given[:2, 0]
+        wanted[:, 2:] = fields.own[1:], -fields.given[2, 1:]
+        outwards = -decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0]
         matrix = np.ones((outwards.size,) * 2, complex)
-        matrix[1:] = (takes[0][:, None] + a * outwards) * found.outside
-        wanted = np.concatenate([[[1, 0]], takes[1:].T])
-        high = np.abs(matrix).max(axis=1, keepdims=True)
-        wide = np.abs(matrix / high).max(axis=0)
-        self.amplitudes = np.linalg.solve(matrix / high / wide, wanted / high) / wide[:, None]
+        matrix[1:] = (fields.own[:, None] + a * outwards) * found.outside
+        high = np.abs(matrix).max(axis=1)
+        matrix /= high[:, None]
+        wide = np.abs(matrix).max(axis=0)
+        self.amplitudes = (np.linalg.solve(matrix / wide, (wanted / high).T).T / wide).T
         self.reaction = (outwards @ self.amplitudes).real
         self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
-
-    @property
-    def stretched(self) -> float:
-        """γ₁/2 ∫f'² of what is in contact."""
-        return self.body.scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
 
     @functools.cached_property
     def pressures(self) -> Array:
         """At nodes (2, e, 13)."""
-        c, n = np.append(self.poles.flow, self.poles.c), self.poles.above.size
-        at_line = self.poles.outside[:n] @ self.amplitudes
+        at_line, c = self.poles.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
         at_line[1:] = [1, 0] - at_line[1:]
-        return self.poles.still * self.u + self.fields.total(at_line.T, c[:n])
+        return self.poles.still * self.u + self.fields.total(at_line.T, c)
 
     @functools.cached_property
     def form(self) -> Array:

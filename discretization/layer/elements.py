@@ -21,7 +21,7 @@ _NEAREST = 2.0  # of the shortest length on which a pole acts: the element besid
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
 
-def grid(body: Body, a: float, shortest: float, growth: float, first: float) -> tuple[float, ...]:
+def grid(body: Body, a: float, length: float, growth: float, first: float) -> tuple[float, ...]:
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
     Elements end at breaks. They grow by a factor from one to the next away from the line, and from
@@ -30,7 +30,7 @@ def grid(body: Body, a: float, shortest: float, growth: float, first: float) -> 
     """
     ends = [0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)]
     for left, right in itertools.pairwise([0.0, *(x for x in body.kinks if 0 < x < a), a]):
-        times = math.log(max(1.0, (right - left) / (_NEAREST * shortest)), growth)
+        times = math.log(max(1.0, (right - left) / (_NEAREST * length)), growth)
         steps = [(right - left) / a * first / growth**i for i in range(math.ceil(times))]
         for corner, side in ((right, 1), (left, -1))[: 1 + (left in body.kinks)]:
             places = [(1 - corner / a + side * step, _CLEAR * step) for step in steps]
@@ -74,24 +74,20 @@ elements = functools.lru_cache(maxsize=128)(Elements)
 
 
 class Fields:
-    """Fields v of poles τ (n,), the real ones and then one of each pair, from 0 to the line.
+    """Fields v of poles τ (n,), each with three loads (e, 3, 13), from 0 to the line.
 
-    loads (e, 3, 13): of each pole. They take own v - given there, (n,) and (3, n). share
-    (e, 11, m): 1/(λ + τ), of pairs the real and then the imaginary parts; forced (e, 3, 11): loads
-    of modes. On the left of every element v is rest (e, 3, n) and passed (e, n) of v on its right.
-    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
-    found without the large numbers that cancel where τ is small.
+    They take own v - given there, (n,) and (3, n). share (e, 11, n): 1/(λ + τ); forced (e, 3, 11):
+    loads of modes. On the left of every element v is rest (e, 3, n) and passed (e, n) of v on its
+    right. What an element takes of a displacement that is 1 everywhere, and of its load as a whole,
+    is found without the large numbers that cancel where τ is small.
     """
 
     def __init__(self, elements: Elements, tau: Complex, loads: Array) -> None:
-        self.elements, self.real, (left, _) = elements, int((tau.imag == 0).sum()), elements.ties
-        values, self.forced = elements.values[:, :, None], loads[..., 1:-1] @ elements.modes
-        own, pairs = 1 / (values + tau.real[: self.real]), 1 / (values + tau[self.real :])
-        self.share = np.concatenate([own, pairs.real, pairs.imag], axis=2)
-        taken = [self.forced * left[:, None], self.forced * elements.flat[:, None]]
-        moved = np.concatenate([elements.tied, *taken], axis=1) @ self.share
-        pairs = moved[..., self.real : tau.size] + 1j * moved[..., tau.size :]
-        tied = np.concatenate([moved[..., : self.real], pairs], axis=2)
+        self.elements, (left, _), flat = elements, elements.ties, elements.flat[:, None]
+        self.share = 1 / (elements.values[:, :, None] + tau)
+        self.forced = own = loads[..., 1:-1] @ elements.modes
+        rows = np.concatenate([elements.tied, own * left[:, None], own * flat], axis=1)
+        tied = (rows @ self.share.view(float)).view(complex)  # (e, 9, n)
         takes = tau * (elements.mass[:, [0, -1], None] - tied[:, 1:3])  # (e, 2, n)
         given = loads[..., :1] - tied[:, 3:6], loads.sum(axis=2)[..., None] - tau * tied[:, 6:]
         first = np.concatenate([takes[:, :1], given[0]], axis=1)  # of the left end
@@ -105,25 +101,20 @@ class Fields:
         self.passed, self.rest = tie / size, held[:, 1:] / size[:, None]
 
     def total(self, at_line: Complex, c: Complex) -> Array:
-        """Σ c v (2, e, 13), real, of fields that are known at the line (2, n), of pairs of both.
+        """Σ c v (2, e, 13), real, of fields that are known at the line (2, n).
 
         Of the first pole with its first and its second load, of the others with none and the third.
         """
-        rest = np.zeros((len(self.rest), 2, c.size), complex)
+        rest = np.zeros((len(self.rest), *at_line.shape), complex)
         rest[:, :, 0], rest[:, 1, 1:], v = self.rest[:, :2, 0], self.rest[:, 2, 1:], [at_line]
         for passed, own in zip(self.passed[::-1], rest[::-1], strict=True):
             v.append(own + passed * v[-1])
-        part, joints = self._both(c), self._both(c * np.array(v[::-1]))
-        (left, right), forced = self.elements.ties[..., None], self.forced.swapaxes(0, 1)
+        joints, (left, right) = c * np.array(v[::-1]), self.elements.ties[..., None]
         moved = left * (self.share @ joints[:-1].swapaxes(1, 2))
         moved += right * (self.share @ joints[1:].swapaxes(1, 2))
-        first, others = self.share[..., 0] * part[0], self.share[..., 1:] @ part[1:]
-        own = np.stack([first * forced[0], first * forced[1] + others * forced[2]], axis=2)
-        inner = (self.elements.modes @ (own - moved)).swapaxes(1, 2)
-        ends = joints[..., : c.size].sum(axis=2, keepdims=True)
+        shares = np.stack([self.share[..., 0] * c[0], self.share[..., 1:] @ c[1:]], axis=1).real
+        own = self.forced[:, :2] * shares[:, :1]
+        own[:, 1] += self.forced[:, 2] * shares[:, 1]
+        inner = (self.elements.modes @ (own.swapaxes(1, 2) - moved.real)).swapaxes(1, 2)
+        ends = joints.sum(axis=2, keepdims=True).real
         return np.concatenate([ends[:-1], inner, ends[1:]], axis=2).swapaxes(0, 1)
-
-    def _both(self, x: Complex) -> Array:
-        """What `share` multiplies (..., m) of x (..., n): of pairs twice the real part is left."""
-        pairs = 2 * x[..., self.real :]
-        return np.concatenate([x.real[..., : self.real], pairs.real, -pairs.imag], axis=-1)

@@ -43,10 +43,9 @@ _REAL = 1e-13  # of a decay: an imaginary part that is rounding
 class Poles(NamedTuple):
     """k₀, k₁, τ₁, the other τ and c (n,), and what these make of a free surface.
 
-    decays: λ with k(-λ²) = γ₁λ², real parts positive, of pairs one: a free surface is a sum of
-    exp(-λx). error: of the sum, over k + γ₁q². above: all τ, of pairs one; outside (n + 1, n + 2):
-    ψ, and φ of the other poles, of what decays by each λ. What is real comes first, the other ones
-    of the pairs last.
+    decays (n + 2,): λ with k(-λ²) = γ₁λ², real parts positive: a free surface is a sum of
+    exp(-λx). error: of the sum, over k + γ₁q². outside (n + 1, n + 2): ψ, and φ of the other poles,
+    of what decays by each λ.
     """
 
     still: float
@@ -56,18 +55,7 @@ class Poles(NamedTuple):
     c: Complex
     decays: Complex
     error: float
-    above: Complex
     outside: Complex
-
-    @property
-    def shortest(self) -> float:
-        """Length on which a pole acts."""
-        return 1 / math.sqrt(float(np.abs(self.above).max()))
-
-    def stiffness(self, s: Array) -> Array:
-        """k(s)."""
-        poles = (s[:, None] / (s[:, None] + self.tau) @ self.c).real
-        return np.asarray(self.still + self.flow / (s + self.first) + poles)
 
 
 @functools.lru_cache(maxsize=32)
@@ -95,18 +83,12 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     fitted = lstsq(*given, lapack_driver="gelsy", overwrite_a=True, check_finite=False)[0] / scale
     error, (still, *c) = float(np.abs(matrix @ fitted - wanted).max()), fitted.tolist()
     real_c, above = c[: real.size], np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
-    tau, c = paired(np.array([[*real, *pairs], [*real_c, *above]]), real.size)
+    tau, c = np.array([[*real, *pairs, *pairs.conj()], [*real_c, *above, *above.conj()]])
     flow, first, tau = (whole - first * still) * k / h**2, first / h**2, tau / h**2
-    decays, every = _decays(still * k, flow, first, tau, c * k, gamma1), np.append(first, tau)
-    outside = np.append(1, tau)[:, None] / (every[:, None] - paired(decays) ** 2)
-    above = every[: every.size - pairs.size]
-    return Poles(still * k, flow, first, tau, c * k, decays, error, above, outside)
-
-
-def paired(x: Complex, real: int | None = None) -> Complex:
-    """Of x (..., n), so many of which are real and the first, with the others of the pairs."""
-    real = int((x.imag == 0).sum()) if real is None else real
-    return np.concatenate([x, x[..., real:].conj()], axis=-1)
+    found = Poles(still * k, flow, first, tau, c * k, tau, error, tau)
+    decays = _decays(found, gamma1)
+    outside = np.append(1, tau)[:, None] / (np.append(first, tau)[:, None] - decays**2)
+    return found._replace(decays=decays, outside=outside)
 
 
 def _own(nu: float, pairs: int) -> tuple[float, Complex]:
@@ -133,19 +115,18 @@ def _others(first: float, gamma: float, tolerance: float) -> Array:
     return np.array(found)
 
 
-def _decays(
-    still: float, flow: float, first: float, tau: Complex, c: Complex, gamma: float
-) -> Complex:
+def _decays(found: Poles, gamma: float) -> Complex:
     """λ with Γμ = k₀ + k₁/(τ₁ - μ) + Σ c μ/(μ - τ), μ = λ²: all zeros at once, by Aberth's method.
 
     From beside the poles, and from what the first one alone would make. O. Aberth, Mathematics of
     Computation 27 (1973) 339.
     """
+    still, flow, first, tau, c, *_ = found
     side = np.where(tau.imag == 0, 0.5, np.sign(tau.imag))
-    half = (first + still / gamma) / 2  # of the sum of the two zeros of the first pole alone
-    one = half + cmath.sqrt(half * half - (still * first + flow) / gamma)
-    alone = np.array([one, (still * first + flow) / gamma / one])
-    mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), alone * np.exp(0.05j)])
+    half, product = (first + still / gamma) / 2, (still * first + flow) / gamma
+    alone = half + cmath.sqrt(half * half - product)
+    around = np.array([alone, product / alone]) * np.exp(0.05j)
+    mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), around])
     own = np.arange(mu.size)  # zeros that are not known yet
     for _ in range(_ABERTH):
         near = mu[own]
@@ -159,10 +140,7 @@ def _decays(
         own = own[~(np.abs(step) <= _STILL * np.abs(mu[own]))]
         if not own.size:
             root = np.sqrt(mu)  # with a positive real part
-            root = np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
-            found = np.concatenate([root[root.imag == 0], root[root.imag > 0]])
-            if paired(found).size == mu.size:
-                return found
+            return np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
     raise NotCertifiedError(
         "the free surface of the layer is not resolved; use another rtol, or response='springs'"
     )

@@ -6,18 +6,17 @@ a parabola of the depth; what these fields press and pull is known from other el
 
 import functools
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
+from discretization.certificate import EPSILON, ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
-from discretization.roots import CLOSEST, bracketed
+from discretization.roots import bracketed
 from discretization.surfaces.network import on_elements
 from discretization.surfaces.protocol import alone
 from discretization.surfaces.small import SmallSurfaces
@@ -25,6 +24,7 @@ from energy import Scene
 from energy.arrays import Array
 
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
+_LOOSEST = 5e-5  # tolerance up to which what poles leave is told by coarser ones
 _STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
 _ROUGH, _PLACE = 1e-2, 1e-3  # of poles by which a line is looked for first, and of its place
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
@@ -33,7 +33,7 @@ _OTHER = 0.7  # of the way to the line, where elements of another set begin
 _FAR = 40.0  # decay lengths: how far the free surface is felt
 _APART = 0.1  # of ln x: places on it, for integrals
 _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
-_LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest length: places that are looked at
+_LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest decay length: places that are looked at
 
 
 class Layer(Contact):
@@ -110,17 +110,17 @@ class Layer(Contact):
         there only what decays on lengths of about x, or longer ones, is left: so x grows in steps
         of a part of itself, in which the gap stops closing once at most.
         """
-        body, a, end = self.body, self.a, self.body.edge - self.a
-        far, near = _FAR / float(self.poles.decays.real.min()), _NEAREST * self.poles.shortest
-        x = np.append(np.exp(np.arange(math.log(near), math.log(far), _LOOK)), min(far, end))
-        x = x[x <= end]
+        body, a, decays = self.body, self.a, self.poles.decays
+        near, far = _NEAREST / float(np.abs(decays).max()), _FAR / float(decays.real.min())
+        x = np.exp(np.arange(math.log(near), math.log(far) + _LOOK, _LOOK))
+        x = np.minimum(x, (body.edge - a) * (1 - EPSILON))
 
         def opens(x: Any) -> Array:
             return np.asarray(body.slope(a + x) + self.displaced(np.atleast_1d(x), 1))
 
         rate = opens(x)
         turns = np.flatnonzero((rate[:-1] < 0) & (rate[1:] >= 0))
-        least = [bracketed(lambda z: opens(z).item(), *x[i : i + 2], _PLACE) for i in turns]
+        least = [bracketed(lambda z: opens(z).item(), x[i], x[i + 1], _PLACE) for i in turns]
         x = np.append(x, least)
         return float((self.depth - body.height(a + x) - self.displaced(x)).max(initial=0.0))
 
@@ -145,8 +145,9 @@ class Layer(Contact):
 
     def displaced(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
-        decays = self.poles.decays
-        twice = self.amplitudes[: decays.size] @ self.both * np.where(decays.imag == 0, 1, 2)
+        own = self.poles.decays.imag >= 0  # of conjugates one
+        decays = self.poles.decays[own]
+        twice = self.amplitudes[own] @ self.both * np.where(decays.imag == 0, 1, 2)
         return np.asarray((twice @ decayed(self.body.power, decays, self.a, beside, order)).real)
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
@@ -169,17 +170,16 @@ class Layer(Contact):
         return with_surface(state, self.stretched + outside)
 
 
-def _reaction(body: Body, tolerance: float) -> Callable[[float], Array]:
-    """Of half-widths, each looked at once."""
-    return functools.cache(lambda a: Contact(body, a, tolerance).reaction)
-
-
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
-    body, tolerance = Body(scene), _SAFE * rtol
+    body, tolerance = Body(scene), min(_SAFE * rtol, _LOOSEST)
     excess = scene.surfaces.small_slope_deficit
-    known = ((tolerance, CLOSEST), (_ROUGH, _PLACE))
-    fine, rough = (Lines(body, _reaction(body, x), excess, _STEP, close) for x, close in known)
+    fine, rough = (
+        Lines(
+            body, functools.cache(lambda a, by=by: Contact(body, a, by).reaction), excess, *looked
+        )
+        for by, *looked in ((tolerance, _STEP), (_ROUGH, _STEP, _PLACE))
+    )
     a, _, how = rough.settled(depth)
     beside = fine.beside(a, depth) if how == "rests" else None
     if beside is None:
