@@ -31,12 +31,12 @@ import numpy as np
 from scipy.special import k0e, k1e, kve
 
 from discretization.layer.body import Body
-from discretization.layer.elements import Fields, elements, grid
+from discretization.layer.elements import DEGREE, Fields, elements, grid
 from discretization.layer.poles import poles
+from discretization.surfaces.network import rounded
 from energy.arrays import Array, Complex
 
-_INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
-_GROWTH, _LEAST, _MOST = 12.0, 3.0, 6.0  # of elements, less a decade of the tolerance; bounds
+_INTO = np.array([1] + [0] * (DEGREE - 1) + [-1])  # of a corner the slope inside the element
 _LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
 
 
@@ -66,38 +66,38 @@ class Contact:
     f: of the profile at the line, slopes, weights (e, 13): at nodes, and with the measure, of both
     sides or all around; stretched: γ₁/2 ∫f'²; u (2, e, 13): of nodes, of what is linear in u(a) and
     1. So are reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
+    outside (n - 1, n): ψ, and φ of the other poles, of what decays by each λ.
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
         scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
         self.poles = found = poles(scene.layer, scene.gamma1, tolerance)
         tau: Complex = np.append(found.first, found.tau)
-        growth = min(max(_GROWTH + math.log10(tolerance), _LEAST), _MOST)
-        length = 1 / math.sqrt(np.abs(tau).max())
-        self.elements = own = elements(body.power, grid(body, a, length, growth, first))
+        ends = grid(body, a, 1 / math.sqrt(np.abs(tau).max()), first)
+        self.elements = own = elements(body.power, ends)
         self.weights = body.whole * a ** (body.power + 1) * own.mass
         self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
         self.stretched = scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
         self.u = np.array([np.ones_like(own.x), self.f - body.height(a * own.x)])
-        loads = [*(a * a * own.mass * self.u), a * own.risen(self.slopes)]
+        risen = -(self.slopes * own.mass / own.half) @ rounded(DEGREE)[2]
+        loads = [*(a * a * own.mass * self.u), a * risen]
         self.fields = fields = Fields(own, a * a * tau, np.stack(loads, axis=1))
         wanted = np.zeros((2, tau.size + 1), complex)
         wanted[:, 0], wanted[:, 1] = [1, 0], fields.given[:2, 0]
         wanted[:, 2:] = fields.own[1:], -fields.given[2, 1:]
         outwards = -decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0]
         matrix = np.ones((outwards.size,) * 2, complex)
-        matrix[1:] = (fields.own[:, None] + a * outwards) * found.outside
+        self.outside = np.append(1, found.tau)[:, None] / (tau[:, None] - found.decays**2)
+        matrix[1:] = (fields.own[:, None] + a * outwards) * self.outside
         high = np.abs(matrix).max(axis=1)
-        matrix /= high[:, None]
-        wide = np.abs(matrix).max(axis=0)
-        self.amplitudes = (np.linalg.solve(matrix / wide, (wanted / high).T).T / wide).T
+        self.amplitudes = np.linalg.solve(matrix / high[:, None], (wanted / high).T)
         self.reaction = (outwards @ self.amplitudes).real
         self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
 
     @functools.cached_property
     def pressures(self) -> Array:
         """At nodes (2, e, 13)."""
-        at_line, c = self.poles.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
+        at_line, c = self.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
         at_line[1:] = [1, 0] - at_line[1:]
         return self.poles.still * self.u + self.fields.total(at_line.T, c)
 

@@ -17,21 +17,22 @@ from discretization.surfaces.network import rounded
 from energy.arrays import Array, Complex
 
 DEGREE = 12
+_GROWTH = 4.0  # of elements from one to the next away from the line
 _NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
 
-def grid(body: Body, a: float, length: float, growth: float, first: float) -> tuple[float, ...]:
+def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ...]:
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
-    Elements end at breaks. They grow by a factor from one to the next away from the line, and from
-    kinks of the profile, beside which the fields change likewise, where they resolve the shortest
-    length of a pole; first: the share of the way at which that ends.
+    Elements end at breaks. Each is a fourth of the next one towards the line, and towards kinks of
+    the profile, beside which the fields change likewise, until they resolve the shortest length of
+    a pole; first: the share of the way at which that begins.
     """
     ends = [0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)]
     for left, right in itertools.pairwise([0.0, *(x for x in body.kinks if 0 < x < a), a]):
-        times = math.log(max(1.0, (right - left) / (_NEAREST * length)), growth)
-        steps = [(right - left) / a * first / growth**i for i in range(math.ceil(times))]
+        times = math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _GROWTH)
+        steps = [(right - left) / a * first / _GROWTH**i for i in range(math.ceil(times))]
         for corner, side in ((right, 1), (left, -1))[: 1 + (left in body.kinks)]:
             places = [(1 - corner / a + side * step, _CLEAR * step) for step in steps]
             ends += [z for z, clear in places if min(abs(z - x) for x in ends) > clear]
@@ -64,10 +65,6 @@ class Elements:
         self.flat = (self.modes * self.mass[:, 1:-1, None]).sum(axis=1)
         self.bridge = stiffness[:, 0, -1:]
         self.tied = np.stack([left * right, left * self.flat, right * self.flat], axis=1)
-
-    def risen(self, slope: Array) -> Array:
-        """The load (m f')' of slopes (e, 13)."""
-        return np.asarray(-(slope * self.mass / self.half) @ rounded(DEGREE)[2])
 
 
 elements = functools.lru_cache(maxsize=128)(Elements)

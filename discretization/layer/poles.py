@@ -15,7 +15,6 @@ A sum that is bounded for q -> ∞ leaves to tension alone what happens at a con
 displacement has a kink, and nothing of the layer may compete with γ₁u'².
 """
 
-import cmath
 import functools
 import math
 from typing import NamedTuple
@@ -44,8 +43,7 @@ class Poles(NamedTuple):
     """k₀, k₁, τ₁, the other τ and c (n,), and what these make of a free surface.
 
     decays (n + 2,): λ with k(-λ²) = γ₁λ², real parts positive: a free surface is a sum of
-    exp(-λx). error: of the sum, over k + γ₁q². outside (n + 1, n + 2): ψ, and φ of the other poles,
-    of what decays by each λ.
+    exp(-λx). error: of the sum, over k + γ₁q².
     """
 
     still: float
@@ -55,7 +53,6 @@ class Poles(NamedTuple):
     c: Complex
     decays: Complex
     error: float
-    outside: Complex
 
 
 @functools.lru_cache(maxsize=32)
@@ -85,10 +82,8 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     real_c, above = c[: real.size], np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
     tau, c = np.array([[*real, *pairs, *pairs.conj()], [*real_c, *above, *above.conj()]])
     flow, first, tau = (whole - first * still) * k / h**2, first / h**2, tau / h**2
-    found = Poles(still * k, flow, first, tau, c * k, tau, error, tau)
-    decays = _decays(found, gamma1)
-    outside = np.append(1, tau)[:, None] / (np.append(first, tau)[:, None] - decays**2)
-    return found._replace(decays=decays, outside=outside)
+    found = Poles(still * k, flow, first, tau, c * k, tau, error)
+    return found._replace(decays=_decays(found, gamma1))
 
 
 def _own(nu: float, pairs: int) -> tuple[float, Complex]:
@@ -123,10 +118,8 @@ def _decays(found: Poles, gamma: float) -> Complex:
     """
     still, flow, first, tau, c, *_ = found
     side = np.where(tau.imag == 0, 0.5, np.sign(tau.imag))
-    half, product = (first + still / gamma) / 2, (still * first + flow) / gamma
-    alone = half + cmath.sqrt(half * half - product)
-    around = np.array([alone, product / alone]) * np.exp(0.05j)
-    mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), around])
+    mean = math.sqrt((still * first + flow) / gamma)  # of both zeros of the first pole alone
+    mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), mean * np.exp([-0.6j, 0.5j])])
     own = np.arange(mu.size)  # zeros that are not known yet
     for _ in range(_ABERTH):
         near = mu[own]

@@ -16,7 +16,6 @@ from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
 from discretization.layer.lines import Lines
 from discretization.readings import with_surface
-from discretization.roots import bracketed
 from discretization.surfaces.network import on_elements
 from discretization.surfaces.protocol import alone
 from discretization.surfaces.small import SmallSurfaces
@@ -33,7 +32,8 @@ _OTHER = 0.7  # of the way to the line, where elements of another set begin
 _FAR = 40.0  # decay lengths: how far the free surface is felt
 _APART = 0.1  # of ln x: places on it, for integrals
 _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
-_LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest decay length: places that are looked at
+_LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest decay length: places looked at first
+_CLOSER = 401  # in a step in which the gap is least
 
 
 class Layer(Contact):
@@ -106,22 +106,16 @@ class Layer(Contact):
     def inside(self) -> float:
         """How deep the free surface is inside the indenter, at most.
 
-        The gap is least where it stops closing on the way from the line. Of the surface at x from
-        there only what decays on lengths of about x, or longer ones, is left: so x grows in steps
-        of a part of itself, in which the gap stops closing once at most.
+        The gap is least where it closes no longer on the way from the line, once in a step: at x
+        from there only what decays on lengths of about x or longer ones is left.
         """
         body, a, decays = self.body, self.a, self.poles.decays
         near, far = _NEAREST / float(np.abs(decays).max()), _FAR / float(decays.real.min())
         x = np.exp(np.arange(math.log(near), math.log(far) + _LOOK, _LOOK))
         x = np.minimum(x, (body.edge - a) * (1 - EPSILON))
-
-        def opens(x: Any) -> Array:
-            return np.asarray(body.slope(a + x) + self.displaced(np.atleast_1d(x), 1))
-
-        rate = opens(x)
-        turns = np.flatnonzero((rate[:-1] < 0) & (rate[1:] >= 0))
-        least = [bracketed(lambda z: opens(z).item(), x[i], x[i + 1], _PLACE) for i in turns]
-        x = np.append(x, least)
+        closing = body.slope(a + x) + self.displaced(x, 1) < 0
+        turns = np.flatnonzero(closing[:-1] & ~closing[1:])
+        x = np.append(x, np.linspace(x[turns], x[turns + 1], _CLOSER))
         return float((self.depth - body.height(a + x) - self.displaced(x)).max(initial=0.0))
 
     def errors(self, state: Any) -> dict[str, float]:
@@ -174,12 +168,12 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), min(_SAFE * rtol, _LOOSEST)
     excess = scene.surfaces.small_slope_deficit
-    fine, rough = (
-        Lines(
-            body, functools.cache(lambda a, by=by: Contact(body, a, by).reaction), excess, *looked
-        )
-        for by, *looked in ((tolerance, _STEP), (_ROUGH, _STEP, _PLACE))
-    )
+
+    def lines(known: float, *looked: float) -> Lines:
+        reaction = functools.cache(lambda a: Contact(body, a, known).reaction)
+        return Lines(body, reaction, excess, *looked)
+
+    fine, rough = lines(tolerance, _STEP), lines(_ROUGH, _STEP, _PLACE)
     a, _, how = rough.settled(depth)
     beside = fine.beside(a, depth) if how == "rests" else None
     if beside is None:
