@@ -82,15 +82,13 @@ class Contact:
         risen = -(self.slopes * own.mass / own.half) @ rounded(DEGREE)[2]
         loads = [*(a * a * own.mass * self.u), a * risen]
         self.fields = fields = Fields(own, a * a * tau, np.stack(loads, axis=1))
-        wanted = np.zeros((2, tau.size + 1), complex)
-        wanted[:, 0], wanted[:, 1] = [1, 0], fields.given[:2, 0]
-        wanted[:, 2:] = fields.own[1:], -fields.given[2, 1:]
+        parts = [[1], [0]], fields.given[:, :1], [fields.own[1:], -fields.given[1, 1:]]
         outwards = -decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0]
         matrix = np.ones((outwards.size,) * 2, complex)
         self.outside = np.append(1, found.tau)[:, None] / (tau[:, None] - found.decays**2)
         matrix[1:] = (fields.own[:, None] + a * outwards) * self.outside
-        high = np.abs(matrix).max(axis=1)
-        self.amplitudes = np.linalg.solve(matrix / high[:, None], (wanted / high).T)
+        high = np.abs(matrix).max(axis=1, keepdims=True)
+        self.amplitudes = np.linalg.solve(matrix / high, np.concatenate(parts, axis=1).T / high)
         self.reaction = (outwards @ self.amplitudes).real
         self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
 

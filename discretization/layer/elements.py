@@ -71,12 +71,13 @@ elements = functools.lru_cache(maxsize=128)(Elements)
 
 
 class Fields:
-    """Fields v of poles τ (n,), each with three loads (e, 3, 13), from 0 to the line.
+    """Fields v of poles τ (n,), each with two loads, from 0 to the line.
 
-    They take own v - given there, (n,) and (3, n). share (e, 11, n): 1/(λ + τ); forced (e, 3, 11):
-    loads of modes. On the left of every element v is rest (e, 3, n) and passed (e, n) of v on its
-    right. What an element takes of a displacement that is 1 everywhere, and of its load as a whole,
-    is found without the large numbers that cancel where τ is small.
+    loads (e, 3, 13): two of the first pole, and the second of the others, which have no first. They
+    take own v - given there, (n,) and (2, n). share (e, 11, n): 1/(λ + τ); forced (e, 3, 11): loads
+    of modes. On the left of every element v is rest (e, 2, n) and passed (e, n) of v on its right.
+    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
+    found without the large numbers that cancel where τ is small.
     """
 
     def __init__(self, elements: Elements, tau: Complex, loads: Array) -> None:
@@ -87,8 +88,10 @@ class Fields:
         tied = (rows @ self.share.view(float)).view(complex)  # (e, 9, n)
         takes = tau * (elements.mass[:, [0, -1], None] - tied[:, 1:3])  # (e, 2, n)
         given = loads[..., :1] - tied[:, 3:6], loads.sum(axis=2)[..., None] - tau * tied[:, 6:]
-        first = np.concatenate([takes[:, :1], given[0]], axis=1)  # of the left end
-        both = np.concatenate([takes.sum(axis=1, keepdims=True), given[1]], axis=1)
+        for part in given:
+            part[:, 0, 1:], part[:, 1, 1:] = 0, part[:, 2, 1:]
+        first = np.concatenate([takes[:, :1], given[0][:, :2]], axis=1)  # of the left end
+        both = np.concatenate([takes.sum(axis=1, keepdims=True), given[1][:, :2]], axis=1)
         tie, held, now = tied[:, 0] - elements.bridge, np.empty_like(first), np.zeros_like(first[0])
         for i in range(len(held)):
             held[i] = now + first[i]
@@ -98,20 +101,14 @@ class Fields:
         self.passed, self.rest = tie / size, held[:, 1:] / size[:, None]
 
     def total(self, at_line: Complex, c: Complex) -> Array:
-        """Σ c v (2, e, 13), real, of fields that are known at the line (2, n).
-
-        Of the first pole with its first and its second load, of the others with none and the third.
-        """
-        rest = np.zeros((len(self.rest), *at_line.shape), complex)
-        rest[:, :, 0], rest[:, 1, 1:], v = self.rest[:, :2, 0], self.rest[:, 2, 1:], [at_line]
-        for passed, own in zip(self.passed[::-1], rest[::-1], strict=True):
-            v.append(own + passed * v[-1])
-        joints, (left, right) = c * np.array(v[::-1]), self.elements.ties[..., None]
-        moved = left * (self.share @ joints[:-1].swapaxes(1, 2))
-        moved += right * (self.share @ joints[1:].swapaxes(1, 2))
-        shares = np.stack([self.share[..., 0] * c[0], self.share[..., 1:] @ c[1:]], axis=1).real
-        own = self.forced[:, :2] * shares[:, :1]
-        own[:, 1] += self.forced[:, 2] * shares[:, 1]
-        inner = (self.elements.modes @ (own.swapaxes(1, 2) - moved.real)).swapaxes(1, 2)
+        """Σ c v (2, e, 13), real, of fields that are known at the line (2, n)."""
+        v = [at_line]
+        for passed, rest in zip(self.passed[::-1], self.rest[::-1], strict=True):
+            v.append(rest + passed * v[-1])
+        joints, (left, right) = c * np.array(v[::-1]), self.elements.ties[:, :, None]
+        share, first = self.share.swapaxes(1, 2), self.forced[:, :2] * self.share[:, None, :, 0]
+        own = c[0] * first - left * (joints[:-1] @ share) - right * (joints[1:] @ share)
+        own[:, 1] += self.forced[:, 2] * (c[1:] @ share[:, 1:])
+        inner = own.real @ self.elements.modes.swapaxes(1, 2)
         ends = joints.sum(axis=2, keepdims=True).real
         return np.concatenate([ends[:-1], inner, ends[1:]], axis=2).swapaxes(0, 1)

@@ -94,14 +94,12 @@ class Lines:
         """Places from a line on, and D there, at corners that may hold it before and beyond them.
 
         A lowest point alone lets go at first touch, where it is held till then. A line contact
-        closes up; about an axis D returns to first touch as the radius vanishes, and in contacts
-        far below where adhesion begins to rule no line rests. Far below all lengths D turns once
-        at most.
+        closes up; about an axis D returns to first touch as the radius vanishes. Far below all
+        lengths, and where adhesion begins to rule, D turns once at most.
         """
         body, scene, least = self.body, self.body.scene, self.least
-        small = self._small(body.touch)
-        closed = max((_TINY if body.power else _CLOSED) * small, least)
-        end = min(body.edge, float(_PLACES[-1]) * scene.layer.h) if way > 0 else min(a, closed)
+        small, last = self._small(body.touch), min(body.edge, float(_PLACES[-1]) * scene.layer.h)
+        end = last if way > 0 else min(a, max(_CLOSED * small, least))
         length = max(small, min(scene.layer.h, scene.gamma1 / scene.layer.shear_modulus))
         middle = sorted((a, _TINY * length, end))[1]
         corners = {x for x in {*body.corners, least} if way * a < way * x <= way * end}

@@ -76,8 +76,7 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     matrix /= size[:, None]
     scale = np.sqrt((matrix[::2] * matrix[::2]).sum(axis=0))
     wanted = (exact - whole / (q * q + first)) / size
-    given = matrix[::2] / scale, wanted[::2]
-    fitted = lstsq(*given, lapack_driver="gelsy", overwrite_a=True, check_finite=False)[0] / scale
+    fitted = lstsq(matrix[::2] / scale, wanted[::2], lapack_driver="gelsy")[0] / scale
     error, (still, *c) = float(np.abs(matrix @ fitted - wanted).max()), fitted.tolist()
     real_c, above = c[: real.size], np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
     tau, c = np.array([[*real, *pairs, *pairs.conj()], [*real_c, *above, *above.conj()]])
@@ -120,18 +119,15 @@ def _decays(found: Poles, gamma: float) -> Complex:
     side = np.where(tau.imag == 0, 0.5, np.sign(tau.imag))
     mean = math.sqrt((still * first + flow) / gamma)  # of both zeros of the first pole alone
     mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), mean * np.exp([-0.6j, 0.5j])])
-    own = np.arange(mu.size)  # zeros that are not known yet
     for _ in range(_ABERTH):
-        near = mu[own]
-        apart, away = 1 / (near[:, None] - tau), 1 / (first - near)
-        value = gamma * near - still - flow * away - near * (apart @ c)
+        apart, away = 1 / (mu[:, None] - tau), 1 / (first - mu)
+        value = gamma * mu - still - flow * away - mu * (apart @ c)
         rate = gamma - flow * away**2 + apart**2 @ (c * tau)
-        others = near[:, None] - mu
-        others[np.arange(own.size), own] = math.inf
+        others = mu[:, None] - mu
+        np.fill_diagonal(others, math.inf)
         step = value / (rate + value * (apart.sum(axis=1) - away - (1 / others).sum(axis=1)))
-        mu[own] = near - step
-        own = own[~(np.abs(step) <= _STILL * np.abs(mu[own]))]
-        if not own.size:
+        mu = mu - step
+        if (np.abs(step) <= _STILL * np.abs(mu)).all():
             root = np.sqrt(mu)  # with a positive real part
             return np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
     raise NotCertifiedError(

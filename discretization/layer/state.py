@@ -32,8 +32,8 @@ _OTHER = 0.7  # of the way to the line, where elements of another set begin
 _FAR = 40.0  # decay lengths: how far the free surface is felt
 _APART = 0.1  # of ln x: places on it, for integrals
 _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
-_LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest decay length: places looked at first
-_CLOSER = 401  # in a step in which the gap is least
+_LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest decay length: places looked at
+_CLOSER = 401  # of them in a step in which the gap is least
 
 
 class Layer(Contact):
@@ -54,10 +54,6 @@ class Layer(Contact):
 
     force = property(lambda self: float(self.found[1]))
     energy = property(lambda self: float(self.found[2] - self.body.bound(self.a)))
-
-    def rest_depth(self, excess: float, side: int) -> float:
-        """D of its line."""
-        return float(self.body.rest_depth(self.a, self.reaction, excess, side))
 
     @functools.cached_property
     def found(self) -> Array:
@@ -80,43 +76,37 @@ class Layer(Contact):
     def certificate(self) -> Certificate:
         """The conditions of ../certificate.py, depths over |d|, u and what lifts a line.
 
+        penetration   looked for the closer the nearer to the line, and where the gap is least
         stationarity  what the poles' fields press, pull and store, on two sets of elements
         neighbours    d <= D just outside the line by closing, D just inside by opening <= d; where
                       D falls outwards the line would run away
         force         P against dU/dd, its rounding
         """
-        scene, body, pulled = self.body.scene, self.body, 0.0
+        scene, body, a, pulled = self.body.scene, self.body, self.a, 0.0
         if self.touches:
             return Certificate.undeformed()
         size = abs(self.depth - body.touch) + self.size or 1.0
-        beyond = self.depth - self.rest_depth(scene.surfaces.small_slope_deficit, 1)
-        within = self.rest_depth(self.opening, -1) - self.depth
-        if not self.opening and self.a > body.tip:
+        closing = scene.surfaces.small_slope_deficit
+        beyond = self.depth - body.rest_depth(a, self.reaction, closing, 1)
+        within = body.rest_depth(a, self.reaction, self.opening, -1) - self.depth
+        if not self.opening and a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
-        other = Layer(self.depth, math.inf, body, self.a, self.tolerance, _OTHER).found
-        pressed, form = self.scales["force"] or 1.0, self.form
-        return Certificate(
-            self.inside() / size,
-            float((np.abs(other - self.found) / (pressed, pressed, self.found[2] or 1.0)).sum()),
-            max(0.0, pulled),
-            max(float(self.rate < 0), beyond / size, within / size),
-            float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
-        )
-
-    def inside(self) -> float:
-        """How deep the free surface is inside the indenter, at most.
-
-        The gap is least where it closes no longer on the way from the line, once in a step: at x
-        from there only what decays on lengths of about x or longer ones is left.
-        """
-        body, a, decays = self.body, self.a, self.poles.decays
+        other = Layer(self.depth, math.inf, body, a, self.tolerance, _OTHER).found
+        pressed, form, decays = self.scales["force"] or 1.0, self.form, self.poles.decays
         near, far = _NEAREST / float(np.abs(decays).max()), _FAR / float(decays.real.min())
         x = np.exp(np.arange(math.log(near), math.log(far) + _LOOK, _LOOK))
         x = np.minimum(x, (body.edge - a) * (1 - EPSILON))
-        closing = body.slope(a + x) + self.displaced(x, 1) < 0
-        turns = np.flatnonzero(closing[:-1] & ~closing[1:])
+        falls = body.slope(a + x) + self.displaced(x, 1) < 0
+        turns = np.flatnonzero(falls[:-1] & ~falls[1:])
         x = np.append(x, np.linspace(x[turns], x[turns + 1], _CLOSER))
-        return float((self.depth - body.height(a + x) - self.displaced(x)).max(initial=0.0))
+        inside = self.depth - body.height(a + x) - self.displaced(x)
+        return Certificate(
+            float(inside.max(initial=0.0)) / size,
+            float((np.abs(other - self.found) / (pressed, pressed, self.found[2] or 1.0)).sum()),
+            max(0.0, pulled),
+            float(max(self.rate < 0, beyond / size, within / size)),
+            float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
+        )
 
     def errors(self, state: Any) -> dict[str, float]:
         """Of half-width, force and energy.
@@ -129,8 +119,8 @@ class Layer(Contact):
             return dict.fromkeys(QUANTITIES, 0.0)
         excess, fit = self.body.scene.surfaces.small_slope_deficit, self.poles.error
         coarse = Layer(self.depth, math.inf, self.body, self.a, _COARSER * self.tolerance)
-        off = coarse.rest_depth(excess, -1) - self.rest_depth(excess, -1)
-        move, least = abs(off / self.rate), self.certificate.force + _LUCKY * fit
+        one, other = (self.body.rest_depth(self.a, x.reaction, excess, -1) for x in (coarse, self))
+        move, least = abs(float(one - other) / self.rate), self.certificate.force + _LUCKY * fit
         force = abs(coarse.force - self.force) + move * excess * float(self.lines[0])
         move += _COARSER * least * self.size / abs(self.rate)
         parts = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
