@@ -73,8 +73,7 @@ class Contact:
         scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
         self.poles = found = poles(scene.layer, scene.gamma1, tolerance)
         tau: Complex = np.append(found.first, found.tau)
-        ends = grid(body, a, 1 / math.sqrt(np.abs(tau).max()), first)
-        self.elements = own = elements(body.power, ends)
+        self.elements = own = elements(body.power, grid(body, a, np.abs(tau).max() ** -0.5, first))
         self.weights = body.whole * a ** (body.power + 1) * own.mass
         self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
         self.stretched = scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())

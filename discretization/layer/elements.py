@@ -19,6 +19,7 @@ from energy.arrays import Array, Complex
 DEGREE = 12
 _GROWTH = 4.0  # of elements from one to the next away from the line
 _NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
+_SHARP = 8  # elements, at least, that become smaller towards kinks
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
 
@@ -27,12 +28,13 @@ def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ..
 
     Elements end at breaks. Each is a fourth of the next one towards the line, and towards kinks of
     the profile, beside which the fields change likewise, until they resolve the shortest length of
-    a pole; first: the share of the way at which that begins.
+    a pole, and f' beside kinks; first: the share of the way at which that begins.
     """
     ends = [0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)]
     for left, right in itertools.pairwise([0.0, *(x for x in body.kinks if 0 < x < a), a]):
         times = math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _GROWTH)
-        steps = [(right - left) / a * first / _GROWTH**i for i in range(math.ceil(times))]
+        count = max(math.ceil(times), _SHARP * (left in body.kinks))
+        steps = [(right - left) / a * first / _GROWTH**i for i in range(count)]
         for corner, side in ((right, 1), (left, -1))[: 1 + (left in body.kinks)]:
             places = [(1 - corner / a + side * step, _CLEAR * step) for step in steps]
             ends += [z for z, clear in places if min(abs(z - x) for x in ends) > clear]

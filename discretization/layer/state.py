@@ -82,13 +82,12 @@ class Layer(Contact):
                       D falls outwards the line would run away
         force         P against dU/dd, its rounding
         """
-        scene, body, a, pulled = self.body.scene, self.body, self.a, 0.0
+        body, a, felt, pulled = self.body, self.a, self.reaction, 0.0
         if self.touches:
             return Certificate.undeformed()
         size = abs(self.depth - body.touch) + self.size or 1.0
-        closing = scene.surfaces.small_slope_deficit
-        beyond = self.depth - body.rest_depth(a, self.reaction, closing, 1)
-        within = body.rest_depth(a, self.reaction, self.opening, -1) - self.depth
+        beyond = self.depth - body.rest_depth(a, felt, body.scene.surfaces.small_slope_deficit, 1)
+        within = body.rest_depth(a, felt, self.opening, -1) - self.depth
         if not self.opening and a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
         other = Layer(self.depth, math.inf, body, a, self.tolerance, _OTHER).found

@@ -10,6 +10,7 @@ from layers import BODIES, GEOMETRIES, QUANTITIES, FlatTo, layer, off, random_sc
 
 from discretization import AccuracyWarning, load_path, minimise
 from discretization.layer.body import Body
+from discretization.layer.contact import Contact
 from discretization.layer.state import Layer
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
@@ -283,3 +284,16 @@ def test_a_surface_that_hardly_dips_into_the_indenter_is_seen_as_deep_as_it_is(g
     for part in (1.0, 0.999, 0.99, 0.9, 0.5):
         dense, found = inside(part * low)
         assert 0.999 * dense <= found <= dense + 1e-7
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("n", [1.2, 1.3, 1.6, 2.5])
+def test_a_sharp_profile_is_resolved_by_contacts_narrower_than_poles_act(n, geometry):
+    """γ₁/2 ∫f'² of what is in contact, with f' = xⁿ⁻¹."""
+    for a in (1e-1, 1e-3, 1e-6):
+        scene = scene_of(PowerLaw(1 / n, n), 0.3, 100.0, geometry=geometry)
+        turned = int(scene.axisymmetric)
+        whole = (
+            (math.pi if turned else 1.0) * 100 * a ** (2 * n - 1 + turned) / (2 * n - 1 + turned)
+        )
+        assert Contact(Body(scene), a, 1e-6).stretched == pytest.approx(whole, rel=1e-8)
