@@ -31,11 +31,12 @@ import numpy as np
 from scipy.special import k0e, k1e, kve
 
 from discretization.layer.body import Body
-from discretization.layer.elements import Fields, elements, grid
+from discretization.layer.elements import DEGREE, Fields, elements, grid
 from discretization.layer.poles import poles
+from discretization.surfaces.network import rounded
 from energy.arrays import Array, Complex
 
-_INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
+_INTO = np.array([1] + [0] * (DEGREE - 1) + [-1])  # of a corner the slope inside the element
 _LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
 
 
@@ -52,10 +53,10 @@ def decayed(power: int, decays: Complex, a: float, beside: Array, order: int) ->
 
 def _bessel(order: int, z: Complex) -> Complex:
     """K(z) exp(z)."""
-    real, far = z.imag == 0, np.abs(z) > _LARGEST
-    found = np.sqrt(math.pi / (2 * z)) * (1 + (4 * order - 1) / (8 * z))
-    found[real] = (k1e if order else k0e)(z.real[real])
-    found[~real & ~far] = kve(order, z[~real & ~far])
+    real, near, found = z.imag == 0, np.abs(z) <= _LARGEST, np.empty_like(z)
+    found[real], near, far = (k1e if order else k0e)(z.real[real]), near & ~real, ~near & ~real
+    found[near], far_z = kve(order, z[near]), z[far]
+    found[far] = np.sqrt(math.pi / (2 * far_z)) * (1 + (4 * order - 1) / (8 * far_z))
     return found
 
 
@@ -65,32 +66,28 @@ class Contact:
     f: of the profile at the line, slopes, weights (e, 13): at nodes, and with the measure, of both
     sides or all around; stretched: γ₁/2 ∫f'²; u (2, e, 13): of nodes, of what is linear in u(a) and
     1. So are reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
-    outside (n, n): ψ, and φ of the other poles, of what decays by each λ.
+    outside (n - 1, n): ψ, and φ of the other poles, of what decays by each λ.
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
         scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
-        self.poles = poles(scene.layer, scene.gamma1, tolerance)
-        tau, decays = np.append(self.poles.first, self.poles.tau), self.poles.decays
-        ends = grid(body, a, 1 / float(np.sqrt(np.abs(tau).max())), first)
-        self.elements = own = elements(body.power, ends)
+        self.poles = found = poles(scene.layer, scene.gamma1, tolerance)
+        tau: Complex = np.append(found.first, found.tau)
+        self.elements = own = elements(body.power, grid(body, a, np.abs(tau).max() ** -0.5, first))
         self.weights = body.whole * a ** (body.power + 1) * own.mass
         self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
         self.stretched = scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
         self.u = np.array([np.ones_like(own.x), self.f - body.height(a * own.x)])
-        loads = np.zeros((*own.x.shape, tau.size, 2))
-        loads[..., 0, :] = np.moveaxis(a * a * own.mass * self.u, 0, -1)
-        loads[..., 1:, 1] = a * own.risen(self.slopes)[..., None]
-        self.fields = Fields(own, a * a * tau, loads)
-        self.outside = np.append(1, self.poles.tau)[:, None] / (tau[:, None] - decays**2)
-        outwards = -decayed(body.power, decays, a, np.zeros(1), 1)[:, 0]
-        wanted = np.concatenate([[[1, 0]], self.fields.given[:1], -self.fields.given[1:]])
-        wanted[2:, 0] += self.fields.own[1:]
-        taken = (self.fields.own[:, None] + a * outwards) * self.outside
-        matrix = np.concatenate([np.ones_like(decays[None]), taken])
+        risen = -(self.slopes * own.mass / own.half) @ rounded(DEGREE)[2]
+        loads = [*(a * a * own.mass * self.u), a * risen]
+        self.fields = fields = Fields(own, a * a * tau, np.stack(loads, axis=1))
+        parts = [[1], [0]], fields.given[:, :1], [fields.own[1:], -fields.given[1, 1:]]
+        outwards = -decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0]
+        matrix = np.ones((outwards.size,) * 2, complex)
+        self.outside = np.append(1, found.tau)[:, None] / (tau[:, None] - found.decays**2)
+        matrix[1:] = (fields.own[:, None] + a * outwards) * self.outside
         high = np.abs(matrix).max(axis=1, keepdims=True)
-        wide = np.abs(matrix / high).max(axis=0)
-        self.amplitudes = np.linalg.solve(matrix / high / wide, wanted / high) / wide[:, None]
+        self.amplitudes = np.linalg.solve(matrix / high, np.concatenate(parts, axis=1).T / high)
         self.reaction = (outwards @ self.amplitudes).real
         self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
 
@@ -99,7 +96,7 @@ class Contact:
         """At nodes (2, e, 13)."""
         at_line, c = self.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
         at_line[1:] = [1, 0] - at_line[1:]
-        return self.poles.still * self.u + self.fields.total(at_line, c)
+        return self.poles.still * self.u + self.fields.total(at_line.T, c)
 
     @functools.cached_property
     def form(self) -> Array:

@@ -9,7 +9,6 @@ tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth there an
 import functools
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 
@@ -18,27 +17,28 @@ from discretization.surfaces.network import rounded
 from energy.arrays import Array, Complex
 
 DEGREE = 12
-_RATIO = 1 / 3  # of elements to the next ones outwards
+_GROWTH = 4.0  # of elements from one to the next away from the line
 _NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
+_SHARP = 8  # elements, at least, that become smaller towards kinks
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
 
 def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ...]:
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
-    Elements end at breaks. Each is a third of the next one towards the line, and towards kinks of
+    Elements end at breaks. Each is a fourth of the next one towards the line, and towards kinks of
     the profile, beside which the fields change likewise, until they resolve the shortest length of
-    a pole; first: the share of the way at which that begins.
+    a pole, and f' beside kinks; first: the share of the way at which that begins.
     """
-    ends = np.array([0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)])
+    ends = [0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)]
     for left, right in itertools.pairwise([0.0, *(x for x in body.kinks if 0 < x < a), a]):
-        times = -math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _RATIO)
-        steps = (right - left) / a * first * _RATIO ** np.arange(math.ceil(times))
+        times = math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _GROWTH)
+        count = max(math.ceil(times), _SHARP * (left in body.kinks))
+        steps = [(right - left) / a * first / _GROWTH**i for i in range(count)]
         for corner, side in ((right, 1), (left, -1))[: 1 + (left in body.kinks)]:
-            places = 1 - corner / a + side * steps
-            clear = np.abs(places[:, None] - ends).min(axis=1) > _CLEAR * steps
-            ends = np.append(ends, places[clear])
-    return tuple(np.unique(ends)[::-1].tolist())
+            places = [(1 - corner / a + side * step, _CLEAR * step) for step in steps]
+            ends += [z for z, clear in places if min(abs(z - x) for x in ends) > clear]
+    return tuple(sorted(set(ends), reverse=True))
 
 
 class Elements:
@@ -68,51 +68,49 @@ class Elements:
         self.bridge = stiffness[:, 0, -1:]
         self.tied = np.stack([left * right, left * self.flat, right * self.flat], axis=1)
 
-    def risen(self, slope: Array) -> Array:
-        """The load (m f')' of slopes (e, 13)."""
-        return np.asarray(-(slope * self.mass / self.half) @ rounded(DEGREE)[2])
-
 
 elements = functools.lru_cache(maxsize=128)(Elements)
 
 
 class Fields:
-    """Fields v of poles τ (n,) with two loads each (e, 13, n, 2), from 0 to the line.
+    """Fields v of poles τ (n,), each with two loads, from 0 to the line.
 
-    They take own v - given there, (n,) and (n, 2). share (e, 11, n): 1/(λ + τ); forced
-    (e, 11, n, 2): loads of modes. On the left of every element v is rest (e, n, 2) and passed
-    (e, n, 1) of v on its right. What an element takes of a displacement that is 1 everywhere, and
-    of its load as a whole, is found without the large numbers that cancel where τ is small.
+    loads (e, 3, 13): two of the first pole, and the second of the others, which have no first. They
+    take own v - given there, (n,) and (2, n). share (e, 11, n): 1/(λ + τ); forced (e, 3, 11): loads
+    of modes. On the left of every element v is rest (e, 2, n) and passed (e, n) of v on its right.
+    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
+    found without the large numbers that cancel where τ is small.
     """
 
-    def __init__(self, elements: Elements, tau: Any, loads: Array) -> None:
-        self.elements, (e, _, n, _), (left, _) = elements, loads.shape, elements.ties
+    def __init__(self, elements: Elements, tau: Complex, loads: Array) -> None:
+        self.elements, (left, _), flat = elements, elements.ties, elements.flat[:, None]
         self.share = 1 / (elements.values[:, :, None] + tau)
-        inner = elements.modes.swapaxes(1, 2) @ loads[:, 1:-1].reshape(e, -1, 2 * n)
-        self.forced = inner.reshape(e, -1, n, 2)
-        moved = (self.share[..., None] * self.forced).reshape(e, -1, 2 * n)
-        loaded = (np.stack([left, elements.flat], axis=1) @ moved).reshape(e, 2, n, 2)
-        tied = elements.tied @ self.share
-        takes = tau * (elements.mass[:, [0, -1], None] - tied[:, 1:])  # (e, 2, n)
-        given = loads[:, 0] - loaded[:, 0], loads.sum(axis=1) - tau[:, None] * loaded[:, 1]
-        first = np.concatenate([takes[:, 0, :, None], given[0]], axis=2)  # of the left end
-        both = np.concatenate([takes.sum(axis=1)[..., None], given[1]], axis=2)
+        self.forced = own = loads[..., 1:-1] @ elements.modes
+        rows = np.concatenate([elements.tied, own * left[:, None], own * flat], axis=1)
+        tied = (rows @ self.share.view(float)).view(complex)  # (e, 9, n)
+        takes = tau * (elements.mass[:, [0, -1], None] - tied[:, 1:3])  # (e, 2, n)
+        given = loads[..., :1] - tied[:, 3:6], loads.sum(axis=2)[..., None] - tau * tied[:, 6:]
+        for part in given:
+            part[:, 0, 1:], part[:, 1, 1:] = 0, part[:, 2, 1:]
+        first = np.concatenate([takes[:, :1], given[0][:, :2]], axis=1)  # of the left end
+        both = np.concatenate([takes.sum(axis=1, keepdims=True), given[1][:, :2]], axis=1)
         tie, held, now = tied[:, 0] - elements.bridge, np.empty_like(first), np.zeros_like(first[0])
-        for i in range(e):
+        for i in range(len(held)):
             held[i] = now + first[i]
-            kept = held[i, :, 0] / (held[i, :, 0] + tie[i])
-            now = now + both[i] - kept[:, None] * held[i]
-        size = (held[..., 0] + tie)[..., None]
-        self.own, self.given = now[:, 0], now[:, 1:]
-        self.passed, self.rest = tie[..., None] / size, held[..., 1:] / size
+            now = now + both[i] - held[i, 0] / (held[i, 0] + tie[i]) * held[i]
+        size = held[:, 0] + tie
+        self.own, self.given = now[0], now[1:]
+        self.passed, self.rest = tie / size, held[:, 1:] / size[:, None]
 
     def total(self, at_line: Complex, c: Complex) -> Array:
-        """Σ c v (2, e, 13), real, of fields that are known at the line (n, 2)."""
+        """Σ c v (2, e, 13), real, of fields that are known at the line (2, n)."""
         v = [at_line]
         for passed, rest in zip(self.passed[::-1], self.rest[::-1], strict=True):
             v.append(rest + passed * v[-1])
-        joints, (left, right) = np.array(v[::-1]), self.elements.ties[..., None, None]
-        moved = self.forced - left * joints[:-1, None] - right * joints[1:, None]
-        inner = self.elements.modes @ ((self.share * c)[..., None] * moved).sum(axis=2).real
-        ends = (joints * c[:, None]).sum(axis=1).real[:, None]
-        return np.moveaxis(np.concatenate([ends[:-1], inner, ends[1:]], axis=1), -1, 0)
+        joints, (left, right) = c * np.array(v[::-1]), self.elements.ties[:, :, None]
+        share, first = self.share.swapaxes(1, 2), self.forced[:, :2] * self.share[:, None, :, 0]
+        own = c[0] * first - left * (joints[:-1] @ share) - right * (joints[1:] @ share)
+        own[:, 1] += self.forced[:, 2] * (c[1:] @ share[:, 1:])
+        inner = own.real @ self.elements.modes.swapaxes(1, 2)
+        ends = joints.sum(axis=2, keepdims=True).real
+        return np.concatenate([ends[:-1], inner, ends[1:]], axis=2).swapaxes(0, 1)

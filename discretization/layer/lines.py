@@ -10,6 +10,7 @@ it off a table over all of them.
 """
 
 import functools
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ from energy.arrays import Array
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
 _SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _TINY, _CLOSED = 1 / 64, 1e-8  # of the half-width below which adhesion rules: far below; closed up
-_SPARSE = 3.0  # of log₂ a: half-widths that are looked at where they are far below
+_SPARSE = 6.0  # of log₂ a: half-widths that are looked at where they are far below
 _SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
 _TIE = 1e-12  # of depths and heights: depths that are the same
 _BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings
@@ -93,18 +94,18 @@ class Lines:
         """Places from a line on, and D there, at corners that may hold it before and beyond them.
 
         A lowest point alone lets go at first touch, where it is held till then. A line contact
-        closes up; far below where adhesion begins to rule D is all but constant. About an axis it
-        returns to first touch as the radius vanishes, and in contacts so small no line rests.
+        closes up; about an axis D returns to first touch as the radius vanishes. Far below all
+        lengths, and where adhesion begins to rule, D turns once at most.
         """
-        last = end = min(self.body.edge, float(_PLACES[-1]) * self.body.scene.layer.h)
-        if way < 0:
-            small = self._small(self.body.touch)
-            last = max(_TINY * small, self.least)
-            end = min(a, last if self.body.power else max(_CLOSED * small, self.least))
-        corners = {x for x in {*self.body.corners, self.least} if way * a < way * x <= way * end}
-        octaves = np.arange(self.step, way * math.log2(last / a), self.step)
-        sparse = min(a, last) / 2 ** np.arange(_SPARSE, math.log2(min(a, last) / end), _SPARSE)
-        places = {*(a * 2.0 ** (way * octaves)).tolist(), *sparse.tolist(), end, *corners}
+        body, scene, least = self.body, self.body.scene, self.least
+        small, last = self._small(body.touch), min(body.edge, float(_PLACES[-1]) * scene.layer.h)
+        end = last if way > 0 else min(a, max(_CLOSED * small, least))
+        length = max(small, min(scene.layer.h, scene.gamma1 / scene.layer.shear_modulus))
+        middle = sorted((a, _TINY * length, end))[1]
+        corners = {x for x in {*body.corners, least} if way * a < way * x <= way * end}
+        steps = zip(itertools.pairwise((a, middle, end)), (self.step, _SPARSE)[::-way], strict=True)
+        parts = [x * 2.0 ** (way * np.arange(h, way * math.log2(y / x), h)) for (x, y), h in steps]
+        places = {*np.concatenate(parts).tolist(), middle, end, *corners}
         for x in sorted(places - {a}, reverse=way < 0):
             before = self.rest_depth(x, -way if x == end or x in corners else way)
             yield x, before

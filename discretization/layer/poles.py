@@ -20,6 +20,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import lstsq
 
 from discretization.certificate import NotCertifiedError
 from discretization.roots import bracketed
@@ -31,9 +32,9 @@ _FLOW = 3.0  # k₁ of an incompressible layer, over G/h³
 _DIGITS = 2.0  # of the tolerance that one of the layer's own pairs of poles is good for
 _BEYOND = 1.5  # times the last of them, where the others begin
 _LEAST = 0.3  # of k: an error that may be, where tension rules
-_SAMPLES = 1401  # of q; fitted to every second one, the error looked at on all
+_SAMPLES, _MOST = 160, 1401  # of q for a decade of the tolerance; fitted to every second one
 _FLATTEST, _FURTHEST = 5e-4, 1e3  # qh of the first; of the last, times where tension rules
-_NEWTON, _ABERTH = 20, 100
+_NEWTON, _ABERTH = 8, 100
 _STILL = 1e-9  # of a decay squared: a step of Aberth's method after which rounding is left
 _REAL = 1e-13  # of a decay: an imaginary part that is rounding
 
@@ -53,11 +54,6 @@ class Poles(NamedTuple):
     decays: Complex
     error: float
 
-    def stiffness(self, s: Array) -> Array:
-        """k(s)."""
-        poles = (s[:, None] / (s[:, None] + self.tau) @ self.c).real
-        return np.asarray(self.still + self.flow / (s + self.first) + poles)
-
 
 @functools.lru_cache(maxsize=32)
 def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
@@ -70,16 +66,17 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     first, pairs = _own(nu, max(1, round(-math.log10(tolerance) / _DIGITS)))
     real = _others(abs(pairs[-1]) * _BEYOND, gamma * (1 - nu), tolerance)
     furthest = max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST)
-    q = np.geomspace(_FLATTEST, furthest, _SAMPLES)
+    samples = min(round(_SAMPLES * (1 - math.log10(tolerance))), _MOST)
+    q = np.exp(np.linspace(math.log(_FLATTEST), math.log(furthest), samples))
     s, exact = (q * q)[:, None], relative_stiffness(nu, q)
     size = exact + gamma * q * q
     whole = first * float(relative_stiffness(nu, 0.0)) if first else _FLOW
     both = 2 * s / (s + pairs)
-    columns = [s / (s + np.append(first, real)), both.real, -both.imag]
-    matrix = np.concatenate(columns, axis=1) / size[:, None]
+    matrix = np.concatenate([s / (s + np.append(first, real)), both.real, -both.imag], axis=1)
+    matrix /= size[:, None]
     scale = np.sqrt((matrix[::2] * matrix[::2]).sum(axis=0))
     wanted = (exact - whole / (q * q + first)) / size
-    fitted = np.linalg.lstsq(matrix[::2] / scale, wanted[::2], rcond=None)[0] / scale
+    fitted = lstsq(matrix[::2] / scale, wanted[::2], lapack_driver="gelsy")[0] / scale
     error, (still, *c) = float(np.abs(matrix @ fitted - wanted).max()), fitted.tolist()
     real_c, above = c[: real.size], np.dot([1, 1j], np.reshape(c[real.size :], (2, -1)))
     tau, c = np.array([[*real, *pairs, *pairs.conj()], [*real_c, *above, *above.conj()]])
@@ -118,17 +115,17 @@ def _decays(found: Poles, gamma: float) -> Complex:
     From beside the poles, and from what the first one alone would make. O. Aberth, Mathematics of
     Computation 27 (1973) 339.
     """
-    tau, first = found.tau, found.first
+    still, flow, first, tau, c, *_ = found
     side = np.where(tau.imag == 0, 0.5, np.sign(tau.imag))
-    alone = [gamma, -gamma * first - found.still, found.still * first + found.flow]
-    mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), np.roots(alone) * np.exp(0.05j)])
+    mean = math.sqrt((still * first + flow) / gamma)  # of both zeros of the first pole alone
+    mu = np.concatenate([tau * 1.05 * np.exp(0.05j * side), mean * np.exp([-0.6j, 0.5j])])
     for _ in range(_ABERTH):
-        apart, flow = 1 / (mu[:, None] - tau), 1 / (first - mu)
-        value = gamma * mu - found.still - found.flow * flow - mu * (apart @ found.c)
-        rate = gamma - found.flow * flow**2 + apart**2 @ (found.c * tau)
+        apart, away = 1 / (mu[:, None] - tau), 1 / (first - mu)
+        value = gamma * mu - still - flow * away - mu * (apart @ c)
+        rate = gamma - flow * away**2 + apart**2 @ (c * tau)
         others = mu[:, None] - mu
         np.fill_diagonal(others, math.inf)
-        step = value / (rate + value * (apart.sum(axis=1) - flow - (1 / others).sum(axis=1)))
+        step = value / (rate + value * (apart.sum(axis=1) - away - (1 / others).sum(axis=1)))
         mu = mu - step
         if (np.abs(step) <= _STILL * np.abs(mu)).all():
             root = np.sqrt(mu)  # with a positive real part

@@ -6,12 +6,11 @@ a parabola of the depth; what these fields press and pull is known from other el
 
 import functools
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
+from discretization.certificate import EPSILON, ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
@@ -24,23 +23,24 @@ from energy import Scene
 from energy.arrays import Array
 
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
+_LOOSEST = 5e-5  # tolerance up to which what poles leave is told by coarser ones
 _STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
 _ROUGH, _PLACE = 1e-2, 1e-3  # of poles by which a line is looked for first, and of its place
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
 _OTHER = 0.7  # of the way to the line, where elements of another set begin
 _FAR = 40.0  # decay lengths: how far the free surface is felt
-_APART = 0.1  # of ln x: places on it
+_APART = 0.1  # of ln x: places on it, for integrals
 _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
+_LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest decay length: places looked at
+_CLOSER = 401  # of them in a step in which the gap is least
 
 
 class Layer(Contact):
     """A contact at a depth; rate: dD/da of its line, infinite where that is pinned.
 
-    contact: of what, as of `Contact`; both: u(a) and 1; size: of u and what slope
-    and adhesion lift a line; touches: with the lowest point alone, and
-    nothing is pressed; ahead: places on the free surface, by their distances from the line: it
-    varies the more slowly the farther from the line it is, and so do they.
+    contact: of what, as of `Contact`; both: u(a) and 1; size: of u and what slope and adhesion lift
+    a line; touches: with the lowest point alone, and nothing is pressed.
     """
 
     def __init__(self, depth: float, rate: float, *contact: Any) -> None:
@@ -51,14 +51,9 @@ class Layer(Contact):
         lifts = (abs(float(self.slopes[-1, -1])) + self.opening) / self.reaction[0]
         self.size = float(abs(self.both[0]) + lifts)
         self.touches = bool(self.a <= self.body.tip and depth == self.body.touch)
-        self.ahead = _FAR / float(self.poles.decays.real.min()) * _AHEAD
 
     force = property(lambda self: float(self.found[1]))
     energy = property(lambda self: float(self.found[2] - self.body.bound(self.a)))
-
-    def rest_depth(self, excess: float, side: int) -> float:
-        """D of its line."""
-        return float(self.body.rest_depth(self.a, self.reaction, excess, side))
 
     @functools.cached_property
     def found(self) -> Array:
@@ -81,28 +76,34 @@ class Layer(Contact):
     def certificate(self) -> Certificate:
         """The conditions of ../certificate.py, depths over |d|, u and what lifts a line.
 
+        penetration   looked for the closer the nearer to the line, and where the gap is least
         stationarity  what the poles' fields press, pull and store, on two sets of elements
         neighbours    d <= D just outside the line by closing, D just inside by opening <= d; where
                       D falls outwards the line would run away
         force         P against dU/dd, its rounding
         """
-        scene, body, pulled = self.body.scene, self.body, 0.0
+        body, a, felt, pulled = self.body, self.a, self.reaction, 0.0
         if self.touches:
             return Certificate.undeformed()
         size = abs(self.depth - body.touch) + self.size or 1.0
-        beyond = self.depth - self.rest_depth(scene.surfaces.small_slope_deficit, 1)
-        within = self.rest_depth(self.opening, -1) - self.depth
-        if not self.opening and self.a > body.tip:
+        beyond = self.depth - body.rest_depth(a, felt, body.scene.surfaces.small_slope_deficit, 1)
+        within = body.rest_depth(a, felt, self.opening, -1) - self.depth
+        if not self.opening and a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
-        other = Layer(self.depth, math.inf, body, self.a, self.tolerance, _OTHER).found
-        pressed, form = self.scales["force"] or 1.0, self.form
-        beside = self.ahead[self.ahead <= body.edge - self.a]
-        inside = self.depth - body.height(self.a + beside) - self.displaced(beside)
+        other = Layer(self.depth, math.inf, body, a, self.tolerance, _OTHER).found
+        pressed, form, decays = self.scales["force"] or 1.0, self.form, self.poles.decays
+        near, far = _NEAREST / float(np.abs(decays).max()), _FAR / float(decays.real.min())
+        x = np.exp(np.arange(math.log(near), math.log(far) + _LOOK, _LOOK))
+        x = np.minimum(x, (body.edge - a) * (1 - EPSILON))
+        falls = body.slope(a + x) + self.displaced(x, 1) < 0
+        turns = np.flatnonzero(falls[:-1] & ~falls[1:])
+        x = np.append(x, np.linspace(x[turns], x[turns + 1], _CLOSER))
+        inside = self.depth - body.height(a + x) - self.displaced(x)
         return Certificate(
             float(inside.max(initial=0.0)) / size,
             float((np.abs(other - self.found) / (pressed, pressed, self.found[2] or 1.0)).sum()),
             max(0.0, pulled),
-            max(float(self.rate < 0), beyond / size, within / size),
+            float(max(self.rate < 0, beyond / size, within / size)),
             float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
         )
 
@@ -117,8 +118,8 @@ class Layer(Contact):
             return dict.fromkeys(QUANTITIES, 0.0)
         excess, fit = self.body.scene.surfaces.small_slope_deficit, self.poles.error
         coarse = Layer(self.depth, math.inf, self.body, self.a, _COARSER * self.tolerance)
-        off = coarse.rest_depth(excess, -1) - self.rest_depth(excess, -1)
-        move, least = abs(off / self.rate), self.certificate.force + _LUCKY * fit
+        one, other = (self.body.rest_depth(self.a, x.reaction, excess, -1) for x in (coarse, self))
+        move, least = abs(float(one - other) / self.rate), self.certificate.force + _LUCKY * fit
         force = abs(coarse.force - self.force) + move * excess * float(self.lines[0])
         move += _COARSER * least * self.size / abs(self.rate)
         parts = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
@@ -127,8 +128,10 @@ class Layer(Contact):
 
     def displaced(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
-        found = decayed(self.body.power, self.poles.decays, self.a, beside, order)
-        return np.asarray((self.amplitudes @ self.both @ found).real)
+        own = self.poles.decays.imag >= 0  # of conjugates one
+        decays = self.poles.decays[own]
+        twice = self.amplitudes[own] @ self.both * np.where(decays.imag == 0, 1, 2)
+        return np.asarray((twice @ decayed(self.body.power, decays, self.a, beside, order)).real)
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """u and u' of the free surface at positions beside a line."""
@@ -144,7 +147,7 @@ class Layer(Contact):
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts; γ₁/2 ∫u'² outside by the trapezoidal rule in ln x."""
-        x, body = self.ahead, self.body
+        x, body = _FAR / float(self.poles.decays.real.min()) * _AHEAD, self.body
         density = self.displaced(x, 1) ** 2 * body.whole * (self.a + x) ** body.power
         outside = body.scene.gamma1 / 2 * _APART * float(x @ density)
         return with_surface(state, self.stretched + outside)
@@ -152,10 +155,14 @@ class Layer(Contact):
 
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
-    body, tolerance = Body(scene), _SAFE * rtol
+    body, tolerance = Body(scene), min(_SAFE * rtol, _LOOSEST)
     excess = scene.surfaces.small_slope_deficit
-    fine = Lines(body, lambda a: Contact(body, a, tolerance).reaction, excess, _STEP)
-    rough = replace(fine, reaction=lambda a: Contact(body, a, _ROUGH).reaction, close=_PLACE)
+
+    def lines(known: float, *looked: float) -> Lines:
+        reaction = functools.cache(lambda a: Contact(body, a, known).reaction)
+        return Lines(body, reaction, excess, *looked)
+
+    fine, rough = lines(tolerance, _STEP), lines(_ROUGH, _STEP, _PLACE)
     a, _, how = rough.settled(depth)
     beside = fine.beside(a, depth) if how == "rests" else None
     if beside is None:

@@ -9,6 +9,9 @@ import pytest
 from layers import BODIES, GEOMETRIES, QUANTITIES, FlatTo, layer, off, random_scene, scene_of
 
 from discretization import AccuracyWarning, load_path, minimise
+from discretization.layer.body import Body
+from discretization.layer.contact import Contact
+from discretization.layer.state import Layer
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
@@ -259,3 +262,38 @@ def test_narrow_contacts_of_nearly_incompressible_layers_are_certified(geometry,
     state = minimise(scene, 1e-3, rtol=1e-8)
     assert 1e-3 < state.half_width < 0.1
     assert max(state.certificate.stationarity, state.certificate.force) <= 1e-10
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("gamma", [1e-4, 1e-2, 1.0])
+def test_a_surface_that_hardly_dips_into_the_indenter_is_seen_as_deep_as_it_is(gamma, geometry):
+    """Beside a flat face that is pressed, under a slope that is less and less too small for it."""
+
+    def inside(rise, depth=0.01):
+        """Looked at everywhere, and by the certificate; over |d| and u."""
+        body = Body(scene_of(FlatTo(2.0, rise), 0.5, gamma, 0.0, geometry))
+        state, x = Layer(depth, math.inf, body, 2.0, 1e-6), np.exp(np.linspace(-22, 3, 15001))
+        deep = depth - body.height(2.0 + x) - state.displaced(x)
+        return float(deep.max()) / (depth + state.size), state.certificate.penetration
+
+    low, high = 1e-4, 10.0
+    for _ in range(18):
+        rise = math.sqrt(low * high)
+        low, high = (rise, high) if inside(rise)[0] > 1e-7 else (low, rise)
+    assert 1e-3 < low < 9
+    for part in (1.0, 0.999, 0.99, 0.9, 0.5):
+        dense, found = inside(part * low)
+        assert 0.999 * dense <= found <= dense + 1e-7
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("n", [1.2, 1.3, 1.6, 2.5])
+def test_a_sharp_profile_is_resolved_by_contacts_narrower_than_poles_act(n, geometry):
+    """γ₁/2 ∫f'² of what is in contact, with f' = xⁿ⁻¹."""
+    for a in (1e-1, 1e-3, 1e-6):
+        scene = scene_of(PowerLaw(1 / n, n), 0.3, 100.0, geometry=geometry)
+        turned = int(scene.axisymmetric)
+        whole = (
+            (math.pi if turned else 1.0) * 100 * a ** (2 * n - 1 + turned) / (2 * n - 1 + turned)
+        )
+        assert Contact(Body(scene), a, 1e-6).stretched == pytest.approx(whole, rel=1e-8)
