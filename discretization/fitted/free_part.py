@@ -27,7 +27,8 @@ _AGAIN = 2  # smaller steps passed, after which a longer one is tried again
 _UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that does not tell
 _MOST = 100_000  # changes on one way, as in motion.py
 _HIGHER = 1 / 16  # of δ₀
-_NEAR = 4.0  # times what v may fall by next to a sample: so far above 0 a minimum is looked at
+_UNSURE = 1 / 16  # of the width of an interval and of how v' varies in it: of the least v there
+_LEVEL = 1e-6  # of how v' varies: v' where v is least
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,42 +134,45 @@ class FreePart:
         between = self.rests.profile.x[self.rests.profile.beyond(x, goal)]
         return float(between[0 if side > 0 else -1]) if between.size else goal
 
-    def least(self, lines: Pair, depth: float) -> tuple[float, float]:
+    def least(self, lines: Pair, depth: float, *, exact: bool = False) -> tuple[float, float]:
         """The least clearance v = u - g between two lines, and where.
 
-        At samples of the profile that are not above those beside them, and between these where v
-        may reach 0. Towards a line v vanishes: that is no minimum, ∞. As the surface is nowhere
-        lower than at both lines and far away, samples higher by a part of δ₀ do not count.
+        Read at samples of the profile where it is negative; between two of them, where v' changes
+        sign, at the minimum of the cubic through v and v'. That is solved for where it may be the
+        least, unless its sign is certain and need not be exact. Towards a line v
+        vanishes: that is no minimum, ∞. As the surface is nowhere lower than at both lines and far
+        away, samples higher by a part of δ₀ do not count, but for those beside one that does.
         """
         left, right = (self.rests.at(x) for x in lines)
         profile, shape = self.rests.profile, self.rests.surfaces.shape
         own, level = profile.beyond(*lines), max([depth, *(z.f for z in (left, right) if z)])
-        inner, f = profile.x[own], profile.f[own]
-        low = f <= level + _HIGHER * self.rests.scene.opened.critical_separation
-        if not low.any():
+        low = profile.f[own] <= level + _HIGHER * self.rests.scene.opened.critical_separation
+        low[1:], low[:-1] = low[1:] | low[:-1], low[:-1] | low[1:]
+        x, f, f1 = (part[own][low] for part in (profile.x, profile.f, profile.slope))
+        if not x.size:
             return math.inf, math.nan
-        v, fall = np.full(inner.size + 2, math.inf), np.zeros(inner.size + 2)
-        u, u1 = shape(inner[low], left, right, depth)
-        v[1:-1][low], fall[1:-1][low] = u - depth + f[low], np.abs(u1 + profile.slope[own][low])
-        v[[0, -1]] = np.where(np.isfinite(lines), 0.0, math.inf)
-        x = np.append(inner[0], np.append(inner, inner[-1]))
-        x[[0, -1]] = np.where(np.isfinite(lines), lines, x[[0, -1]])
-        dips = 1 + np.flatnonzero((v[1:-1] <= v[:-2]) & (v[1:-1] <= v[2:]) & np.isfinite(v[1:-1]))
-        steps = np.abs(np.diff(np.where(np.isfinite(v), v, v[1:-1][low].max())))
-        steps = np.maximum(steps, np.maximum(fall[:-1], fall[1:]) * np.diff(x))
-        near = dips[v[dips] < _NEAR * np.maximum(steps[dips - 1], steps[dips])]
-        if near.size:
-            place = crossings(
+        u, u1 = shape(x, left, right, depth)
+        v, v1 = u - depth + f, u1 + f1
+        i = np.flatnonzero((v1[:-1] <= 0) & (v1[1:] > 0))
+        width, fall, rise = x[i + 1] - x[i], -v1[i], v1[i + 1]
+        t = fall / (fall + rise)
+        place, s = x[i] + t * width, 1 - t
+        deep = s * s * ((1 + 2 * t) * v[i] - t * width * fall)
+        deep += t * t * ((1 + 2 * s) * v[i + 1] - s * width * rise)
+        off = _UNSURE * width * (fall + rise)
+        near = (deep - off <= np.concatenate([[0.0], v, deep + off]).min()) & (width > 0)
+        near &= exact | (deep + off >= 0)
+        if near.any():
+            bend = (fall + rise)[near]
+            place[near] = crossings(
                 lambda z, _: shape(z, left, right, depth)[1] + profile.indenter.slope(z),
-                *(x[near - 1], x[near + 1], x[near], np.ones(near.size), 0.0),
+                *(x[i][near], x[i + 1][near], place[near], bend / width[near]),
+                _LEVEL * float(bend.min()),
             )
-            deep = shape(place, left, right, depth)[0] - depth + profile.indenter.height(place)
-            deeper = deep < v[near]
-            x[near[deeper]], v[near[deeper]] = place[deeper], deep[deeper]
-        if not dips.size:
-            return math.inf, math.nan
-        best = dips[np.argmin(v[dips])]
-        return float(v[best]), float(x[best])
+            deep[near] = shape(place[near], left, right, depth)[0] - depth
+            deep[near] += profile.indenter.height(place[near])
+        deep, place = np.append(deep, v[v < 0]), np.append(place, x[v < 0])
+        return min(zip(deep.tolist(), place.tolist(), strict=True), default=(math.inf, math.nan))
 
 
 def pairs(lines: Sequence[float]) -> list[Pair]:
