@@ -60,10 +60,6 @@ class Resolved:
         """With samples at these places, increasing, the corners among them."""
         corners, edges = (np.asarray(part, float) for part in (indenter.corners, edges))
         inner = corners[(corners > x[0]) & (corners < x[-1])]
-        if not inner.size:
-            inwards = 1 * (x == x[0]) - (x == x[-1]) if corners.size else 0
-            f, slope = _read(indenter, x, inwards)
-            return cls(indenter, x, f, slope, edges)
         x = np.repeat(x, 1 + np.isin(x, inner))
         twice = x[1:] == x[:-1]
         f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))

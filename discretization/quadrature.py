@@ -23,7 +23,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -175,6 +175,12 @@ class Interval(NamedTuple):
     force_scale: float
     errors: tuple[float, float] = (0.0, 0.0)
     rounding: float = 0.0
+
+    @property
+    def of_state(self) -> dict[str, Any]:
+        """Energy and force with their scales, as a state has them."""
+        scales = {"force": self.force_scale, "energy": self.energy_scale}
+        return {"force": self.force, "energy": self.energy, "scales": scales}
 
 
 def refined(scene: Scene, depth: float, contacts: Array, free: Sequence[Free]) -> Interval:

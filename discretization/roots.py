@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from energy.arrays import Array, Indices, Mask
+from energy.arrays import Array, Indices
 
 Function = Callable[[float], float]
 Functions = Callable[[Array, Indices], Array]
@@ -14,7 +14,7 @@ _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a m
 _HALVINGS = 200  # secants, and halvings where those are slow
 CLOSEST = 4e-16  # of a zero: a few roundings
 _CLOSE = 2.0**-52  # of the position: steps of one rounding
-_NEAR = 4.0  # times what a function may fall by on the way to a minimum
+_UNSURE = 1 / 16  # of how the slope varies between two places: what the least value is off by
 
 
 def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST) -> float:
@@ -60,14 +60,14 @@ def least(
     """Where h, with one minimum between two points, is least, and h there, by golden sections.
 
     Or where one value is not more than `enough`, or none will be: h falls by no more than `fall`
-    between the two points, and by the same part of that between nearer ones.
+    between the two points, and by the square of their share of that between nearer ones.
     """
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
     low, high = h(one), h(other)
     for _ in range(sections):
         if min(low, high) <= enough or min(low, high) - fall > enough:
             break
-        fall *= _GOLDEN
+        fall *= _GOLDEN * _GOLDEN
         if low <= high:
             hi, other, high = other, one, low
             low = h(one := hi - _GOLDEN * (hi - lo))
@@ -77,11 +77,10 @@ def least(
     return (one, low) if low <= high else (other, high)
 
 
-def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, Array, Mask]:
+def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
     """Minima of a function known by values and slopes v1 at places (n,), corners twice.
 
-    Those of the cubics through both: between which places, where, v'', v, and whether v may be 0
-    there, as what it may fall by from those places is not far below.
+    Those of the cubics through both: between which places, where, v'', v, and what v may be off by.
     """
     lo, hi = np.arange(x.size - 1), np.arange(1, x.size)
     turns = (v1[lo] <= 0) & (v1[hi] >= 0)
@@ -101,9 +100,9 @@ def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, A
         t, middle = np.where((t >= 0) & (t <= 1), t, 0.5), -b / (2 * a)
         bend = (2 * a * t + b) / (h * h)
     value = v[lo[k]] + t * (c + t * (b / 2 + t * a / 3))
-    near = value < _NEAR * np.maximum(most, np.abs(rise))[k]
+    off = _UNSURE * (np.abs(c) + np.abs(end))
     one, other = start + h * np.where(c > 0, middle, 0), start + h * np.where(end < 0, middle, 1)
-    return np.minimum(one, other), np.maximum(one, other), start + h * t, bend, value, near
+    return np.minimum(one, other), np.maximum(one, other), start + h * t, bend, value, off
 
 
 def crossings(

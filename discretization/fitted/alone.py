@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,14 +25,18 @@ import numpy as np
 
 from discretization.certificate import ROUNDING
 from discretization.fitted.line_search import Pair
-from discretization.fitted.rest_depths import surfaces_of
+from discretization.fitted.rest_depths import FLAT, ULPS, surfaces_of
 from discretization.profile import past_wall, unknown
 from discretization.roots import bracketed, least
-from discretization.surfaces.protocol import At, Free, Surfaces
+from discretization.surfaces.protocol import At, Felt, Free, Surfaces
 from energy import Indenter, Scene
 
 _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
 _DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
+_STEP = 1e-6  # of l, about an axis of the radius: of a difference for the change of D
+_LEAST = 1e-9  # of l: radii for it
+_FELT = 2.0**10  # roundings of a position: such a step is certainly felt
+_BESIDE = np.array([[1], [1], [-1], [0], [0], [0], [0]])  # on which side D judges a line
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,15 +65,15 @@ class Alone:
         """A displacement to measure others by: the largest of these depths, and δ₀."""
         return max(map(abs, depths)) + self.scene.critical_separation
 
-    def rest_depth(self, side: Any, x: Any, beside: Any = None, *, adhesive: Any = True) -> Any:
-        """D of a line at x, or D₀ without adhesion.
+    def rest_depth(self, side: Any, x: Any, beside: Any = None, work: Any = None) -> Any:
+        """D of a line at x, with another work of adhesion than that of a contact that closes.
 
         beside: just outwards (1) or inwards (-1) of x, which differ at a corner; beyond the edge of
         a body D is infinite.
         """
         scene, indenter = self.scene, self.scene.indenter
         beyond = indenter.slope(x) if beside is None else indenter.slope_beside(x, side * beside)
-        w = scene.work_of_adhesion * adhesive
+        w = scene.work_of_adhesion if work is None else work
         found = self.surfaces.rest_depth(side, x, indenter.height(x), beyond, None, w)
         if beside is None or not indenter.walls:
             return found
@@ -90,6 +94,43 @@ class Alone:
             left = -right if body.symmetric and not body.apex else self.find(-1, depth)
         held = left < right or (left == right and depth >= self.touch)
         return (left, right) if held else ()
+
+    def felt(self, lines: Sequence[float], depth: float) -> list[Felt]:
+        """What judges both lines, or the one about an axis; held are those at corners, and there.
+
+        The terms of D - d are d, f, and what f' and w add to D.
+        """
+        scene, sides, length = self.scene, np.array(self.sides), self.scene.elastocapillary_length
+        x, w = np.array(lines)[-sides.size :], scene.work_of_adhesion
+        known = np.array([-math.inf, *scene.indenter.corners, math.inf])
+        first, after = known.searchsorted(x), known.searchsorted(x, "right")
+        loose, near = (first == after) & ((x != 0) | (sides.size > 1)), np.spacing(np.abs(x))
+        span = np.minimum(np.maximum(x, _LEAST * length), length) if scene.axisymmetric else length
+        off, step = ULPS * near * loose * sides, np.maximum(_STEP * span, _FELT * near)
+        ends = np.clip([x + step, x - step], (x + known[first - 1]) / 2, (x + known[after]) / 2)
+        z = np.clip([x + off, x + off, x - off, x, x, *ends], *scene.indenter.extent)
+        works = np.array([w, 0.0, scene.opened.work_of_adhesion, w, 0.0, w, w])[:, None]
+        closing, bare, behind, *rest = self.rest_depth(sides, z, _BESIDE, works)
+        f, (there, free, one, other) = np.asarray(scene.indenter.height(x), float), rest
+        if lines[0] == lines[1]:
+            behind -= math.inf
+        size = abs(depth) + np.abs(f) + np.abs(free - f) + np.abs(free - there)
+        rate = (one - other) * sides / np.where(z[5] > z[6], z[5] - z[6], math.inf)
+        with np.errstate(divide="ignore"):
+            moved = 1 / np.abs(rate)
+        firm = ~loose | (rate + FLAT * size / span > 0)
+        rows = np.array([x, loose, closing, bare, behind, size, moved, firm]).T.tolist()
+        return [Felt(*row) for row in rows]
+
+    def opening(self, lines: tuple[float, ...], depth: float) -> list[float]:
+        """Forces that would open a contact without adhesion: -kg at an end, as f'' >= 0."""
+        scene, f = self.scene, np.asarray(self.scene.indenter.height(np.array(lines)), float)
+        unit = scene.stiffness * scene.elastocapillary_length
+        return [] if scene.opened.work_of_adhesion else (unit * (f - depth)).tolist()
+
+    def penetration(self, lines: tuple[float, ...], depth: float) -> float:
+        """How far the profile sticks through; not beside a contact, as u' + f' grows outwards."""
+        return 0.0 if lines else max(0.0, depth - self.touch)
 
     @functools.cached_property
     def lowest(self) -> tuple[float, float]:
@@ -163,9 +204,8 @@ def lowest_point(indenter: Indenter, size: float) -> float:
     def rise(z: float) -> float:
         return side * float(indenter.slope(z))
 
-    for _, x in _further(start, side * size, limit) if rise(start) else ():
-        if rise(x) >= 0:
-            break
+    if rise(start):
+        x = next((x for _, x in _further(start, side * size, limit) if rise(x) >= 0), limit)
     if not math.isfinite(x) or abs(x - start) > 1e30 * size:
         raise ValueError(f"indenter = {indenter!r} has no lowest point; give it a finite extent")
     if rise(x) > 0 and x != start:

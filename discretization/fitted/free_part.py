@@ -28,6 +28,7 @@ _UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that
 _MOST = 100_000  # changes on one way, as in motion.py
 _HIGHER = 1 / 16  # of δ₀
 _TINY = 1e-300  # more than 0
+_LEVEL = 1e-6  # of how v' varies around a minimum of v: v' there
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,11 +134,13 @@ class FreePart:
         between = self.rests.profile.x[self.rests.profile.beyond(x, goal)]
         return float(between[0 if side > 0 else -1]) if between.size else goal
 
-    def least(self, lines: Pair, depth: float) -> tuple[float, float]:
+    def least(self, lines: Pair, depth: float, *, exact: bool = False) -> tuple[float, float]:
         """The least of the minima of the clearance v = u - g between two lines, and where; or ∞.
 
-        Towards a line v vanishes: that is no minimum. As the surface is nowhere lower than at both
-        lines and far away, samples of the profile that are higher by a part of δ₀ do not count.
+        Those of the cubics through v and v' at samples, solved for where that may be the least and
+        negative, unless its sign is certain and need not be exact. Towards a line v vanishes: that
+        is no minimum. As the surface is nowhere lower than at both lines and far away, samples of
+        the profile that are higher by a part of δ₀ do not count.
         """
         left, right = (self.rests.at(x) for x in lines)
         profile, shape = self.rests.profile, self.rests.surfaces.shape
@@ -145,7 +148,8 @@ class FreePart:
         low = profile.f[own] <= level + _HIGHER * self.rests.scene.opened.critical_separation
         if not low.any():
             return math.inf, math.nan
-        low = low | np.append(low[1:], False) | np.append(False, low[:-1])
+        low[1:] |= low[:-1]  # and the samples beside those
+        low[:-1] |= low[1:]
         x, f, f1 = (column[own][low] for column in (profile.x, profile.f, profile.slope))
         ends = np.where(np.isfinite(lines), lines, x[[0, -1]])
         beside = np.array([ends, *profile.beside(ends, (1, -1))])
@@ -154,17 +158,18 @@ class FreePart:
         v, v1 = u - depth + f, u1 + f1
         v1[0] = max(v1[0], _TINY) if left else -1.0  # an end without a line may be a minimum
         v1[-1] = min(v1[-1], -_TINY) if right else 1.0
-        lo, hi, place, rise, clear, near = minima(x, v, v1)
-        if not place.size:
-            return math.inf, math.nan
+        lo, hi, at, bend, clear, off = minima(x, v, v1)
+        near = (clear - off <= min(0.0, (clear + off).min(initial=0.0))) & (lo < hi)
+        near &= exact | (clear + off >= 0)
         if near.any():
-            at = place[near] = crossings(
+            at[near] = crossings(
                 lambda z, _: shape(z, left, right, depth)[1] + profile.indenter.slope(z),
-                *(lo[near], hi[near], place[near], rise[near], 0.0),
+                *(lo[near], hi[near], at[near], bend[near]),
+                _LEVEL * float(((hi - lo) * bend)[near].min()),
             )
-            clear[near] = shape(at, left, right, depth)[0] - depth + profile.indenter.height(at)
-        best = int(np.argmin(clear))
-        return float(clear[best]), float(place[best])
+            clear[near] = shape(at[near], left, right, depth)[0] - depth
+            clear[near] += profile.indenter.height(at[near])
+        return min(zip(clear.tolist(), at.tolist(), strict=True), default=(math.inf, math.nan))
 
 
 def pairs(lines: Sequence[float]) -> list[Pair]:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
-from discretization.fitted.rest_depths import TIE, RestDepths
-from discretization.fitted.tension import Pull, pull
+from discretization.fitted.rest_depths import TIE, RestDepths, displacement_scale
+from discretization.fitted.tension import pull
 from discretization.fitted.zeros import first_zero, followed
 from discretization.surfaces.protocol import At
 from energy.arrays import Array
@@ -34,10 +34,6 @@ class LineSearch:
 
     rests: RestDepths
 
-    def pull(self, one: float, other: float, depth: float) -> Pull:
-        """The largest pull of the profile in contact between two positions."""
-        return pull(self.rests.scene, self.rests.profile, one, other, depth)
-
     def closed(self, q: float, p: float, depth: float) -> bool:
         """Whether nothing holds a gap open: without adhesion, that the profile would pull there."""
         if self.rests.scene.work_of_adhesion or math.isinf(q) or math.isinf(p):
@@ -49,15 +45,16 @@ class LineSearch:
 
         One closes at clearly less than opens one, or it would open and close for ever.
         """
+        scene, profile, least = self.rests.scene, self.rests.profile, self.least_pull(depth)
         torn = bool(self.torn(one, other, depth).size)
-        return torn or self.pull(one, other, depth).force > _SHUT * self.least_pull(depth)
+        return torn or pull(scene, profile, one, other, depth).force > _SHUT * least
 
     def least_pull(self, depth: float) -> float:
         """The least pull at which a contact that does not adhere opens, over kl [length].
 
         Gaps close continuously with it, and D is known the less the narrower they are.
         """
-        return PULLED * self.rests.displacement_scale(depth)
+        return PULLED * displacement_scale(self.rests.scene, depth, self.rests.size)
 
     def torn(self, one: float, other: float, depth: float, holds: Any = 0.0) -> Array:
         """The corners between two positions at which the slope falls by more than `holds` holds.
@@ -96,13 +93,16 @@ class LineSearch:
         for sweep in range(_SWEEPS):
             if way > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
-            near = None if math.isinf(q - p) else self._nearby((q, p), depth, way)
-            if near is not None and near[0] >= least and near[1] <= most:
-                return near
-            a = self._line(1, q, least, p, depth, way)
-            b = None if a is None else self._line(-1, p, most, a, depth, way)
-            if a is None or b is None:
-                return None
+            ends = q, p
+            for exact in (True,) if math.isinf(q - p) else (False, True):
+                a = self._line(1, q, least, p, depth, way, exact)
+                b = None if a is None else self._line(-1, p, most, a, depth, way, exact)
+                if a is None or b is None:
+                    return None
+                ends, near = (a, b), None if exact else self._nearby((a, b), depth, way)
+                if near is not None and near[0] >= least and near[1] <= most:
+                    return near
+            a, b = ends
             still = _still(a, q, sweep) and _still(b, p, sweep)
             if still or math.isinf(a - b) or a < least or b > most:
                 return a, b
@@ -113,14 +113,14 @@ class LineSearch:
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _line(
-        self, side: int, x: float, limit: float, facing: float, depth: float, way: int
+        self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
     ) -> float | None:
         """Where one line rests beside the other, at most at the edge of the body; None: nowhere."""
         profile = self.rests.profile
         if math.isinf(x):
             return x
         if way > 0:
-            found = self._first_zero(side, x, facing, facing, depth, way)
+            found = self._first_zero(side, x, facing, facing, depth, way, exact)
             edge = profile.x[-1 if side > 0 else 0]
             outside = found is None and math.isinf(facing) and edge in profile.indenter.walls
             return float(edge) if outside else found
@@ -128,20 +128,24 @@ class LineSearch:
         rests = self.rests.rest_depth(side, *behind, self.rests.at(facing), self.rests.w(way))
         if x == limit or rests - depth <= TIE * self.rests.size:
             return x
-        found = self._first_zero(side, x, limit, facing, depth, way)
+        found = self._first_zero(side, x, limit, facing, depth, way, exact)
         return math.nextafter(limit, -side * math.inf) if found is None else found
 
     def _first_zero(
-        self, side: int, x: float, limit: float, facing: float, depth: float, way: int
+        self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
     ) -> float | None:
-        """The first place on this way at which a line rests; of one that recedes also the limit."""
+        """The first place on this way at which a line rests; of one that recedes also the limit.
+
+        Or if that need not be exact, one just before it.
+        """
         beyond, w, indenter = self.rests.at(facing), self.rests.w(way), self.rests.profile.indenter
 
         def h(x: Any, f: Any = None, f1: Any = None) -> Any:
             f, f1 = (indenter.height(x), indenter.slope(x)) if f is None else (f, f1)
             return way * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
 
-        return first_zero(self.rests.profile, h, x, limit, way < 0 and math.isfinite(limit))
+        closed = way < 0 and math.isfinite(limit)
+        return first_zero(self.rests.profile, h, x, limit, closed, exact)
 
     def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
@@ -162,11 +166,12 @@ class LineSearch:
         side = 1 if abs(step[0]) >= abs(step[1]) else -1
         (own, other), move = ((q, p), step[0]) if side > 0 else ((p, q), step[1])
         while move:
-            x, move = own + 2 * move, 2 * move
+            x, move = own + 4 * move, 4 * move
             passed = self.rests.profile.beyond(own, x)
             if passed.stop > passed.start or side * (other - x) <= 0:
                 break
-            stop = self._first_zero(-side, other, x if way > 0 else side * math.inf, x, depth, way)
+            limit = x if way > 0 else side * math.inf
+            stop = self._first_zero(-side, other, limit, x, depth, way, exact=True)
             if stop is None or not self._moves(side, (own, x), (other, stop), depth, way):
                 break
             own, other = x, stop

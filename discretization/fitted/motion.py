@@ -21,9 +21,10 @@ import numpy as np
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.free_part import FreePart, Lines, pairs
 from discretization.fitted.line_search import MET, LineSearch, Pair
-from discretization.fitted.rest_depths import TIE, RestDepths, surfaces_of
+from discretization.fitted.rest_depths import SIDES, TIE, ULPS, RestDepths, surfaces_of
+from discretization.fitted.tension import pull
 from discretization.profile import Resolved
-from discretization.surfaces.protocol import Surfaces
+from discretization.surfaces.protocol import Felt, Surfaces
 from energy import Scene
 from energy.arrays import Array
 
@@ -54,14 +55,9 @@ class Motion:
         return scene.indenter.convex and not scene.axisymmetric and scene.pattern is None
 
     @functools.cached_property
-    def search(self) -> LineSearch:
-        """What finds where lines come to rest."""
-        return LineSearch(self.rests)
-
-    @functools.cached_property
     def free_part(self) -> FreePart:
         """What moves the lines of one free surface."""
-        return FreePart(self.search)
+        return FreePart(LineSearch(self.rests))
 
     def adhered(self, depth: float) -> Lines:
         """The state of the path that touches first and then moves to this depth."""
@@ -80,7 +76,44 @@ class Motion:
 
     def penetration(self, lines: Lines, depth: float) -> float:
         """How far the profile sticks through the free surfaces, at worst [length]."""
-        return max(0.0, *(-self.free_part.least(pair, depth)[0] for pair in free_parts(lines)))
+        least = (self.free_part.least(pair, depth, exact=True)[0] for pair in free_parts(lines))
+        return max(0.0, -min(least))
+
+    def felt(self, lines: Lines, depth: float) -> list[Felt]:
+        """What judges the lines of every free surface.
+
+        D of free lines is off by the rounding of their places, and by that of narrow gaps. Held are
+        those at corners, edges of the body, and beside those of a pattern.
+        """
+        rests, x, edges = self.rests, np.array(free_parts(lines)), self.profile.edges
+        if self.scene.axisymmetric and not lines[0]:
+            x[0, 1] = math.inf  # a contact around the axis has no line there
+        held = [*self.profile.corners, *self.profile.indenter.walls, *edges]
+        loose = np.isfinite(x) & ~np.isin(x, [*held, *np.nextafter(edges, -math.inf)])
+        with np.errstate(invalid="ignore"):
+            off = np.where(loose, ULPS * np.spacing(np.abs(x)), 0.0) * SIDES
+        noise, out = rests.noise(x)[:, None], x + off
+        closing, behind = rests.ahead(out, 1) + noise, rests.ahead(x - off, -1) - noise
+        bare = rests.beside(SIDES, out, out[:, ::-1], 1, 1, adheres=False) + noise
+        behind[np.isin(x, [left for left, right in pairs(lines) if left == right])] = -math.inf
+        rates = rests.with_rates(x[:, None], rests.between_corners(x, 1), 1)[1]
+        rates = np.where(np.isfinite(rates), rates, 0.0)
+        lone = len(lines) == 2 and self.scene.indenter.convex
+        (moved, firm), size = rests.condition(rates, loose, lone=lone), np.full_like(x, rests.size)
+        columns = np.broadcast_arrays(x, loose, closing, bare, behind, size, moved, firm[:, None])
+        rows = np.stack(columns, axis=-1).reshape(-1, len(columns)).tolist()
+        return [Felt(*row) for row in rows if math.isfinite(row[0])]
+
+    def opening(self, lines: Lines, depth: float) -> list[float]:
+        """Forces that would open contacts: where they do not adhere, and at corners."""
+        scene, profile, x, ends = self.scene, self.profile, self.profile.corners, np.array(lines)
+        unit, bare = scene.stiffness * scene.elastocapillary_length, self.bare(ends.reshape(-1, 2))
+        forces = [unit * pull(scene, profile, *part, depth).force for part in bare]
+        if x.size and not scene.indenter.convex:
+            inside = np.searchsorted(ends, x) & np.searchsorted(ends, x, "right")
+            over = profile.falls(scene.slopes) - self.holds(x)
+            forces += (scene.gamma1 * over[inside % 2 == 1]).tolist()
+        return forces
 
     def first(self) -> Lines:
         """The state at first touch."""
@@ -125,13 +158,13 @@ class Motion:
 
     def _torn(self, left: float, right: float, depth: float) -> Lines:
         """The lines of a gap that opens in a contact by itself; () if nowhere."""
-        torn = self.search.torn(left, right, depth, self.holds(self.profile.corners))
+        torn = self.free_part.search.torn(left, right, depth, self.holds(self.profile.corners))
         if torn.size:
             aside = MET * self.scene.elastocapillary_length
             return float(torn[0]) - aside, float(torn[0]) + aside
         for start, end in self.bare(np.array([[left, right]])):
-            found = self.search.pull(start, end, depth)
-            if found.force > self.search.least_pull(depth):
+            found = pull(self.scene, self.profile, start, end, depth)
+            if found.force > self.free_part.search.least_pull(depth):
                 return found.ends
         return ()
 
@@ -168,7 +201,7 @@ class Motion:
             for i in np.flatnonzero(loose).tolist():
                 (least, q), (p, most) = ends[i : i + 2]
                 if (q, p) not in still:
-                    surfaces[i] = self.search.recede(q, p, least, most, depth)
+                    surfaces[i] = self.free_part.search.recede(q, p, least, most, depth)
             held: list[float] = []
             for left, right in pairs(surfaces.ravel().tolist()[1:-1]):
                 corners = [x for x in (left, right) if x in self.profile.corners]

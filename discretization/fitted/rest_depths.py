@@ -30,10 +30,13 @@ _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
 _LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
 _STEPS = np.array([0.0, 1.0, -1.0])
-MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
+_MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
 SIDES = np.array([1, -1])  # of the lines of a free surface
-GROWING = np.diag([1.0, -1.0])  # changes of D of two lines with both, if they grow outwards
-_ULPS = 4.0  # a line so many roundings from a corner is at it
+_GROWING = np.diag([1.0, -1.0])  # changes of D of two lines with both, if they grow outwards
+FLAT = 1e-7  # of the size of depths over l or a radius: the change of D where it is least
+ULPS = 4.0  # roundings of its position: so near to where it is, or to a corner, is a line
+_FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
+_SIGNS = np.array([[[1, 1], [1, -1]]])  # of what D of both lines is off by
 _NARROW = 1e-2  # of l
 _ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
 # slope on a crest is a small sum of larger terms
@@ -45,6 +48,11 @@ def surfaces_of(scene: Scene) -> Surfaces:
     if scene.slopes == "small":
         return SmallSurfaces(scene)
     return MeniscusSurfaces(scene) if scene.axisymmetric else FiniteSurfaces(scene)
+
+
+def displacement_scale(scene: Scene, depth: float, size: float) -> float:
+    """Size of a state's depths: |d| or δ₀, at least what makes TIE of the largest, `size`, pass."""
+    return max(abs(depth), scene.opened.critical_separation, TIE / TOLERANCE * size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +68,6 @@ class RestDepths:
     def length(self) -> float:
         """l."""
         return self.scene.elastocapillary_length
-
-    def displacement_scale(self, depth: float) -> float:
-        """Size of a state's depths: |d| or δ₀, at least what makes TIE of the largest pass."""
-        delta = self.scene.opened.critical_separation
-        return max(abs(depth), delta, TIE / TOLERANCE * self.size)
 
     def noise(self, lines: Array) -> Array:
         """What rounding of heights makes of D, of surfaces with lines (.., 2)."""
@@ -131,7 +134,7 @@ class RestDepths:
         A line at a corner is on that side of it to which it moves.
         """
         known, outwards = self.profile.joints, SIDES * way > 0
-        after, least = known.searchsorted(lines, "right"), _ULPS * self._spacing(known)
+        after, least = known.searchsorted(lines, "right"), ULPS * self._spacing(known)
         at = np.where(outwards, after, known.searchsorted(lines))
         at = np.minimum(np.maximum(at, 1), known.size - 1)
         found = np.array([(known + least)[at - 1], (known - least)[at]])
@@ -147,7 +150,7 @@ class RestDepths:
         if not known.size:
             return lines
         near = known[np.searchsorted((known[1:] + known[:-1]) / 2, lines)]
-        return np.where(np.abs(lines - near) <= 2 * _ULPS * self._spacing(near), near, lines)
+        return np.where(np.abs(lines - near) <= 2 * ULPS * self._spacing(near), near, lines)
 
     def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: At, w: Any) -> Array:
         """D of lines with heights and slopes that face others, infinite if there is none.
@@ -207,38 +210,44 @@ class RestDepths:
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
 
     def with_rates(
-        self, x: Array, room: Array, way: int, rates: bool
-    ) -> tuple[Array, Array | None]:
-        """D of both lines (n, j, 2), and its changes (n, j, 2, 2): of the first with the second."""
-        indenter, tails = self.profile.indenter, not np.isfinite(x).all(axis=2).any()
-        own, other = (part[: (3 if tails else 5) if rates else 1] for part in MOVES)
-        z = self.moved(x, room[:, :, None]) if rates else x[None]
+        self, x: Array, room: Array, way: int, rates: Array | None = None
+    ) -> tuple[Array, Array]:
+        """D of both lines (n, j, 2), and its changes (n, j, 2, 2) with both, where not given.
+
+        By central differences, half-way to a corner at most: which side of it a place is on is not
+        known there.
+        """
+        indenter, inner, z = self.profile.indenter, np.isfinite(x), x[None]
+        tails, count = not inner.all(axis=2).any(), 1
+        if rates is None:
+            z = x + np.multiply.outer(_STEPS, self.step(x))[..., None]
+            z[1:] = np.clip(z[1:], *((x + room[:, :, None]) / 2))
+            count = 3 if tails else 5
+        own, other = (part[:count] for part in _MOVES)
         known = np.where(np.isfinite(z), z, self.profile.lowest)
         f, f1 = (np.asarray(read(known), float) for read in (indenter.height, indenter.slope))
         at, facing = z[own], At(z[other][..., ::-1], f[other][..., ::-1])
         at[3:][np.isinf(facing.x[3:])] = math.inf  # nothing moves beside the line of a tail
         rest = self._of(SIDES, at, f[own], f1[own], facing, self.w(way))
-        return rest[0], self.changes(rest, z) if rates else None
-
-    def moved(self, x: Array, room: Array) -> Array:
-        """Lines (.., 2), and a little further and back for central differences, (3, .., 2).
-
-        Half-way to a corner at most: which side of it a place is on is not known there.
-        """
-        z = x + np.multiply.outer(_STEPS, self.step(x))[..., None]
-        lo, hi = (x + room) / 2
-        z[1:] = np.minimum(np.maximum(z[1:], lo), hi)
-        return z
-
-    def changes(self, rest: Array, z: Array) -> Array:
-        """Changes (.., 2, 2) of D of lines with both, of D at such places by MOVES (k, .., 2)."""
-        inner, rate = np.isfinite(z[0]), np.zeros((*z.shape[1:], 2))
+        if rates is not None:
+            return rest[0], rates
+        rates = np.zeros((*x.shape, 2))
         with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
             width = z[1] - z[2]
-            rate[..., [0, 1], [0, 1]] = (rest[1] - rest[2]) / width
-            if len(rest) > 3:
-                rate[..., [0, 1], [1, 0]] = (rest[3] - rest[4]) / width[..., ::-1]
-        return np.where(inner[..., None] & inner[..., None, :], rate, 0.0)
+            rates[..., [0, 1], [0, 1]] = (rest[1] - rest[2]) / width
+            if not tails:
+                rates[..., [0, 1], [1, 0]] = (rest[3] - rest[4]) / width[..., ::-1]
+        return rest[0], np.where(inner[..., None] & inner[..., None, :], rates, 0.0)
+
+    def condition(self, rate: Array, free: Mask, *, lone: bool) -> tuple[Array, Mask]:
+        """How far lines move over what D is off by (n, 2), and whether they are stable (n,).
+
+        Where D is least the line of a lone contact is found to the root of its rounding.
+        """
+        moved = np.abs(solved(rate, _SIGNS, free)).max(axis=1)
+        steepest = np.abs(rate).max(axis=(1, 2, 3), keepdims=True)
+        slack = np.maximum(_FALLING * steepest, lone * FLAT * self.size / self.length)
+        return moved, stable(rate + _GROWING * slack, free)
 
     def step(self, lines: Array) -> Array:
         """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.
@@ -283,5 +292,5 @@ def stable(rate: Array, free: Mask) -> Mask:
 def _of_free(rate: Array, free: Mask) -> tuple[Array, Array, Array]:
     """Rows of the matrices (n, j, 2, 2), each (2, j, n), and their determinants; ±1 if not free."""
     both = free[:, None, :, None] & free[:, None, None]
-    one, other = np.where(both, rate, GROWING).transpose(2, 3, 1, 0)
+    one, other = np.where(both, rate, _GROWING).transpose(2, 3, 1, 0)
     return one, other, one[0] * other[1] - one[1] * other[0]

@@ -9,7 +9,6 @@ halved until two of them lead to the same state.
 
 import contextlib
 import math
-import operator
 import warnings
 from collections.abc import Iterator
 
@@ -18,15 +17,13 @@ import numpy as np
 from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.alone import Alone
-from discretization.fitted.contacts import Contacts, certify, equilibrium, errors
+from discretization.fitted.contacts import Contacts, certify, errors
 from discretization.fitted.motion import Lines, Motion
-from discretization.fitted.rest_depths import RestDepths
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
 from discretization.profile import Resolved, resolve
 from energy import Scene
 from energy.arrays import Array
-from energy.axis import Radial
 
 _PER_LENGTH = 16  # nodes per l of the first lattice
 _PER_WAVE = 16  # and per wave: from where the slope turns round to where it does so likewise
@@ -37,9 +34,6 @@ _MOST_NODES = 400_000  # of a lattice of which only the topology is taken
 _MOST_RINGS = 6000  # the same around an axis
 _SAME = 1e-9  # of the energy's scale: energies of the same state
 _UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once
-_ADHERES = np.array([[True], [False]])
-_ASIDE = 1e-3  # of l and of the width: so far beyond its lines a contact is judged
-_energy = operator.attrgetter("energy")
 
 
 def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
@@ -51,35 +45,12 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     alone = Alone.of(scene)
     lines, size = alone.lines(depth), alone.size(depth) or 1.0
     if lines:
-        state = state_of(motion_of(alone, lines, depth), lines, depth, branch)
+        state = state_of(alone, lines, depth, branch)
         if branch != "global" or state.energy <= 0 or depth > alone.touch:
             return state
     elif abs(float(alone.rest_depth(1, alone.apex)) - depth) <= _UNDECIDED * size:
         alone.solve(1, alone.apex, depth)
-    pressed = max(0.0, depth - alone.touch) / size
-    return detached(scene, depth, branch, alone.surfaces, Certificate.undeformed(pressed))
-
-
-def motion_of(alone: Alone, ends: tuple[float, ...], depth: float) -> Motion:
-    """What judges a contact with these ends: its profile is convex, few samples resolve it.
-
-    They are the ends, a little beyond the lines, and what cuts it into smooth parts. The size of
-    depths is the sum of the terms that cancel in D - d: d, f, and what f' and w add to D.
-    """
-    scene, sides = alone.scene, np.array(alone.sides)
-    indenter, length = scene.indenter, scene.elastocapillary_length
-    lines = np.array(ends)[-sides.size :]
-    f = np.asarray(indenter.height(lines), float)
-    rest, bare = alone.rest_depth(sides, lines, adhesive=_ADHERES)
-    terms = abs(depth) + np.abs(f) + np.abs(bare - f) + np.abs(bare - rest)
-    profile = Radial(indenter) if scene.axisymmetric else indenter
-    aside = _ASIDE * min(length, max(ends[1] - ends[0], _ASIDE * length))
-    lo, hi = max(ends[0] - aside, profile.extent[0]), min(ends[1] + aside, profile.extent[1])
-    inner = profile.breaks()
-    x = {lo, hi, *inner[(inner > lo) & (inner < hi)].tolist()}
-    samples = Resolved.of(profile, np.array(sorted(x)))
-    rests = RestDepths(scene, samples, alone.surfaces, float(terms.max()) or scene.layer.h)
-    return Motion(scene, samples, alone.surfaces, rests)
+    return state_of(alone, (), depth, branch)
 
 
 def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
@@ -98,9 +69,11 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
         for lines in candidates:
             with contextlib.suppress(NotCertifiedError):
                 states.append(state_of(motion, lines, depth, branch))
-        found.append(min(states, key=_energy))
-        if discs or (len(found) > 1 and _alike(*found[-2:])):
-            return min(found, key=_energy)
+        found.append(min(states, key=lambda state: state.energy))
+        one, other = found[-2:] if found[1:] else found * 2
+        off, alike = abs(one.energy - other.energy), len(one.contacts) == len(other.contacts)
+        if discs or (found[1:] and alike and off <= _SAME * other.scales["energy"]):
+            return min(found, key=lambda state: state.energy)
     warnings.warn(
         f"the lowest energy at depth = {depth!r} is not the same on lattices each with half the "
         "spacing of the last: the state found may not be the lowest; give a spacing, or a smoother "
@@ -108,13 +81,7 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
         AccuracyWarning,
         stacklevel=3,
     )
-    return min(found, key=_energy)
-
-
-def _alike(one: Equilibrium, other: Equilibrium) -> bool:
-    """Whether two lattices have led to the same state."""
-    same = len(one.contacts) == len(other.contacts)
-    return same and abs(one.energy - other.energy) <= _SAME * other.scales["energy"]
+    return min(found, key=lambda state: state.energy)
 
 
 def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
@@ -172,7 +139,7 @@ def _turns(x: Array, slope: Array, least: float) -> list[float]:
     return found
 
 
-def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilibrium:
+def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) -> Equilibrium:
     """The certified state with these lines.
 
     NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
@@ -181,17 +148,19 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilib
     if lines:
         contacts = Contacts(motion, lines, depth)
         found = contacts.totals()
-        state = equilibrium(
-            contacts.x,
-            found,
-            scene=scene,
-            depth=depth,
+        state = Equilibrium(
+            scene,
+            depth,
+            branch,
+            "fitted",
+            certify(contacts, found),
+            motion.surfaces,
+            contacts=contacts.x,
+            nodes=contacts.x,
             pinned=contacts.pinned,
-            certificate=certify(contacts, found),
-            surfaces=motion.surfaces,
             errors=errors(contacts, found),
-            branch=branch,
             neutral=contacts.neutral,
+            **found.of_state,
         )
     else:
         scale = max(abs(depth), scene.opened.critical_separation) or 1.0

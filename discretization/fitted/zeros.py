@@ -37,9 +37,9 @@ _BACK = 1e-7  # of the position and l, as little as lines may move back by round
 
 
 def first_zero(
-    profile: Resolved, h: Function, start: float, limit: float, closed: bool = False
+    profile: Resolved, h: Function, start: float, limit: float, closed: bool, exact: bool
 ) -> float | None:
-    """First x from `start` to `limit` with h >= 0; None if there is none.
+    """First x from `start` to `limit` with h >= 0, or a place just before; None if there is none.
 
     closed: `limit` is asked as well, on this side of it; at another line it cannot be.
     """
@@ -52,7 +52,7 @@ def first_zero(
     while first < samples.shape[1]:
         x, f, f1 = samples[:, first : first + size]
         seen = np.concatenate([last[0], x]), np.concatenate([last[1], h(x, f, f1)])
-        found = _among(h, *seen)
+        found = _among(h, *seen, exact)
         if found is not None:
             return found
         last = seen[0][-2:], seen[1][-2:]
@@ -60,7 +60,7 @@ def first_zero(
     if not closed:
         return None
     value = float(h(profile.past(limit, -side), *profile.at(limit, -side)))
-    return _among(h, np.append(last[0], limit), np.append(last[1], value))
+    return _among(h, np.append(last[0], limit), np.append(last[1], value), exact)
 
 
 def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
@@ -81,8 +81,8 @@ def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
     return found[:, np.argsort(side * found[0], kind="stable")]
 
 
-def _among(h: Function, x: Array, values: Array) -> float | None:
-    """The stop among samples, the first of which is negative."""
+def _among(h: Function, x: Array, values: Array, exact: bool) -> float | None:
+    """The stop among samples, the first of which is negative, or a place before it."""
     stops = np.flatnonzero(values >= 0)
     end = int(stops[0]) if stops.size else values.size
     for i in _peaks(x[: end + 1], values[: end + 1]):
@@ -92,15 +92,14 @@ def _among(h: Function, x: Array, values: Array) -> float | None:
         fall = _NEAR * float(np.abs(np.diff(values[i - 1 : i + 2])).max())
         top, low = least(lambda z: -h(z), before, beyond, 0.0, fall=fall)
         if low <= 0:
-            return bracketed(
-                h, float(x[i]) if abs(top - before) > abs(x[i] - before) else before, top
-            )
+            inside = float(x[i]) if abs(top - before) > abs(x[i] - before) else before
+            return bracketed(h, inside, top) if exact else inside
     if not stops.size:
         return None
     inside, outside = float(x[end - 1]), float(x[end])
     known = {inside: float(values[end - 1]), outside: float(values[end])}  # on one side of a corner
-    if inside == outside:
-        return outside
+    if inside == outside or not exact:
+        return inside
     return bracketed(lambda x: known[x] if x in known else float(h(x)), inside, outside)
 
 
@@ -159,7 +158,8 @@ def followed(
     held = inner & ~free
     if held.any():  # they must be so at the end, too
         left = way * (rests.ahead(x[:, -1], way) - depths[-1])
-        good &= ~(held & (left < -_even(rests, x[:, -1])[:, None])).any(axis=1)
+        even = _EVEN * rests.size + rests.noise(x[:, -1])
+        good &= ~(held & (left < -even[:, None])).any(axis=1)
     return x, good
 
 
@@ -175,21 +175,24 @@ def _newton(rests: RestDepths, x: Array, on: Way, last: Array, active: Mask) -> 
         own = np.flatnonzero(active)
         if not own.size:
             break
-        value, fresh = rests.with_rates(x[own], on.room[:, own], on.way, not near)
-        if fresh is not None:
-            rates[own] = fresh
+        rates_there = rates[own] if near else None
+        value, rates[own] = rests.with_rates(x[own], on.room[:, own], on.way, rates_there)
         moves, (lo, hi), size = on.free[own, None], on.room[:, own, None], on.size[own]
         off = np.where(moves, value - on.depths[:, None], 0.0)
         aim = x[own] - solved(rates[own], off, on.free[own])
         new = np.where(moves, np.clip(aim, lo, hi), x[own])
         with np.errstate(invalid="ignore"):
             now = np.where(moves, np.abs(new - x[own]), 0.0).max(axis=(1, 2))
-        exact = np.abs(off) <= _even(rests, x[own])[..., None]
+        exact = np.abs(off) <= (_EVEN * rests.size + rests.noise(x[own]))[..., None]
         past = moves & ((aim < lo) | (aim > hi)) & ~exact  # that a corner leaves no room is no rest
         stuck = (past & (new == x[own])).any(axis=(1, 2))
         x[own] = new
         even = np.asarray(exact.all(axis=(1, 2)))
-        done = _settled(now, last[own], size, worse[own], even) & ~past.any(axis=(1, 2))
+        before = last[own]  # this step, after others, is rounding, or the next one will be
+        done = even | (now <= _ROUNDED * size * 4.0 ** worse[own])
+        done = (now <= _STILL * size) | ((before / 2 <= now) & done)
+        done |= (now * now <= _STILL * size * before) & np.isfinite(before)
+        done &= ~past.any(axis=(1, 2))
         worse[own] += now > _SHRINKS * last[own]
         lost = stuck | (~done & (worse[own] > _PATIENCE)) | ~np.isfinite(now)
         lost |= ~(new[..., 0] < new[..., 1]).all(axis=1)
@@ -199,15 +202,3 @@ def _newton(rests: RestDepths, x: Array, on: Way, last: Array, active: Mask) -> 
         near = bool((now <= np.minimum(_LOCAL * least, last[own] / 8)).all())
         still[own], last[own], active[own] = done & ~lost, now, ~done & ~lost
     return rates, still
-
-
-def _even(rests: RestDepths, lines: Array) -> Array:
-    """D - d of surfaces (.., 2) that is rounding."""
-    return _EVEN * rests.size + rests.noise(lines)
-
-
-def _settled(now: Array, last: Array, size: Array, worse: Array, even: Mask) -> Mask:
-    """Whether steps of this size, after others, are rounding, or the next one will be."""
-    rounding = (now <= _ROUNDED * size * 4.0**worse) | even
-    fast = (now * now <= _STILL * size * last) & np.isfinite(last)
-    return np.asarray((now <= _STILL * size) | ((last / 2 <= now) & rounding) | fast)

@@ -91,7 +91,7 @@ class Trials:
             (q, p), (left, right) = low.lines[i].tolist(), lines[i].tolist()
             clear = surface.least((left, right), depth)[0] + TIE * self.motion.rests.size
             reserves["clear", i] = clear
-            closed = clear < 0 or self.motion.search.closed(left, right, depth)
+            closed = clear < 0 or surface.search.closed(left, right, depth)
             if closed or surface.overtakes(q, p, (left, right), low.depth, depth):
                 found.add(i)
         return found

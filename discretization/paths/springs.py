@@ -22,7 +22,7 @@ import numpy as np
 
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.contacts import equilibrium, estimated
+from discretization.fitted.contacts import estimated
 from discretization.paths.branch import Branch, Leg, Point
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import Integrals, Interval, refined
@@ -161,8 +161,8 @@ class SpringsBranch(Branch):
         judged = _judged(self.profile, lines, pinned, (depth, level, lift))
         judged.demand(f"the state at depth = {depth!r}", "try another depth")
         errors = estimated(scene, depth, lines, _moves(scene, lines, pinned, depth, found), found)
-        given |= {"pinned": pinned, "certificate": judged, "errors": errors}
-        return equilibrium(lines, found, **given)
+        given |= {"pinned": pinned, "certificate": judged, "errors": errors, "nodes": lines}
+        return Equilibrium(contacts=lines, method="fitted", **given, **found.of_state)
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the springs are in equilibrium."""

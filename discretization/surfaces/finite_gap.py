@@ -117,7 +117,8 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
 
     def ends(T: Array, own: Indices) -> tuple[Array, Array]:
         """At the other line at most upright: what would turn over falls short of it."""
-        return p[own], np.clip(rise[own] / np.tanh(T / 2) - p[own], -_STEEPEST, _STEEPEST)
+        end = rise[own] / np.tanh(T / 2) - p[own]
+        return p[own], np.minimum(np.maximum(end, -_STEEPEST), _STEEPEST)
 
     T = range_of(length, ends, 2.0)
     u = (ends(T, np.arange(len(T)))[1] - p * np.cosh(T)) / np.sinh(T)

@@ -224,12 +224,11 @@ class MeniscusSurfaces(Surfaces):
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
         """Read from the family. As all its nodes are balanced, k∫u over it is what it pulls."""
-        radius = np.array([s])
-        phi = inclination(side, radius, np.array([u]))
-        if s < LEAST[side] or abs(phi[0]) >= STEEPEST * (1 - _UPRIGHT):
+        found = self.held(side, np.array([s]), width, np.array([u]), rise)
+        if s < LEAST[side] or found is None:
             return None
-        energy, pull = s * float(read(side, radius, phi)[1][0]), math.sin(phi[0])
-        return Free(energy, (s * pull, 0.0), s * pull, self._imbalance(side, s, u, pull))
+        energy, pull = (part.item() for part in found)
+        return Free(energy, (pull, 0.0), pull, self._imbalance(side, s, u, pull / s))
 
     def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
         """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms."""

@@ -70,13 +70,18 @@ def coefficients(degree: int, values: Array) -> Array:
     return np.asarray(values @ _transform(degree).T)
 
 
+@functools.lru_cache(maxsize=64)
+def _interpolation(degree: int) -> Array:
+    """Values at the Gauss-Lobatto points to coefficients of Chebyshev polynomials."""
+    return np.asarray(np.linalg.inv(chebyshev(rounded(degree)[0], degree + 1)))
+
+
 def on_elements(ends: Array, u: Array, x: Array) -> Shape:
     """A surface and its slope at x (n,), from its nodal values on elements between ends."""
     degree, e = (u.size - 1) // (ends.size - 1), np.searchsorted(ends[1:-1], x, side="right")
     own, width = u[e[:, None] * degree + np.arange(degree + 1)], np.diff(ends)[e]
-    both = _transform(degree) @ np.array([own.T, rounded(degree)[2] @ own.T])
-    at = 2 * (x - ends[e]) / width - 1
-    values, slopes = (legendre.legval(at, part, tensor=False) for part in both)
+    at = chebyshev(2 * (x - ends[e]) / width - 1, degree + 1) @ _interpolation(degree)
+    values, slopes = ((at * part).sum(axis=1) for part in (own, own @ rounded(degree)[2].T))
     return np.asarray(values), np.asarray(slopes * 2 / width)
 
 

@@ -52,6 +52,25 @@ class Free(NamedTuple):
     residual: float
 
 
+class Felt(NamedTuple):
+    """What judges the line of a contact at x: depths D [length] and their changes.
+
+    free: not held by a corner; closing: D just ahead of a contact that closes; bare: the same
+    without adhesion; opening: D behind one that opens, -∞ for one of a point; size: of the terms
+    that cancel in D - d; moved: how far it moves over what D of the lines of its free surface is
+    off by; stable: whether D grows outwards of these.
+    """
+
+    x: float
+    free: bool
+    closing: float
+    bare: float
+    opening: float
+    size: float
+    moved: float
+    stable: bool
+
+
 @dataclass(frozen=True, eq=False)
 class Surfaces:
     """Free surfaces beside contacts; a line that is None is infinitely far away.

@@ -11,7 +11,7 @@ from discretization import NotCertifiedError, minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, push
-from discretization.fitted.states import motion_of, state_of
+from discretization.fitted.states import state_of
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
 
@@ -54,7 +54,7 @@ def test_composed_profiles_agree_on_both_discretisations():
 
 def between(scene, left, right, depth=1e-3):
     """The contact between two lines at a depth, and what judges it."""
-    return motion_of(Alone.of(scene), (left, right), depth), (left, right), depth
+    return Alone.of(scene), (left, right), depth
 
 
 def judged(scene, a):
