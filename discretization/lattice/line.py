@@ -128,10 +128,11 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     faced = columns + sides
     apart = np.maximum(np.abs(ends[:, faced, None] - start), _CLOSEST)
     far, rest, stiffness = lattice.beside(row.first + start, sides[:, None], apart)
-    own, beyond = (depth[:, None, None] - row.f.take(at, mode="clip") for at in (start, after))
+    start, after = (np.minimum(np.maximum(at, 0), row.size - 1) for at in (start, after))
+    own, beyond = (depth[:, None, None] - row.f[at] for at in (start, after))
     gap = own - beyond - rest * own + far * (u[:, faced, None] - own)
     gap = np.where(there, gap, math.nan)
-    bonds = row.bonds.take(np.minimum(start, after), mode="clip")
+    bonds = row.bonds[np.minimum(np.minimum(start, after), row.size - 2)]
     return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds)
 
 

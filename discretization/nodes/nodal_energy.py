@@ -2,14 +2,14 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solveh_banded
 
 from discretization.certificate import NotCertifiedError
-from discretization.nodes.lattice import Lattice
+from discretization.nodes.lattice import PIECE, Lattice
 from energy import terms
 from energy.arrays import Array
 
@@ -60,13 +60,11 @@ class NodalEnergy:
     ) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
-        self.first = first
-        nodes = first + np.arange(self.contact.size)
-        pulls = lattice.pull(nodes[0], -1), lattice.pull(nodes[-1], 1)
-        self.pulls = np.array(pulls, float) * tails  # of the tails, over u
-        each = np.full(nodes.shape, lattice.cell)
-        self.cells = each * lattice.weight(nodes)
-        self.links = each[:-1] * lattice.weight(nodes[:-1] + 0.5)
+        self.first, size = first, self.contact.size
+        pulls = lattice.pull(first, -1) * tails[0], lattice.pull(first + size - 1, 1) * tails[1]
+        self.pulls = np.array(pulls, float)  # of the tails, over u
+        self.cells = lattice.sizes(first, size)
+        self.links = lattice.sizes(first + 0.5, size - 1)
         bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
         self.bonds = bonds * (self.contact[1:] & self.contact[:-1])  # adhesion of each link
         if not lattice.gamma1:  # or of each spring
@@ -79,29 +77,43 @@ class NodalEnergy:
 
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
-        lat, u = self.lattice, np.asarray(u, float)
-        slopes, spring = np.diff(u) / lat.spacing, self.spring(lat, u)
-        stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
-        springs, tension = self.cells * spring.first, self._tension * stretch.first
+        u = np.asarray(u, float)
         pulled = self.pulls * u[[0, -1]]
-        across = np.concatenate([pulled[:1], tension, -pulled[1:]])
-        forces = springs - (across[1:] - across[:-1])
-        bound = self.bonds * np.hypot(1, slopes) if lat.slopes == "finite" else self.bonds
-        values = {
-            "springs": float(self.cells @ spring.value),
-            "surface": lat.gamma1 * float(self.links @ stretch.value),
-            "adhesion": -float(bound.sum()),
-            "tails": float(pulled @ u[[0, -1]]) / 2,
-        }
-        pressed = np.append(springs, pulled)
-        sums = float(pressed.sum()), float(np.abs(pressed).sum()), math.sqrt(tension @ tension)
-        return Balance(values, forces, *sums)
+        pieces = [self._piece(u, pulled, start) for start in range(0, u.size, PIECE)]
+        forces, *sums = zip(*pieces, strict=True)
+        springs, surface, adhesion, force, sizes, tension = map(sum, sums)
+        tails, (left, right) = float(pulled @ u[[0, -1]]) / 2, pulled.tolist()
+        values = {"springs": springs, "surface": surface, "adhesion": adhesion, "tails": tails}
+        pressed = force + left + right, sizes + abs(left) + abs(right)
+        return Balance(values, np.concatenate(forces), *pressed, math.sqrt(tension))
 
-    @property
-    def _tension(self) -> Array:
+    def _piece(self, u: Array, pulled: Array, start: int) -> tuple[Any, ...]:
+        """Forces on nodes from one on; what these and the links after them add to a `Balance`."""
+        lat, size, end = self.lattice, u.size, start + PIECE
+        own, links, new = slice(start, end), slice(max(start - 1, 0), end), int(start > 0)
+        spring, slopes = self.spring(lat, u[own]), np.diff(u[links.start : end + 1]) / lat.spacing
+        stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
+        springs, tension = self.cells[own] * spring.first, self._tension(links) * stretch.first
+        across = np.concatenate([pulled[: 1 - new], tension, -pulled[2 - (end >= size) :]])
+        bound = self.bonds[own]
+        if lat.slopes == "finite":
+            bound = bound * np.hypot(1, slopes[new:])
+        sums = (
+            self.cells[own] @ spring.value,
+            lat.gamma1 * (self.links[own] @ stretch.value[new:]),
+            -bound.sum(),
+            springs.sum(),
+            np.abs(springs).sum(),
+            tension[new:] @ tension[new:],
+        )
+        return springs - (across[1:] - across[:-1]), *map(float, sums)
+
+    def _tension(self, links: slice = np.s_[:]) -> Array:
         """Horizontal, of each link; with finite slopes those in contact have γ₁ - w."""
-        bound = self.bonds if self.lattice.slopes == "finite" else 0.0
-        return np.asarray((self.lattice.gamma1 * self.links - bound) / self.lattice.spacing)
+        stretched = self.lattice.gamma1 * self.links[links]
+        if self.lattice.slopes == "finite":
+            stretched = stretched - self.bonds[links]
+        return np.asarray(stretched / self.lattice.spacing)
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
@@ -122,7 +134,7 @@ class NodalEnergy:
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
-        stiffness = self._tension / lat.spacing * stretch.second
+        stiffness = self._tension() / lat.spacing * stretch.second
         beside = np.concatenate([self.pulls[:1], stiffness, self.pulls[1:]])
         springs = self.cells * self.spring(lat, u).second
         return np.array([springs + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])

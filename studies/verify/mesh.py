@@ -1,6 +1,7 @@
 """Where a check solves: on a lattice of chosen spacing and shift, or on the fitted mesh."""
 
 import functools
+import math
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -10,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from discretization import AccuracyWarning, Equilibrium, History, load_path, minimise
+from discretization import AccuracyWarning, Equilibrium, History, Lattice, load_path, minimise
 from discretization.lattice.state import on_lattice
+from discretization.nodes.row import Row
 from energy import Scene
 from energy.arrays import Array
 
@@ -46,7 +48,24 @@ class Mesh(ABC):
 def _solved(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equilibrium:
     """A state on nodes, solved once for all checks that look at it one after the other."""
     depth, spacing, branch, origin = where
-    return solve(scene, depth, spacing, branch=branch, origin=origin)
+    return solve(scene, depth, spacing, branch=branch, origin=origin, nodes=_nodes)
+
+
+@functools.lru_cache(maxsize=512)
+def _fitted(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equilibrium:
+    """A state on the fitted mesh, likewise."""
+    depth, branch = where
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        return solve(scene, depth, branch=branch)
+
+
+def _nodes(scene: Scene, lattice: Lattice, depth: float) -> Row:
+    """Nodes that are kept for all depths up to the next micrometre."""
+    return _row(scene, lattice, math.ceil(depth / _STEP) * _STEP)
+
+
+_STEP, _row = 1e-6, functools.lru_cache(maxsize=64)(Row.of)
 
 
 @dataclass(frozen=True)
@@ -98,9 +117,7 @@ class Fitted(Mesh):
         self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"
     ) -> Equilibrium:
         """Equilibrium; `length` has no meaning. The check judges the error: no AccuracyWarning."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)
-            return minimise(scene, float(depth), branch=branch)
+        return _fitted(minimise, scene, float(depth), branch)
 
     def path(self, scene: Scene, depths: ArrayLike) -> History:
         """The load path."""
