@@ -79,19 +79,17 @@ class State:
         before, after, more = held[pulled], held[pulled + 2], opening / closing if closing else 1.0
         opens = pulled[~(before | after)].tolist() if lat.gamma1 else []
         inner = pulled[before & after]
-        least, bonds = lat.k * model.cells[inner], model.bonds[inner]
-        if lat.gamma1:
-            bonds = bonds + model.bonds[inner - 1]
-        if lat.slopes == "small":
-            beside = model.links[inner] + model.links[inner - 1]
-            least = least + lat.gamma1 / lat.spacing**2 * beside
+        bonds = model.bonds[inner] + (model.bonds[inner - 1] if lat.gamma1 else 0.0)
+        stiff = lat.gamma1 / lat.spacing**2 * (lat.slopes == "small")  # of two links, at least
+        least = lat.k * model.cells[inner] + stiff * (model.links[inner] + model.links[inner - 1])
         for i in inner[forces[inner] ** 2 > 2 * least * more * bonds].tolist():
             u, bound = self.u[i - 1 : i + 2], more * model.bonds[i - 1 : i + 1]
             whole, less = (
                 NodalEnergy(lat, (True, middle, True), model.first + i - 1, bound, (False, False))
                 for middle in (True, False)
             )
-            opens += [i] * (whole.value(u) > less.value(less.relaxed(u)))
+            if whole.value(u) > less.value(less.relaxed(u)):
+                opens.append(i)
         return float((-forces[opens] / model.cells[opens]).max(initial=0.0)) * lat.cell
 
     @functools.cached_property

@@ -50,8 +50,7 @@ from energy import Scene
 from energy.arrays import Array, Mask, Nodes
 
 _TIE = 1e-12  # of wΔx: what more contact may cost
-_FEW = (64, 8)  # nodes that are asked for at once, fewer where they need
-_MANY = 1024  # starts or more
+_FEW = 32  # nodes that are asked for at once
 _FAR = 600.0  # decay lengths
 
 
@@ -85,8 +84,8 @@ def lowest_rings(lattice: Lattice, g: Array) -> Mask:
 def _chain(lattice: Lattice, h: Array) -> tuple[Array, ...]:
     """ln P, -ln Q, c and h of all nodes, then of a place far beyond them, and one far before them.
 
-    P and Q follow from what the free surface on each side of a node pulls with. The logarithms are
-    told as numbers and what rounding has taken from them.
+    P and Q follow from what the free surface on each side of a node pulls with; of the logarithms
+    what rounding takes from them, too.
     """
     every, last = np.arange(h.size), h.size - 1
     spring = lattice.spring * lattice.weight(every) * np.ones(h.size)
@@ -111,10 +110,8 @@ def _costs(chain: tuple[Array, ...], starts: Nodes, nodes: Nodes, height: Array)
     compared less that of a line from z = 0, so that nothing is lost in rounding.
     """
     own, height = chain[3][starts], height[:, None]
-    grown, decayed = (
-        (place[starts] - place[nodes, None]) + (rest[starts] - rest[nodes, None])
-        for place, rest in chain[:2]
-    )
+    apart = (place[:, None, starts] - place[:, nodes, None] for place in chain[:2])
+    grown, decayed = (place + rounding for place, rounding in apart)
     before = grown < 0
     grown[~before] = decayed[~before] = -math.inf
     less, lost, above = np.expm1(grown), np.expm1(decayed), height - own
@@ -126,18 +123,6 @@ def _costs(chain: tuple[Array, ...], starts: Nodes, nodes: Nodes, height: Array)
     cost = chain[2][nodes, None] * (above - lost * own) ** 2 / whole
     cost[blocked | ~before] = math.inf
     return np.asarray(cost)
-
-
-def _asked(
-    chain: tuple[Array, ...], value: Array, starts: Nodes, nodes: Nodes, floor: float
-) -> tuple[Mask, Mask]:
-    """Which starts nodes one after the other, or any beyond the first of them, need: 2, and 3."""
-    heights = np.array([floor, chain[3][nodes[-1]]])
-    costs = _costs(chain, np.append(starts, nodes), nodes[[0, -1]], heights)
-    low, high = value[starts] + costs[:, : starts.size]
-    needed = np.isfinite(low)
-    needed[: low.argmin()] = False
-    return needed, needed & (np.arange(starts.size) >= high.argmin())
 
 
 def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
@@ -152,25 +137,26 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
     gained = np.where(linked, bond * (nodes - last) * lattice.weight((nodes + last) / 2), 0.0)
     value, before, starts = np.full(n + 2, math.inf), np.full(n + 1, n), np.array([n + 1])
     value[n + 1], nodes, gained = 0.0, np.append(nodes, n), np.append(gained, 0.0)
-    while nodes.size:
-        for few in _FEW:
-            own, height = nodes[:few], chain[3][nodes[:few]]
-            needed, asked = _asked(chain, value, starts, own, floor)
-            if asked.sum() <= _MANY:
-                break
+    for first in range(0, nodes.size, _FEW):
+        own = nodes[first : first + _FEW]
+        height, ends = chain[3][own], np.array([floor, chain[3][own[-1]]])
+        costs = _costs(chain, np.append(starts, own), own[[0, -1]], ends)
+        low, high = value[starts] + costs[:, : starts.size]
+        needed = np.isfinite(low)
+        needed[: low.argmin()] = False  # statement 2
+        asked = needed & (np.arange(starts.size) >= high.argmin())  # statement 3
         around = np.append(starts[asked], own)
         known, costs = value[around], _costs(chain, around, own, height)
-        for i, (k, gain) in enumerate(zip(own.tolist(), gained[: own.size].tolist(), strict=True)):
+        for i, k in enumerate(own.tolist()):
             at = around.size - own.size + i
             cost = known + costs[i]
-            cost[at - 1] -= gain
+            cost[at - 1] -= gained[first + i]
             best = int(np.flatnonzero(cost <= cost.min() + _TIE * bond)[-1])
             value[k] = known[at] = cost[best]
             before[k] = around[best]
             known[best + 1 if height[i] > floor else 0 : at] = math.inf  # statement 1
         kept = starts[needed & ~asked] if height.min() > floor else starts[:0]
         starts = np.append(kept, around[np.isfinite(known)])
-        nodes, gained = nodes[own.size :], gained[own.size :]
     contact, k = h == floor, int(before[n])
     while k < n:
         contact[k] = True

@@ -65,17 +65,9 @@ class Plain:
         """d - f at a node."""
         return self.depth - float(self.row.f[node])
 
-    def spring(self, node: int) -> tuple[float, float]:
-        """Energy and force of the spring under a node in contact."""
-        lattice, own = self.row.lattice, NodalEnergy.spring(self.row.lattice, self.g(node))
-        cell = lattice.cell * lattice.weight(self.row.first + node)
-        return cell * float(own.value), cell * float(own.first)
-
     def outside(self, node: int, side: int) -> tuple[float, float, float]:
         """A surface held at this node and free beyond: its energy, the force there, the next u."""
         u = self.g(node)
-        if not self.row.lattice.gamma1:
-            return *self.spring(node), 0.0
         if self.row.lattice.axis != 0:  # wherever the line is, on either side
             node, side = -self.row.first, 1
         return self._outside(node, side, u)
@@ -87,7 +79,7 @@ class Plain:
         first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
         tails = side < 0, side > 0
         model = NodalEnergy(self.row.lattice, held, self.row.first + first, tails=tails)
-        u = model.relaxed(np.full(count, u_line))
+        u = model.relaxed(np.full(count, u_line)) if self.row.lattice.gamma1 else u_line * held
         found = model.balance(u)
         energy = found.energy - found.terms["adhesion"]
         return energy, float(found.forces[::side][0]), float(u[::side][1])
@@ -100,18 +92,18 @@ class Plain:
         """
         lattice, after = self.row.lattice, node + side
         (energy, force, u), (other, pressed, _) = (self.outside(at, side) for at in (node, after))
-        slope = (self.g(after) - self.g(node)) / lattice.spacing
-        held, pull = self.spring(node)
-        middle = self.row.first + node + side * (0.5 + lattice.edge)
-        size = lattice.cell * lattice.weight(middle)
+        own, slope = self.g(node), (self.g(after) - self.g(node)) / lattice.spacing
+        at = self.row.first + node
+        held, cell = NodalEnergy.spring(lattice, own), lattice.cell * lattice.weight(at)
+        size = lattice.cell * lattice.weight(at + side * (0.5 + lattice.edge))
         stretch = terms.surface(slope, gamma1=lattice.gamma1 * size, slopes=lattice.slopes)
         gap = u - self.g(after)
-        stored = max(other + held + float(stretch.value) - energy, 0.0)
+        stored = max(other + cell * float(held.value) + float(stretch.value) - energy, 0.0)
         if not lattice.w:
             stored = abs(gap * (pressed + float(stretch.first) / lattice.spacing)) / 2
         elif lattice.slopes == "finite":
             size *= math.hypot(1.0, slope)
-        return gap, stored, pressed + pull - force, size
+        return gap, stored, pressed + cell * float(held.first) - force, size
 
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""

@@ -5,7 +5,6 @@ Contacts of a convex profile are alone all the way, and found without following 
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -36,14 +35,12 @@ def on_lattice(
     branch: str = "adhered",
     origin: float | None = None,
     method: str = "lattice",
-    nodes: Callable[[Scene, Lattice, float], Row] = Row.of,
 ) -> Equilibrium:
     """Certified equilibrium at an imposed depth on nodes `spacing` apart, one of them on `origin`.
 
     min U[u] s.t. u_i >= d - f(x_i), U that of `NodalEnergy`; a, P and U are interpolated between
     the nodes. branch, and method "lattice", "shortest_path" or "oracle", are those of `minimise`,
-    which looks at its arguments first; origin: by default that of `Lattice.of`; nodes: what has
-    those of a scene, which may be kept for several depths.
+    which looks at its arguments first; origin: by default that of `Lattice.of`.
 
     ValueError for a spacing too large for the body, and for a contact that would leave the profile;
     NotCertifiedError if no equilibrium was found.
@@ -54,7 +51,7 @@ def on_lattice(
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
     way = route(scene, "search" if method in LOWEST else branch, nodes=True)
-    state = answered(nodes(scene, lattice, depth), depth, way, branch, method)
+    state = answered(Row.of(lattice.seen(scene), lattice, depth), depth, way, branch, method)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 
 

@@ -83,12 +83,9 @@ class Walk:
             while track.at is not None:
                 track = self.track(track.after, track.at, depth)
             return track.after
-        ((first, last),), touch = nodes, self.row.touch
-        if sign > 0:
-            first, last = self.closing.reach(first, -1, depth), self.closing.reach(last, 1, depth)
-        else:
-            left, right = (np.sum(part < -depth).item() for part in self._passed(nodes, sign))
-            first, last = first + left, last - right
+        ((first, last),), passed = nodes, self._passed(nodes, sign)
+        left, right = (np.sum(p <= depth if sign > 0 else p < -depth).item() for p in passed)
+        first, last, touch = first - sign * left, last + sign * right, self.row.touch
         if first < last:
             return ((first, last),)
         return ((touch, touch),) if depth >= self.row.lowest else ()

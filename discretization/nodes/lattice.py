@@ -28,8 +28,6 @@ from energy import Indenter, Scene
 from energy.arrays import Array
 from energy.checks import positive
 
-PIECE = 1 << 13  # nodes at a time where all are passed over, few enough for the processor's cache
-
 
 def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
     """a, b and 1 - a - b of the free surface u = a left + b right, p from left and q from right.
@@ -136,13 +134,9 @@ class Lattice:
         """Weights of nodes, or of links by their middles: 1."""
         return 1.0
 
-    def sizes(self, first: float, count: int) -> Array:
-        """Lengths or areas of so many nodes, or of links by their middles, from the first on."""
-        return np.broadcast_to(self.cell, count)
-
     def pull(self, nodes: Any, side: int) -> Any:
         """Force of tails beyond these nodes on them over u, their springs' own being the same."""
-        return self.end_stiffness
+        return self.pair(math.inf, nodes, side)[1]
 
     def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
         """tB and t(1 - A - B) of a free surface of so many links between two contact nodes.

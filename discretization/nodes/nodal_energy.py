@@ -2,17 +2,18 @@
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solveh_banded
 
 from discretization.certificate import NotCertifiedError
-from discretization.nodes.lattice import PIECE, Lattice
+from discretization.nodes.lattice import Lattice
 from energy import terms
 from energy.arrays import Array
 
+_PIECE = 1 << 13  # nodes at a time, few enough for the processor's cache
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 _SETTLED = 5  # steps that do not lower the energy are the last, too
@@ -60,11 +61,13 @@ class NodalEnergy:
     ) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
-        self.first, size = first, self.contact.size
-        pulls = lattice.pull(first, -1) * tails[0], lattice.pull(first + size - 1, 1) * tails[1]
-        self.pulls = np.array(pulls, float)  # of the tails, over u
-        self.cells = lattice.sizes(first, size)
-        self.links = lattice.sizes(first + 0.5, size - 1)
+        self.first = first
+        nodes = np.arange(first, first + self.contact.size)
+        pulls = lattice.pull(nodes[0], -1), lattice.pull(nodes[-1], 1)
+        self.pulls = np.array(pulls, float) * tails  # of the tails, over u
+        middles = nodes[:-1] + 0.5
+        self.cells = np.broadcast_to(lattice.cell * lattice.weight(nodes), nodes.shape)
+        self.links = np.broadcast_to(lattice.cell * lattice.weight(middles), middles.shape)
         bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
         self.bonds = bonds * (self.contact[1:] & self.contact[:-1])  # adhesion of each link
         if not lattice.gamma1:  # or of each spring
@@ -77,43 +80,31 @@ class NodalEnergy:
 
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
-        u = np.asarray(u, float)
-        pulled = self.pulls * u[[0, -1]]
-        pieces = [self._piece(u, pulled, start) for start in range(0, u.size, PIECE)]
-        forces, *sums = zip(*pieces, strict=True)
-        springs, surface, adhesion, force, sizes, tension = map(sum, sums)
-        tails, (left, right) = float(pulled @ u[[0, -1]]) / 2, pulled.tolist()
-        values = {"springs": springs, "surface": surface, "adhesion": adhesion, "tails": tails}
-        pressed = force + left + right, sizes + abs(left) + abs(right)
-        return Balance(values, np.concatenate(forces), *pressed, math.sqrt(tension))
-
-    def _piece(self, u: Array, pulled: Array, start: int) -> tuple[Any, ...]:
-        """Forces on nodes from one on; what these and the links after them add to a `Balance`."""
-        lat, size, end = self.lattice, u.size, start + PIECE
-        own, links, new = slice(start, end), slice(max(start - 1, 0), end), int(start > 0)
-        spring, slopes = self.spring(lat, u[own]), np.diff(u[links.start : end + 1]) / lat.spacing
-        stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
-        springs, tension = self.cells[own] * spring.first, self._tension(links) * stretch.first
-        across = np.concatenate([pulled[: 1 - new], tension, -pulled[2 - (end >= size) :]])
-        bound = self.bonds[own]
-        if lat.slopes == "finite":
-            bound = bound * np.hypot(1, slopes[new:])
-        sums = (
-            self.cells[own] @ spring.value,
-            lat.gamma1 * (self.links[own] @ stretch.value[new:]),
-            -bound.sum(),
-            springs.sum(),
-            np.abs(springs).sum(),
-            tension[new:] @ tension[new:],
-        )
-        return springs - (across[1:] - across[:-1]), *map(float, sums)
+        lat, u = self.lattice, np.asarray(u, float)
+        pulled, forces, sums = self.pulls * u[[0, -1]], [], []
+        for start in range(0, u.size, _PIECE):
+            own, new = slice(start, start + _PIECE), int(start > 0)  # and the link before
+            slopes = np.diff(u[start - new : own.stop + 1]) / lat.spacing
+            spring = self.spring(lat, u[own])
+            stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
+            tension = self._tension(slice(start - new, own.stop)) * stretch.first
+            springs, last = self.cells[own] * spring.first, own.stop >= u.size
+            across = np.concatenate([pulled[: 1 - new], tension, -pulled[2 - last :]])
+            forces.append(springs - np.diff(across))
+            bound = self.bonds[own] * (np.hypot(1, slopes[new:]) if lat.slopes == "finite" else 1)
+            stored = self.cells[own] @ spring.value, self.links[own] @ stretch.value[new:]
+            pressed = springs.sum(), np.abs(springs).sum(), tension[new:] @ tension[new:]
+            sums.append([*map(float, (*stored, -bound.sum(), *pressed))])
+        sums.append([0.0, 0.0, 0.0, float(pulled.sum()), float(np.abs(pulled).sum()), 0.0])
+        springs, surface, adhesion, force, sizes, squares = map(math.fsum, zip(*sums, strict=True))
+        values = {"springs": springs, "surface": lat.gamma1 * surface, "adhesion": adhesion}
+        values["tails"] = float(pulled @ u[[0, -1]]) / 2
+        return Balance(values, np.concatenate(forces), force, sizes, math.sqrt(squares))
 
     def _tension(self, links: slice = np.s_[:]) -> Array:
         """Horizontal, of each link; with finite slopes those in contact have γ₁ - w."""
-        stretched = self.lattice.gamma1 * self.links[links]
-        if self.lattice.slopes == "finite":
-            stretched = stretched - self.bonds[links]
-        return np.asarray(stretched / self.lattice.spacing)
+        bound = self.bonds[links] if self.lattice.slopes == "finite" else 0.0
+        return np.asarray((self.lattice.gamma1 * self.links[links] - bound) / self.lattice.spacing)
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""

@@ -68,18 +68,10 @@ class RadialLattice(Lattice):
 
     def seen(self, scene: Scene) -> Scene:
         """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
-        if not scene.axisymmetric:
-            return scene
         return replace(scene, indenter=Radial(scene.indenter), geometry="line")
 
     def weight(self, at: Any) -> Any:
         return np.where(np.asarray(at) > 0, at, _AXIS)
-
-    def sizes(self, first: float, count: int) -> Array:
-        return np.asarray(self.cell * self.weight(first + np.arange(count)))
-
-    def pull(self, nodes: Any, side: int) -> Any:
-        return self.pair(math.inf, nodes, side)[1]
 
     def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
         """Of the surface outside; there is none on the side of the axis."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from discretization import profile
-from discretization.nodes.lattice import PIECE, Lattice
+from discretization.nodes.lattice import Lattice
 from discretization.nodes.rules import Rules
 from energy import Indenter, Scene
 from energy.arrays import Array, Nodes
@@ -92,7 +92,6 @@ class Row:
         Of a convex profile they end some links beyond the last that holds when the indenter is
         pressed to this depth, or touches; of others they are all nodes of the region.
         """
-        scene = lattice.seen(scene)
         first, last, lowest = region(lattice, scene.indenter, depth)
         if scene.indenter.convex:
             ends = ((-1, lowest - first), (1, last - lowest))
@@ -135,9 +134,8 @@ class Row:
         if self.size > MOST:
             many = f"spacing = {self.lattice.spacing!r} puts more than {MOST} nodes in contact"
             raise ValueError(many + "; give a larger spacing")
-        starts, end = range(self.first, self.first + self.size, PIECE), self.first + self.size
-        pieces = (np.arange(start, min(start + PIECE, end), dtype=float) for start in starts)
-        return np.concatenate([heights(self.lattice, self.scene.indenter, at) for at in pieces])
+        nodes = self.first + np.arange(float(self.size))
+        return heights(self.lattice, self.scene.indenter, nodes)
 
     @property
     def lowest(self) -> float:
@@ -147,11 +145,9 @@ class Row:
     @functools.cached_property
     def bonds(self) -> Array:
         """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
-        first, pattern = self.first + 0.5, self.scene.pattern
-        own = self.lattice.sizes(first, self.size - 1)
-        if pattern is None:
-            return own
-        return own * pattern.factor(self.lattice.x(first + np.arange(self.size - 1)))
+        middles, pattern = self.first + np.arange(self.size - 1) + 0.5, self.scene.pattern
+        own = np.broadcast_to(self.lattice.cell * self.lattice.weight(middles), middles.shape)
+        return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
 
     @functools.cached_property
     def rules(self) -> tuple[Rules, Rules]:

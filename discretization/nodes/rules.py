@@ -20,7 +20,6 @@ contacts only grow, retracted, they only shrink. Where another node would be in 
 line has passed a link, the line waits until that node touches.
 """
 
-import bisect
 import functools
 import math
 from dataclasses import dataclass
@@ -32,7 +31,6 @@ from discretization.certificate import EPSILON
 from discretization.nodes.lattice import Lattice
 from energy.arrays import Array
 
-_FEW = 4096  # nodes whose depths are all asked for at once
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
 _TIE = 64 * EPSILON  # of depths at which something happens
 
@@ -62,17 +60,6 @@ class Rules:
         if self.lattice.axis == 0:
             left[1:] = -math.inf  # a contact around the axis is never opened there
         return {-1: left, 1: np.append(self._passed(nodes[:-1], 1, self.work), none)}
-
-    def reach(self, node: int, side: int, depth: float) -> int:
-        """The node up to which an outermost line is pressed from this one, if D grows outwards."""
-        if self.f.size <= _FEW:
-            return node + side * int(self.outwards[side][node::side].searchsorted(depth, "right"))
-        ahead = range(node, self.f.size - 1 if side > 0 else 0, side)
-
-        def passes(start: int) -> float:
-            return float(self._passed(start, side, self.work[min(start, start + side)]))
-
-        return node + side * bisect.bisect_right(ahead, depth, key=passes)
 
     def _passed(self, node: Any, side: int, work: Any, other: int | None = None) -> Any:
         """Where lines at nodes pass the next link, or the last two to another one, of this work."""

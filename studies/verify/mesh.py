@@ -5,17 +5,20 @@ import math
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from discretization import AccuracyWarning, Equilibrium, History, Lattice, load_path, minimise
-from discretization.lattice.state import on_lattice
+from discretization.lattice import state as nodal
 from discretization.nodes.row import Row
-from energy import Scene
+from discretization.routes import route
+from energy import Plane, Scene
 from energy.arrays import Array
+
+_STEP = 1e-6  # m, between the depths for which nodes are kept
 
 
 class Mesh(ABC):
@@ -48,7 +51,7 @@ class Mesh(ABC):
 def _solved(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equilibrium:
     """A state on nodes, solved once for all checks that look at it one after the other."""
     depth, spacing, branch, origin = where
-    return solve(scene, depth, spacing, branch=branch, origin=origin, nodes=_nodes)
+    return solve(scene, depth, spacing, branch=branch, origin=origin)
 
 
 @functools.lru_cache(maxsize=512)
@@ -60,12 +63,21 @@ def _fitted(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equ
         return solve(scene, depth, branch=branch)
 
 
-def _nodes(scene: Scene, lattice: Lattice, depth: float) -> Row:
-    """Nodes that are kept for all depths up to the next micrometre."""
-    return _row(scene, lattice, math.ceil(depth / _STEP) * _STEP)
+@functools.lru_cache(maxsize=64)
+def _row(scene: Scene, lattice: Lattice, depth: float) -> Row:
+    """Nodes that are kept for all depths up to this one."""
+    return Row.of(lattice.seen(scene), lattice, depth)
 
 
-_STEP, _row = 1e-6, functools.lru_cache(maxsize=64)(Row.of)
+def on_lattice(
+    scene: Scene, depth: float, spacing: float, *, branch: str, origin: float | None
+) -> Equilibrium:
+    """The state of `discretization.lattice.state.on_lattice`, on nodes kept for other depths."""
+    if isinstance(scene.indenter, Plane):
+        return nodal.on_lattice(scene, depth, spacing, branch=branch, origin=origin)
+    row = _row(scene, Lattice.of(scene, spacing, origin), math.ceil(depth / _STEP) * _STEP)
+    state = nodal.answered(row, depth, route(scene, branch, nodes=True), branch)
+    return replace(state, scene=scene)
 
 
 @dataclass(frozen=True)
