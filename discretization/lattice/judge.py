@@ -88,8 +88,7 @@ class State:
                 NodalEnergy(lat, (True, middle, True), model.first + i - 1, bound, (False, False))
                 for middle in (True, False)
             )
-            if whole.value(u) > less.value(less.relaxed(u)):
-                opens.append(i)
+            opens += [i] * bool(whole.value(u) > less.value(less.relaxed(u)))
         return float((-forces[opens] / model.cells[opens]).max(initial=0.0)) * lat.cell
 
     @functools.cached_property

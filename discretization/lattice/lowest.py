@@ -26,8 +26,6 @@ one is beaten by it at all lower y, and by a newer one at all higher y. As surfa
    from an older start that is above one of them, but not above the best one, is above node j.)
 2. starts older than the best one at y = 0 are not needed beyond it, nor those blocked there, which
    a newer one beats. (Nor do these block any: lines above such a one fall below y = 0.)
-3. starts older than the best one of node e are not needed by nodes j before e: its surface to e
-   passes node j at y <= y_j, and an older one that is better there were better at e, too.
 
 So nothing is left out: V is the minimum but for rounding, and proves the state that attains it.
 
@@ -50,7 +48,7 @@ from energy import Scene
 from energy.arrays import Array, Mask, Nodes
 
 _TIE = 1e-12  # of wΔx: what more contact may cost
-_FEW = 32  # nodes that are asked for at once
+_FEW = 32  # nodes after which it is looked again which starts are needed
 _FAR = 600.0  # decay lengths
 
 
@@ -84,8 +82,7 @@ def lowest_rings(lattice: Lattice, g: Array) -> Mask:
 def _chain(lattice: Lattice, h: Array) -> tuple[Array, ...]:
     """ln P, -ln Q, c and h of all nodes, then of a place far beyond them, and one far before them.
 
-    P and Q follow from what the free surface on each side of a node pulls with; of the logarithms
-    what rounding takes from them, too.
+    P and Q follow from what the free surface on each side of a node pulls with.
     """
     every, last = np.arange(h.size), h.size - 1
     spring = lattice.spring * lattice.weight(every) * np.ones(h.size)
@@ -98,31 +95,24 @@ def _chain(lattice: Lattice, h: Array) -> tuple[Array, ...]:
         np.cumsum(np.log1p(np.append(0.0, each / link)), dtype=np.longdouble)
         for each in (within[:last], outside[1:])
     )
-    ends = (np.append(place, (place[-1] + _FAR, -_FAR)) for place in places)
-    grown, decayed = (np.array([place, place - place.astype(float)], float) for place in ends)
+    grown, decayed = (np.append(place, (place[-1] + _FAR, -math.inf)) for place in places)
     return grown, decayed, *np.pad([(within + outside - spring) / 2, h], ((0, 0), (0, 2)))
 
 
-def _costs(chain: tuple[Array, ...], starts: Nodes, nodes: Nodes, height: Array) -> Array:
-    """What surfaces at heights at nodes (t,) cost more than V of each of the starts (t, s).
+def _costs(chain: tuple[Array, ...], value: Array, starts: Nodes, k: int, height: float) -> Array:
+    """V of a surface at this height at node k from each of the starts, inf if one blocks another.
 
-    It is inf for what does not start before the node, or if another start blocks it. Slopes are
-    compared less that of a line from z = 0, so that nothing is lost in rounding.
+    Slopes are compared less that of a line from z = 0, so that nothing is lost in rounding.
     """
-    own, height = chain[3][starts], height[:, None]
-    apart = (place[:, None, starts] - place[:, nodes, None] for place in chain[:2])
-    grown, decayed = (place + rounding for place, rounding in apart)
-    before = grown < 0
-    grown[~before] = decayed[~before] = -math.inf
-    less, lost, above = np.expm1(grown), np.expm1(decayed), height - own
-    whole = -(less + lost + less * lost)
-    nearest = np.maximum(decayed.max(axis=1, keepdims=True), -_FAR)
-    slope = np.exp(decayed - nearest) * (above + less * height) / whole
-    slope[~before] = -math.inf
-    blocked = slope < np.maximum.accumulate(slope[:, ::-1], axis=1)[:, ::-1]
-    cost = chain[2][nodes, None] * (above - lost * own) ** 2 / whole
-    cost[blocked | ~before] = math.inf
-    return np.asarray(cost)
+    own = chain[3][starts]
+    grown, decayed = ((place[starts] - place[k]).astype(float) for place in chain[:2])
+    whole = -np.expm1(grown + decayed)
+    rise = height - own - np.expm1(decayed) * own
+    cost = value[starts] + chain[2][k] * rise**2 / whole
+    if starts.size > 1:
+        slope = np.exp(decayed - decayed[-1]) * (height - own + np.expm1(grown) * height) / whole
+        cost[slope < np.maximum.accumulate(slope[::-1])[::-1]] = math.inf
+    return cost
 
 
 def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
@@ -131,32 +121,26 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask]:
     may: nodes that may be in contact; of a contact that is certain, h = 0, its ends are enough.
     """
     n, nodes, chain = h.size, np.flatnonzero(may), _chain(lattice, h)
-    floor, bond = min(0.0, float(h.min())), lattice.w * lattice.cell
+    floor = min(0.0, float(h.min()))
     last = np.append(nodes[:1], nodes[:-1])
     linked = (nodes - last == 1) | (np.diff(np.cumsum(h > 0)[nodes], prepend=-1) == 0)
-    gained = np.where(linked, bond * (nodes - last) * lattice.weight((nodes + last) / 2), 0.0)
+    bond = lattice.w * lattice.cell
+    bonds = np.where(linked, bond * (nodes - last) * lattice.weight((nodes + last) / 2), 0.0)
     value, before, starts = np.full(n + 2, math.inf), np.full(n + 1, n), np.array([n + 1])
-    value[n + 1], nodes, gained = 0.0, np.append(nodes, n), np.append(gained, 0.0)
-    for first in range(0, nodes.size, _FEW):
-        own = nodes[first : first + _FEW]
-        height, ends = chain[3][own], np.array([floor, chain[3][own[-1]]])
-        costs = _costs(chain, np.append(starts, own), own[[0, -1]], ends)
-        low, high = value[starts] + costs[:, : starts.size]
-        needed = np.isfinite(low)
-        needed[: low.argmin()] = False  # statement 2
-        asked = needed & (np.arange(starts.size) >= high.argmin())  # statement 3
-        around = np.append(starts[asked], own)
-        known, costs = value[around], _costs(chain, around, own, height)
-        for i, k in enumerate(own.tolist()):
-            at = around.size - own.size + i
-            cost = known + costs[i]
-            cost[at - 1] -= gained[first + i]
-            best = int(np.flatnonzero(cost <= cost.min() + _TIE * bond)[-1])
-            value[k] = known[at] = cost[best]
-            before[k] = around[best]
-            known[best + 1 if height[i] > floor else 0 : at] = math.inf  # statement 1
-        kept = starts[needed & ~asked] if height.min() > floor else starts[:0]
-        starts = np.append(kept, around[np.isfinite(known)])
+    value[n + 1] = 0.0
+    for i, (k, gained) in enumerate([*zip(nodes.tolist(), bonds.tolist(), strict=True), (n, 0.0)]):
+        if i % _FEW == 0:
+            cost = _costs(chain, value, starts, k, floor)
+            needed = np.isfinite(cost)
+            needed[: cost.argmin()] = False  # statement 2
+            starts = starts[needed]
+        height = float(chain[3][k])
+        cost = _costs(chain, value, starts, k, height)
+        cost[-1] -= gained
+        best = int(np.flatnonzero(cost <= cost.min() + _TIE * bond)[-1])
+        value[k], before[k] = cost[best], starts[best]
+        kept = best + 1 if height > floor else 0  # statement 1; none passes a certain contact
+        starts = np.append(starts[:kept], k)
     contact, k = h == floor, int(before[n])
     while k < n:
         contact[k] = True

@@ -59,15 +59,13 @@ class NodalEnergy:
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
     ) -> None:
-        self.lattice = lattice
+        self.lattice, self.first = lattice, first
         self.contact = np.asarray(contact, bool)
-        self.first = first
-        nodes = np.arange(first, first + self.contact.size)
+        nodes, cell = np.arange(first, first + self.contact.size), lattice.cell
         pulls = lattice.pull(nodes[0], -1), lattice.pull(nodes[-1], 1)
         self.pulls = np.array(pulls, float) * tails  # of the tails, over u
-        middles = nodes[:-1] + 0.5
-        self.cells = np.broadcast_to(lattice.cell * lattice.weight(nodes), nodes.shape)
-        self.links = np.broadcast_to(lattice.cell * lattice.weight(middles), middles.shape)
+        self.cells = np.broadcast_to(cell * lattice.weight(nodes), nodes.size)
+        self.links = np.broadcast_to(cell * lattice.weight(nodes[:-1] + 0.5), nodes.size - 1)
         bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
         self.bonds = bonds * (self.contact[1:] & self.contact[:-1])  # adhesion of each link
         if not lattice.gamma1:  # or of each spring
@@ -83,13 +81,13 @@ class NodalEnergy:
         lat, u = self.lattice, np.asarray(u, float)
         pulled, forces, sums = self.pulls * u[[0, -1]], [], []
         for start in range(0, u.size, _PIECE):
-            own, new = slice(start, start + _PIECE), int(start > 0)  # and the link before
-            slopes = np.diff(u[start - new : own.stop + 1]) / lat.spacing
-            spring = self.spring(lat, u[own])
+            end, new = start + _PIECE, int(start > 0)  # and the link before
+            own, spring = slice(start, end), self.spring(lat, u[start:end])
+            slopes = np.diff(u[start - new : end + 1]) / lat.spacing
             stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
-            tension = self._tension(slice(start - new, own.stop)) * stretch.first
-            springs, last = self.cells[own] * spring.first, own.stop >= u.size
-            across = np.concatenate([pulled[: 1 - new], tension, -pulled[2 - last :]])
+            tension = self._tension(slice(start - new, end)) * stretch.first
+            springs = self.cells[own] * spring.first
+            across = np.concatenate([pulled[: 1 - new], tension, -pulled[2 - (end >= u.size) :]])
             forces.append(springs - np.diff(across))
             bound = self.bonds[own] * (np.hypot(1, slopes[new:]) if lat.slopes == "finite" else 1)
             stored = self.cells[own] @ spring.value, self.links[own] @ stretch.value[new:]
@@ -167,5 +165,4 @@ class NodalEnergy:
         band[0, held] = 1
         band[1, :-1][held[1:] | held[:-1]] = 0
         rows = min(2, held.size)  # one node has no sub-diagonal
-        step = solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True)
-        return np.asarray(step)
+        return np.asarray(solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True))
