@@ -73,23 +73,23 @@ class State:
         The outermost nodes of contacts are not opened here, as these are moves of a line; a lone
         node has no adhesion, unless it is a spring without tension.
         """
-        model, pulls, u = self.model, -self.balance.forces, self.u
-        (closing, opening), lat = self.row.works, model.lattice
-        held, links = (np.concatenate([[0], part, [0]]) for part in (model.contact, model.bonds))
-        held, more = held.astype(bool), opening / closing if closing else 1.0
-        bonds = links[1:] + links[:-1] if lat.gamma1 else model.bonds
-        pulled = model.contact & (pulls * lat.cell > noise * model.cells)
-        opens = pulled & ~(held[:-2] | held[2:]) & (lat.gamma1 > 0)
-        least = model.hessian()[0] if lat.slopes == "small" else lat.k * model.cells
-        may = pulls**2 > 2 * least * more * bonds
-        for i in np.flatnonzero(pulled & held[:-2] & held[2:] & may).tolist():
-            own, bound = np.s_[i - 1 : i + 2], more * model.bonds[i - 1 : i + 1]
+        model, forces, lat = self.model, self.balance.forces, self.model.lattice
+        pulled = np.flatnonzero(model.contact & (forces * -lat.cell > noise * model.cells))
+        held, (closing, opening) = np.pad(model.contact, 1), self.row.works
+        before, after, more = held[pulled], held[pulled + 2], opening / closing if closing else 1.0
+        opens = pulled[~(before | after)].tolist() if lat.gamma1 else []
+        inner = pulled[before & after]
+        bonds = model.bonds[inner] + (model.bonds[inner - 1] if lat.gamma1 else 0.0)
+        stiff = lat.gamma1 / lat.spacing**2 * (lat.slopes == "small")  # of two links, at least
+        least = lat.k * model.cells[inner] + stiff * (model.links[inner] + model.links[inner - 1])
+        for i in inner[forces[inner] ** 2 > 2 * least * more * bonds].tolist():
+            u, bound = self.u[i - 1 : i + 2], more * model.bonds[i - 1 : i + 1]
             whole, less = (
                 NodalEnergy(lat, (True, middle, True), model.first + i - 1, bound, (False, False))
                 for middle in (True, False)
             )
-            opens[i] = whole.value(u[own]) > less.value(less.relaxed(u[own]))
-        return float((pulls / model.cells)[opens].max(initial=0.0)) * lat.cell
+            opens += [i] * bool(whole.value(u) > less.value(less.relaxed(u)))
+        return float((-forces[opens] / model.cells[opens]).max(initial=0.0)) * lat.cell
 
     @functools.cached_property
     def certificate(self) -> Certificate:
@@ -106,7 +106,7 @@ class State:
         closed = work[0] - stored[0] * (1 + unknown / relative[0]) ** 2
         opened = stored[1] * (np.maximum(gap[1] - unknown, 0.0) / relative[1]) ** 2 - work[1]
         gains = np.array([closed, opened]) / (work + stored + _TINY)
-        below = np.append((self.g - self.u)[free], -gap[0])
+        below = np.append(self.g[free] - self.u[free], -gap[0])
         left = np.abs(balance.forces[free]) / model.cells[free] * lat.cell
         beside = np.flatnonzero(held[1:] != held[:-1])
         ties = lat.gamma1 / lat.spacing**2 * model.links[beside] @ np.abs(self.u[beside + 1])

@@ -131,15 +131,15 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     own, beyond = (depth[:, None, None] - row.f.take(at, mode="clip") for at in (start, after))
     gap = own - beyond - rest * own + far * (u[:, faced, None] - own)
     gap = np.where(there, gap, math.nan)
-    bonds = row.bonds.take(np.minimum(start, after), mode="clip")
+    bonds = row.bonds[np.minimum(np.maximum(np.minimum(start, after), 0), row.size - 2)]
     return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds)
 
 
 def corners(row: Row, nodes: Nodes) -> Corners:
     """The corners beside lines at these nodes (s, 2m)."""
-    known = np.append(row.breaks, math.nan)
-    if known.size == 1:
+    if not row.breaks.size:
         return Corners(np.full(nodes.shape, math.nan), np.full(nodes.shape, True))
+    known = np.append(row.breaks, math.nan)
     first, beyond = known.searchsorted(nodes - 1, "right"), known.searchsorted(nodes + 1)
     at = outwards(nodes.shape[1]) * (known[first] - nodes) - row.lattice.edge
     near = known.searchsorted(nodes + 2) - known.searchsorted(nodes - 2, "right")

@@ -79,7 +79,7 @@ class Plain:
         first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
         tails = side < 0, side > 0
         model = NodalEnergy(self.row.lattice, held, self.row.first + first, tails=tails)
-        u = model.relaxed(np.full(count, u_line))
+        u = model.relaxed(np.full(count, u_line)) if self.row.lattice.gamma1 else u_line * held
         found = model.balance(u)
         energy = found.energy - found.terms["adhesion"]
         return energy, float(found.forces[::side][0]), float(u[::side][1])

@@ -13,6 +13,7 @@ from discretization.nodes.lattice import Lattice
 from energy import terms
 from energy.arrays import Array
 
+_PIECE = 1 << 13  # nodes at a time, few enough for the processor's cache
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 _SETTLED = 5  # steps that do not lower the energy are the last, too
@@ -58,15 +59,13 @@ class NodalEnergy:
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
     ) -> None:
-        self.lattice = lattice
+        self.lattice, self.first = lattice, first
         self.contact = np.asarray(contact, bool)
-        self.first = first
-        nodes = first + np.arange(self.contact.size)
+        nodes, cell = np.arange(first, first + self.contact.size), lattice.cell
         pulls = lattice.pull(nodes[0], -1), lattice.pull(nodes[-1], 1)
         self.pulls = np.array(pulls, float) * tails  # of the tails, over u
-        each = np.full(nodes.shape, lattice.cell)
-        self.cells = each * lattice.weight(nodes)
-        self.links = each[:-1] * lattice.weight(nodes[:-1] + 0.5)
+        self.cells = np.broadcast_to(cell * lattice.weight(nodes), nodes.size)
+        self.links = np.broadcast_to(cell * lattice.weight(nodes[:-1] + 0.5), nodes.size - 1)
         bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
         self.bonds = bonds * (self.contact[1:] & self.contact[:-1])  # adhesion of each link
         if not lattice.gamma1:  # or of each spring
@@ -80,28 +79,30 @@ class NodalEnergy:
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
         lat, u = self.lattice, np.asarray(u, float)
-        slopes, spring = np.diff(u) / lat.spacing, self.spring(lat, u)
-        stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
-        springs, tension = self.cells * spring.first, self._tension * stretch.first
-        pulled = self.pulls * u[[0, -1]]
-        across = np.concatenate([pulled[:1], tension, -pulled[1:]])
-        forces = springs - (across[1:] - across[:-1])
-        bound = self.bonds * np.hypot(1, slopes) if lat.slopes == "finite" else self.bonds
-        values = {
-            "springs": float(self.cells @ spring.value),
-            "surface": lat.gamma1 * float(self.links @ stretch.value),
-            "adhesion": -float(bound.sum()),
-            "tails": float(pulled @ u[[0, -1]]) / 2,
-        }
-        pressed = np.append(springs, pulled)
-        sums = float(pressed.sum()), float(np.abs(pressed).sum()), math.sqrt(tension @ tension)
-        return Balance(values, forces, *sums)
+        pulled, forces, sums = self.pulls * u[[0, -1]], [], []
+        for start in range(0, u.size, _PIECE):
+            end, new = start + _PIECE, int(start > 0)  # and the link before
+            own, spring = slice(start, end), self.spring(lat, u[start:end])
+            slopes = np.diff(u[start - new : end + 1]) / lat.spacing
+            stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
+            tension = self._tension(slice(start - new, end)) * stretch.first
+            springs = self.cells[own] * spring.first
+            across = np.concatenate([pulled[: 1 - new], tension, -pulled[2 - (end >= u.size) :]])
+            forces.append(springs - np.diff(across))
+            bound = self.bonds[own] * (np.hypot(1, slopes[new:]) if lat.slopes == "finite" else 1)
+            stored = self.cells[own] @ spring.value, self.links[own] @ stretch.value[new:]
+            pressed = springs.sum(), np.abs(springs).sum(), tension[new:] @ tension[new:]
+            sums.append([*map(float, (*stored, -bound.sum(), *pressed))])
+        sums.append([0.0, 0.0, 0.0, float(pulled.sum()), float(np.abs(pulled).sum()), 0.0])
+        springs, surface, adhesion, force, sizes, squares = map(math.fsum, zip(*sums, strict=True))
+        values = {"springs": springs, "surface": lat.gamma1 * surface, "adhesion": adhesion}
+        values["tails"] = float(pulled @ u[[0, -1]]) / 2
+        return Balance(values, np.concatenate(forces), force, sizes, math.sqrt(squares))
 
-    @property
-    def _tension(self) -> Array:
+    def _tension(self, links: slice = np.s_[:]) -> Array:
         """Horizontal, of each link; with finite slopes those in contact have γ₁ - w."""
-        bound = self.bonds if self.lattice.slopes == "finite" else 0.0
-        return np.asarray((self.lattice.gamma1 * self.links - bound) / self.lattice.spacing)
+        bound = self.bonds[links] if self.lattice.slopes == "finite" else 0.0
+        return np.asarray((self.lattice.gamma1 * self.links[links] - bound) / self.lattice.spacing)
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
@@ -122,7 +123,7 @@ class NodalEnergy:
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
-        stiffness = self._tension / lat.spacing * stretch.second
+        stiffness = self._tension() / lat.spacing * stretch.second
         beside = np.concatenate([self.pulls[:1], stiffness, self.pulls[1:]])
         springs = self.cells * self.spring(lat, u).second
         return np.array([springs + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])
@@ -164,5 +165,4 @@ class NodalEnergy:
         band[0, held] = 1
         band[1, :-1][held[1:] | held[:-1]] = 0
         rows = min(2, held.size)  # one node has no sub-diagonal
-        step = solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True)
-        return np.asarray(step)
+        return np.asarray(solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True))

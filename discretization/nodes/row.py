@@ -30,8 +30,8 @@ _AHEAD = np.unique((1.1 ** np.arange(226)).astype(np.int64))  # links further an
 
 def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
     """x of the nodes; nodes on an end of the extent stay on it in spite of rounding."""
-    lo, hi = indenter.extent
-    return np.asarray(np.minimum(np.maximum(lattice.x(nodes), lo), hi))
+    x, (lo, hi) = np.asarray(lattice.x(nodes)), indenter.extent
+    return x if (lo, hi) == (-math.inf, math.inf) else np.minimum(np.maximum(x, lo), hi)
 
 
 def heights(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:

@@ -1,5 +1,6 @@
 """Force on the indenter for an arbitrary profile, Eqs. (9)-(11)."""
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 from energy.cards._checks import Array, finite, non_negative, positive
 from energy.cards._types import Values
 
+_rule = functools.cache(np.polynomial.legendre.leggauss)
 Profile = Callable[[Array], Any]
 
 
@@ -20,7 +22,7 @@ def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int 
     arrays. ValueError for k <= 0, a < 0 or values of f that are not finite.
     """
     d, a, k = finite("d", d), non_negative("a", a), positive("k", k)
-    nodes, weights = np.polynomial.legendre.leggauss(order)
+    nodes, weights = _rule(order)
     x = np.asarray(a)[..., None] * (0.5 + 0.5 * nodes)
     heights = finite("f(x)", f(x)) + finite("f(-x)", f(-x))
     gap = 2.0 * np.asarray(d)[..., None] - heights

@@ -1,19 +1,24 @@
 """Where a check solves: on a lattice of chosen spacing and shift, or on the fitted mesh."""
 
 import functools
+import math
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from discretization import AccuracyWarning, Equilibrium, History, load_path, minimise
-from discretization.lattice.state import on_lattice
-from energy import Scene
+from discretization import AccuracyWarning, Equilibrium, History, Lattice, load_path, minimise
+from discretization.lattice import state as nodal
+from discretization.nodes.row import Row
+from discretization.routes import route
+from energy import Plane, Scene
 from energy.arrays import Array
+
+_STEP = 1e-6  # m, between the depths for which nodes are kept
 
 
 class Mesh(ABC):
@@ -47,6 +52,32 @@ def _solved(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equ
     """A state on nodes, solved once for all checks that look at it one after the other."""
     depth, spacing, branch, origin = where
     return solve(scene, depth, spacing, branch=branch, origin=origin)
+
+
+@functools.lru_cache(maxsize=512)
+def _fitted(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equilibrium:
+    """A state on the fitted mesh, likewise."""
+    depth, branch = where
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        return solve(scene, depth, branch=branch)
+
+
+@functools.lru_cache(maxsize=64)
+def _row(scene: Scene, lattice: Lattice, depth: float) -> Row:
+    """Nodes that are kept for all depths up to this one."""
+    return Row.of(lattice.seen(scene), lattice, depth)
+
+
+def on_lattice(
+    scene: Scene, depth: float, spacing: float, *, branch: str, origin: float | None
+) -> Equilibrium:
+    """The state of `discretization.lattice.state.on_lattice`, on nodes kept for other depths."""
+    if isinstance(scene.indenter, Plane):
+        return nodal.on_lattice(scene, depth, spacing, branch=branch, origin=origin)
+    row = _row(scene, Lattice.of(scene, spacing, origin), math.ceil(depth / _STEP) * _STEP)
+    state = nodal.answered(row, depth, route(scene, branch, nodes=True), branch)
+    return replace(state, scene=scene)
 
 
 @dataclass(frozen=True)
@@ -98,9 +129,7 @@ class Fitted(Mesh):
         self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"
     ) -> Equilibrium:
         """Equilibrium; `length` has no meaning. The check judges the error: no AccuracyWarning."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)
-            return minimise(scene, float(depth), branch=branch)
+        return _fitted(minimise, scene, float(depth), branch)
 
     def path(self, scene: Scene, depths: ArrayLike) -> History:
         """The load path."""

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from discretization import Equilibrium, Lattice, NodalEnergy
+from discretization.roots import bracketed
 from energy import ElasticLayer, FlatPunch, Scene, SurfaceEnergies
 from studies.verify.mesh import Array, Grid, Mesh
 
@@ -18,6 +19,9 @@ _BESIDE = np.array([-2.0, -1.0, 1.0, 2.0])  # steps to the points of a first der
 _CENTRAL = np.array([1.0, -8.0, 8.0, -1.0]) / 12  # and their weights, fourth order
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 _STEP = 1 / 250  # of l, between the points of a difference quotient
+_ROUGH = 50  # links per l, above which contact is looked for on rougher nodes first
+_CLOSE = 1e-13  # of a depth that is looked for
+_FLAT, _STEPS = 1e-5, 40  # of a bracket, how far a least value may be moved; steps
 
 
 class Tail(NamedTuple):
@@ -114,21 +118,37 @@ def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-12) -> float:
 
 
 def brink(mesh: Mesh, scene: Scene) -> float:
-    """A depth just short of detachment: at that point itself any width of a flat face holds."""
-    return last_contact(mesh, scene, mesh.short / 10) * (1 - mesh.short)
+    """A depth just short of detachment: at that point itself any width of a flat face holds.
+
+    There a wider punch has the energy of a narrower one; what it has more is a straight line over
+    d². The label says whether the contact holds on one side of this depth and not on the other.
+    """
+    start, raised = 0.0, -5e-7
+    added = [punch_difference(mesh, scene.layer, scene.surfaces, d) for d in (start, raised)]
+    depth = raised * math.sqrt(added[0].energy / (added[0].energy - added[1].energy))
+    held, free = (mesh.solve(scene, depth * (1 + off)).label for off in (-mesh.short, mesh.short))
+    if held == "detached" or free != "detached":
+        raise ValueError(f"no contact detaches at the depth {depth!r}, where its width is neutral")
+    return depth * (1 - mesh.short)
 
 
 def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Array, Array]:
     """Nodes and displacements of min U[u] over all u >= d - f, w = 0, on |x| <= width.
 
-    No contact set is given: starting from every node below the indenter, nodes that pull are
-    released and nodes that penetrate are added until none does (a quadratic programme).
+    No contact set is given: starting from every node below the indenter, or from what is in contact
+    on nodes twice as far apart, nodes that pull are released and nodes that penetrate are added
+    until none does (a quadratic programme).
     """
     spacing = scene.elastocapillary_length / grid.cells
     lattice = Lattice.of(scene, spacing, grid.offset * spacing)
     x = lattice.x(np.arange(-math.ceil(width / spacing), math.ceil(width / spacing) + 1))
     g = depth - scene.indenter.height(x)
     contact = g > 0
+    if grid.cells > _ROUGH:
+        rough = replace(grid, cells=grid.cells / 2, offset=grid.offset / 2)
+        held, u = membrane(rough, scene, depth, width)
+        held = held[u == depth - scene.indenter.height(held)]
+        contact = (x >= held[0]) & (x <= held[-1])
     while True:
         energy = NodalEnergy(lattice, contact)
         u = energy.relaxed(g)
@@ -141,21 +161,27 @@ def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Arra
 
 def depth_at_width(mesh: Mesh, scene: Scene, half_width: float, lo: float, hi: float) -> float:
     """Depth at which the simulated half-width takes a value, by root finding."""
-    found = brentq(lambda d: mesh.solve(scene, d).half_width - half_width, lo, hi, xtol=1e-18)
-    return float(found)
+    return bracketed(lambda d: mesh.solve(scene, d).half_width - half_width, lo, hi, _CLOSE)
 
 
 def even_energy(mesh: Mesh, scene: Scene, lo: float) -> float:
     """Depth between lo and 0 at which the simulated energy is that of the detached surface."""
-    return float(brentq(lambda d: mesh.solve(scene, d).energy, lo, 0.0, xtol=1e-18))
+    return bracketed(lambda d: mesh.solve(scene, d).energy, 0.0, lo, _CLOSE)
 
 
 def least_force(mesh: Mesh, scene: Scene, lo: float, hi: float) -> float:
-    """Most tensile force between two depths, by scalar minimisation over the depth."""
-    found = minimize_scalar(
-        lambda d: mesh.solve(scene, d).force, bounds=(lo, hi), options={"xatol": 1e-6 * (hi - lo)}
-    )
-    return float(found.fun)
+    """Most tensile force between two depths, by parabolas through the three least ones known."""
+    depth, known = (lo + hi) / 2, {d: mesh.solve(scene, d).force for d in (lo, hi)}
+    for _ in range(_STEPS):
+        known[depth] = mesh.solve(scene, depth).force
+        best, *others = sorted(known, key=known.__getitem__)[:3]
+        (p, f), (q, g) = ((d - best, known[d] - known[best]) for d in others)
+        bend = (f / p - g / q) / (p - q)
+        step = (p - f / p / bend) / 2
+        if abs(step) <= _FLAT * (hi - lo):
+            return known[best] - bend * step**2
+        depth = min(max(best + step, (lo + best) / 2), (best + hi) / 2)
+    raise ValueError(f"no least force was found between the depths {lo!r} and {hi!r}")
 
 
 def energy_derivative(mesh: Mesh, scene: Scene, depth: float) -> float:

@@ -186,6 +186,13 @@ def finite() -> Task:
     return Task("finite", scene, np.array([d]), exact, (*OURS, hand, BVP))
 
 
+def rough_loop(steps: int) -> Task:
+    """About `steps` / 7 depths up to three rms heights, or less with fewer steps than 600."""
+    top, half = min(3.0, steps / 200), -(-steps // 14)
+    depths = np.r_[np.linspace(0, top, half), np.linspace(top, -2.5, half)]
+    return Task("rough loop", waves(CONTACTS[0]), depths, np.ones((4, 1)), ROUGH_PATHS)
+
+
 TASKS: dict[str, Callable[[int], Task]] = {
     "nonadhesive": lambda steps: adhesive("nonadhesive", (*OURS, *convex()), w=0.0),
     "adhesive": lambda steps: adhesive(
@@ -194,13 +201,7 @@ TASKS: dict[str, Callable[[int], Task]] = {
     ),
     "finite": lambda steps: finite(),
     "loop": lambda steps: adhesive("loop", PATHS, steps=steps),
-    "rough loop": lambda steps: Task(  # of the rms height, with about `steps` / 7 steps
-        "rough loop",
-        waves(CONTACTS[0]),
-        np.r_[np.linspace(0, 3, -(-steps // 14)), np.linspace(3, -2.5, -(-steps // 14))],
-        np.ones((4, 1)),
-        ROUGH_PATHS,
-    ),
+    "rough loop": rough_loop,
     # exact is what each size proves itself, so that only U counts
     "rough": lambda steps: Task("rough", rough(60)[0], np.array([0.5]), np.ones((4, 1)), ROUGH),
 }
