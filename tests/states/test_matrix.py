@@ -50,7 +50,7 @@ CASES = {  # scene, depth over δ₀
     "disc and rings": (turned(BUMPS), 0.5),
 }
 PINNED = ("punch", "steep punch", "cylinder")
-LINKS = np.array([15, 30, 60, 120])
+LINKS = np.array([15, 40, 120])
 FINER = {  # times as many, where contacts, gaps or waves are as narrow as so many links
     "crests without adhesion": 4,
     "rippled, steep": 1.5,
