@@ -23,7 +23,7 @@ def linear(seed, w):
 
 
 DEPTH = 2.3 * DELTA0
-CASES = [(0.0, "adhered"), (0.002, "adhered"), (0.002, "global")]
+CASES = [(0.0, "adhered"), (0.002, "global")]
 
 
 def errors(state, exact):

@@ -241,7 +241,7 @@ def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
 @pytest.mark.parametrize("draw", [random_case, random_steep_case, "round"])
 def test_random_states_on_nodes_are_those_of_the_mesh_within_their_estimates(draw):
     rng, ratios = np.random.default_rng(18), []
-    for i in range(40 if draw is random_steep_case else 60):  # these take nodes more time
+    for i in range(20 if draw is random_steep_case else 30):  # these take nodes more time
         case = (random_case if draw == "round" else draw)(rng, SHAPES[i % len(SHAPES)])
         scene = replace(case.scene, geometry="axisymmetric") if draw == "round" else case.scene
         exact = minimise(scene, case.depth)
@@ -252,6 +252,6 @@ def test_random_states_on_nodes_are_those_of_the_mesh_within_their_estimates(dra
         if abs(state.half_width / exact.half_width - 1) < 0.1:  # else another state of this depth
             for one, size in state.uncertainty.items():
                 ratios.append(abs(getattr(state, one) - getattr(exact, one)) / (size or math.inf))
-    assert len(ratios) > 90
+    assert len(ratios) > 45
     assert np.mean(np.array(ratios) <= 1) > 0.95
     assert max(ratios) < 3
