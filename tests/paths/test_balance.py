@@ -16,7 +16,7 @@ from truth.scenes import case_of
 from discretization import AccuracyWarning, NotCertifiedError, load_path, minimise
 from energy import Parabola, Patches, PowerLaw, Profile, Sampled, SurfaceEnergies, Wedge
 
-KINDS, SLOW = ("tips", "polygon", "plateau", "punches"), pytest.mark.slow
+KINDS = ("tips", "polygon", "plateau", "punches")
 
 
 def bare(indenter, length=1.0):
@@ -103,10 +103,7 @@ def returns(path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "seed"),
-    [("tips", 1), ("polygon", 0), ("polygon", 1), ("plateau", 0), ("punches", 0)],
-)
+@pytest.mark.parametrize(("kind", "seed"), zip(KINDS, (1, 0, 0, 0), strict=True))
 def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):
     scene, feature, low, depths = case(kind, seed)
     path = load_path(scene, depths=depths)
@@ -115,10 +112,7 @@ def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):
     assert abs(sum(event.energy_released for event in path.events)) <= 1e-9 * path.energy.max()
 
 
-@pytest.mark.parametrize(
-    ("apart", "offset"),
-    [*((15.0, off) for off in (0.0, 1e-9, 0.1)), pytest.param(30.0, 1e-12, marks=SLOW)],
-)
+@pytest.mark.parametrize(("apart", "offset"), [(15, 0.0), (15, 1e-9), (15, 0.1), (30, 1e-12)])
 def test_tips_that_are_equally_low_or_nearly_so(apart, offset):
     scene = bare(parabolas([-apart, apart], [0.0, offset]))
     path = load_path(scene, depths=[0.0, 0.5, 1.5, 1e-6, 0.5, -0.1])

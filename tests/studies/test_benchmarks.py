@@ -30,7 +30,7 @@ from studies.benchmarks.stress.verdicts import estimated
 from studies.shared import timing
 from studies.shared.random_cases import random_case, random_steep_case
 
-TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
+TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=12)
 WIDTH = {  # relative error of a that each rival must reach with 400 nodes
     "ours": 1e-4,
     "active set": 1e-3,
@@ -42,9 +42,7 @@ WIDTH = {  # relative error of a that each rival must reach with 400 nodes
 
 
 SHORT = [name for name in TASKS if name != "rough loop"]
-points = functools.cache(  # a rough loop takes time
-    lambda *tasks: study.run(replace(TINY, steps=20 if tasks[1:] else 8), tasks)
-)
+points = functools.cache(lambda *tasks: study.run(TINY, tasks))
 
 
 @pytest.mark.parametrize("tasks", [SHORT, pytest.param(["rough loop"], marks=pytest.mark.slow)])
