@@ -103,7 +103,7 @@ def returns(path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "seed"), zip(KINDS, (1, 0, 0, 0), strict=True))
+@pytest.mark.parametrize(("kind", "seed"), [*zip(KINDS, (1, 0, 0, 0), strict=True)])
 def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):
     scene, feature, low, depths = case(kind, seed)
     path = load_path(scene, depths=depths)
