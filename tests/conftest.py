@@ -1,5 +1,6 @@
 """One BLAS thread per process, an end for a test that hangs, a look at every figure drawn."""
 
+import gc
 import os
 import signal
 
@@ -13,6 +14,12 @@ from studies.shared import figures
 
 EDGE = 0.02  # inches that lines may be wide
 LONGEST, HANGS = 600, 7200  # seconds of the processor, and of waiting beside whatever else runs
+
+
+def pytest_collection_finish():
+    """What is collected stays: the garbage collector need not look through thousands of tests."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

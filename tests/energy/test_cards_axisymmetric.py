@@ -146,7 +146,7 @@ def sphere_at(ratio, k=1.1e7, w=4.3e-3, R=0.013):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ratio", [0.1, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize("ratio", [0.1, 3.0])
 def test_pull_off_of_a_sphere(ratio):
     """In 40 digits, without the derivatives that the card is solved with."""
     args = sphere_at(ratio)

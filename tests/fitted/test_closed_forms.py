@@ -109,20 +109,18 @@ ELL, DELTA0 = np.sqrt(GAMMA1 / K), np.sqrt(2 * W / K)
 turned = functools.partial(about_axis, k=K, gamma1=GAMMA1, w=W)
 
 DRAWS = {  # how states are drawn, of which shapes, how many, the largest error, and of the angle
-    "small": (random_case, SHAPES, 150, 1e-10, 1e-9),
+    "small": (random_case, SHAPES, 50, 1e-10, 1e-9),
     "finite": (random_steep_case, SHAPES[1:], 40, 1e-11, 1e-9),
-    "axisymmetric": (random_round_case, tuple(DRAWN), 63, 1e-11, 1e-10),
+    "axisymmetric": (random_round_case, tuple(DRAWN), 40, 1e-11, 1e-10),
 }
 
 
-@pytest.mark.parametrize("part", [3, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("kind", "shape"), [(kind, shape) for kind, draw in DRAWS.items() for shape in draw[1]]
 )
-def test_ten_digits_over_eight_decades_and_an_honest_estimate(kind, shape, part):
+def test_ten_digits_over_eight_decades_and_an_honest_estimate(kind, shape):
     """The angle is Young's; the estimates are rarely less than the errors, and never by much."""
     draw, shapes, count, most, off = DRAWS[kind]
-    count = max(count // part, 40)
     rng, found, understated = np.random.default_rng(100 + shapes.index(shape)), 0, 0
     for _ in range(count):
         case = draw(rng, shape)
@@ -273,7 +271,7 @@ def test_without_adhesion_and_without_tension(indenter):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("R", [1e-4, 1e-2, 1.0])
+@pytest.mark.parametrize("R", [1e-4, 1.0])
 def test_the_estimate_is_about_what_rounding_does_also_beside_small_spheres(R):
     """The terms of D that cancel are small there; close to the least D it grows slowly."""
     mpmath.mp.dps = 40

@@ -215,7 +215,7 @@ def drawn(rng, shape):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_state_is_that_of_the_young_laplace_equation(shape):
     rng = np.random.default_rng(300 + list(SHAPES).index(shape))
-    for _ in range(2):
+    for _ in range(1):
         scene, a, exact = drawn(rng, shape)
         state = minimise(scene, exact.depth)
         scales = {"half_width": a, **state.scales}
@@ -227,8 +227,8 @@ def test_every_state_is_that_of_the_young_laplace_equation(shape):
         assert abs(state.angle_deficit - scene.surfaces.angle_deficit) <= 1e-9
 
 
-QUICK = {(3e-3, 40.0), (0.2, 80.0), (7.0, 5.0), (300.0, 40.0)}  # every radius and every angle
-PINNED = [(ratio, degrees) for ratio in (3e-3, 0.2, 7.0, 300.0) for degrees in (5.0, 40.0, 80.0)]
+QUICK = ((3e-3, 40.0), (0.2, 80.0), (7.0, 5.0), (300.0, 40.0))  # every radius and every angle
+PINNED = [*QUICK, *((ratio, 80.0) for ratio in (3e-3, 7.0, 300.0))]  # and every radius steep
 
 
 @pytest.mark.parametrize(

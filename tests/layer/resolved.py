@@ -96,8 +96,11 @@ def stiffness(geometry, nu, gamma, x, y):
     return sparse.bmat([[sideways, both], [both.T, down]], format="csc")
 
 
-def quadratic(geometry, nu, gamma, height, a, parts):
-    """A, B, C of the energy A d²/2 + B d + C/2 without adhesion, with the line at a."""
+def quadratic(geometry, nu, gamma, heights, a, parts):
+    """A, B, C of the energy A d²/2 + B d + C/2 without adhesion, with the line at a, of each body.
+
+    The layer is the same under all of them, and so is what K has to be solved for.
+    """
     inside, outside = a - a * halved(1.0, HALVINGS)[::-1], halved(1.0, HALVINGS)
     outside = np.concatenate([outside, 1 + np.arange(1, FAR)])
     x = split(np.concatenate([inside, a + outside[1:]]), parts)
@@ -106,22 +109,27 @@ def quadratic(geometry, nu, gamma, height, a, parts):
     touching = number[1, : 2 * parts * (inside.size - 1) + 1, 0]
     fixed = np.concatenate([number[:, :, -1].ravel(), number[0, 0], touching])
     free = np.setdiff1d(number.ravel(), fixed)
-    own, g = x[: touching.size], np.ones((touching.size, 2))
-    g[:, 1] = -height(own)
+    own = x[: touching.size]
+    g = np.column_stack([np.ones_like(own), *(-height(own) for height in heights)])
     k = stiffness(geometry, nu, gamma, x, y)
     beside = k[:, touching] @ g
     moved = splu(k[free][:, free]).solve(-beside[free])
     form = g.T @ (beside[touching] + k[touching][:, free] @ moved) * geometry.whole
-    return form[0, 0], form[0, 1], form[1, 1]
+    return [(form[0, 0], form[0, i], form[i, i]) for i in range(1, 1 + len(heights))]
 
 
-def rests(geometry, nu, gamma, height, a, works, parts):
-    """For works of adhesion: the depths at which a line rests at a, the force and the energy there.
+def rests(geometry, nu, gamma, heights, a, works, parts):
+    """Where a line rests at a: depth, force and energy for each body and work of adhesion.
 
     A line that moves by da changes the energy by U' da; at rest U' = 0, of two depths the lower;
     without adhesion they are one.
     """
-    forms = np.array([quadratic(geometry, nu, gamma, height, a * (1 + t), parts) for t in AROUND])
+    places = [quadratic(geometry, nu, gamma, heights, a * (1 + t), parts) for t in AROUND]
+    return [_of_body(np.array(forms), geometry, a, works) for forms in zip(*places, strict=True)]
+
+
+def _of_body(forms, geometry, a, works):
+    """The same of one body, from A, B, C at the places around a."""
     rate = np.polynomial.polynomial.polyfit(AROUND * a, forms, AROUND.size - 1)[1]
     second, first, none = forms[AROUND.size // 2]
     found = []

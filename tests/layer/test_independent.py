@@ -12,7 +12,11 @@ from energy import FlatPunch, Parabola, PowerLaw
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
 SHAPES = {"line": resolved.Line(), "axisymmetric": resolved.Axis()}
-PLACES = [(nu, geometry) for nu in (0.0, 0.3, 0.45) for geometry in GEOMETRIES]
+NARROW, WIDE = 0.4, 3.0  # every ν, and every geometry, with both
+PLACES = [
+    (0.0, "line", WIDE), (0.0, "axisymmetric", NARROW), (0.3, "line", NARROW),
+    (0.3, "axisymmetric", WIDE), (0.45, "line", WIDE), (0.45, "axisymmetric", NARROW),
+]  # fmt: skip
 PARTS = ("springs", "surface")
 
 
@@ -21,7 +25,7 @@ def on_nodes(scene, depth, a, links):
 
 
 @pytest.mark.parametrize(("kind", "geometry"), EVERY)
-@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 9), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 5), marks=pytest.mark.slow)])
 def test_nodes_and_poles_agree_within_the_estimate_of_the_nodes(kind, geometry, seeds):
     for seed in seeds:
         rng = np.random.default_rng([seed, *map(ord, kind + geometry)])
@@ -148,14 +152,14 @@ def test_nodes_of_a_punch_that_is_pulled_off(geometry):
     assert not lost.contacts.size and not minimise(scene, -1.0).contacts.size
 
 
-def truths(nu, geometry, height, a, works, parts, gamma=0.7):
-    return resolved.rests(SHAPES[geometry], nu, gamma, height, a, works, parts)
+def truths(nu, geometry, heights, a, works, parts, gamma=0.7):
+    return resolved.rests(SHAPES[geometry], nu, gamma, heights, a, works, parts)
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_a_layer_of_finite_elements(geometry):
     """Coarse; the depth at which a line rests at 1.5, the force and the energy there."""
-    ((depth, force, energy),) = truths(0.3, geometry, lambda x: x * x / 80, 1.5, [0.01], 1)
+    (((depth, force, energy),),) = truths(0.3, geometry, [lambda x: x * x / 80], 1.5, [0.01], 1)
     state = minimise(scene_of(Parabola(40.0), 0.3, geometry=geometry), depth, rtol=1e-6)
     assert state.half_width == pytest.approx(1.5, rel=1e-3)
     assert abs(state.force - force) <= 1e-3 * state.scales["force"]
@@ -163,8 +167,7 @@ def test_a_layer_of_finite_elements(geometry):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("nu", "geometry"), PLACES)
-@pytest.mark.parametrize("a", [0.4, 3.0])
+@pytest.mark.parametrize(("nu", "geometry", "a"), PLACES)
 def test_a_layer_of_finite_elements_by_its_extrapolated_error(nu, geometry, a):
     """So steep at the line, f' = 0.2, that it rests there in stable equilibrium."""
     radius, c = a / 0.2, 0.2 / (3 * a * a)
@@ -172,9 +175,9 @@ def test_a_layer_of_finite_elements_by_its_extrapolated_error(nu, geometry, a):
         (Parabola(radius), lambda x: x * x / (2 * radius)),
         (PowerLaw(c, 3), lambda x: c * x**3),
     ]
-    works = [0.0, 0.001, 0.004]
-    for body, height in bodies:
-        coarse, fine = (truths(nu, geometry, height, a, works, parts) for parts in (1, 2))
+    works, heights = [0.0, 0.001, 0.004], [height for _, height in bodies]
+    found = (truths(nu, geometry, heights, a, works, parts) for parts in (1, 2))
+    for (body, _), coarse, fine in zip(bodies, *found, strict=True):
         for w, one, two in zip(works, coarse, fine, strict=True):
             state = minimise(scene_of(body, nu, w=w, geometry=geometry), two[0], rtol=1e-7)
             other = minimise(scene_of(body, nu, w=w, geometry=geometry), one[0], rtol=1e-7)

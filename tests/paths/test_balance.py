@@ -103,8 +103,7 @@ def returns(path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "seed"), [*zip(KINDS, (1, 0, 0, 0), strict=True)])
 def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):
     scene, feature, low, depths = case(kind, seed)
     path = load_path(scene, depths=depths)
@@ -113,8 +112,7 @@ def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):
     assert abs(sum(event.energy_released for event in path.events)) <= 1e-9 * path.energy.max()
 
 
-@pytest.mark.parametrize("offset", [0.0, 1e-12, 1e-9, 0.1])
-@pytest.mark.parametrize("apart", [15.0, pytest.param(30.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("apart", "offset"), [(15, 0.0), (15, 1e-9), (15, 0.1), (30, 1e-12)])
 def test_tips_that_are_equally_low_or_nearly_so(apart, offset):
     scene = bare(parabolas([-apart, apart], [0.0, offset]))
     path = load_path(scene, depths=[0.0, 0.5, 1.5, 1e-6, 0.5, -0.1])
@@ -132,7 +130,7 @@ def test_a_gap_over_a_corner_stays_open_beside_a_contact_that_begins():
     assert len(path.at(1).lines) == 4
 
 
-@pytest.mark.parametrize("crest", [0.0, pytest.param(-0.5, marks=pytest.mark.slow), 0.0123])
+@pytest.mark.parametrize("crest", [0.0, 0.0123])
 def test_a_gap_opens_and_closes_over_a_smooth_crest(crest):
     """At a knot and between two, where a gap that closes is as narrow as one likes."""
     x = np.linspace(-15, 15, 301)
@@ -248,7 +246,8 @@ def test_paths_with_held_lines_are_of_second_order(name):
     exact = load_path(scene, depths=depths)
     scales = np.abs(exact.force).max(), exact.half_width.max()
     errors = np.zeros((spacings.size, 2))  # the largest over the offsets, relative to the largest
-    for i, offset in itertools.product(range(spacings.size), OFFSETS):
+    offsets = OFFSETS[::2] if name == "hills" else OFFSETS  # these take time
+    for i, offset in itertools.product(range(spacings.size), offsets):
         path = load_path(scene, depths=depths, method="lattice", spacing=offset * spacings[i])
         off = path.force - exact.force, path.half_width - exact.half_width
         errors[i] = np.maximum(errors[i], np.abs(off).max(axis=1) / scales)

@@ -45,9 +45,11 @@ def scene_of(body, surfaces):
     return adhesive(BODIES[body], k=1.9, gamma1=gamma1, w=w, opening=opening)
 
 
-@pytest.mark.parametrize("surfaces", SURFACES)
-@pytest.mark.parametrize("body", BODIES)
-@pytest.mark.parametrize("stiffness", [0.0, 0.6])
+@pytest.mark.parametrize(
+    ("stiffness", "body", "surfaces"),
+    [(0.0, body, one) for body in BODIES for one in SURFACES]
+    + [(0.6, body, one) for body in BODIES for one in ("springs", "adhesion", "two works")],
+)
 def test_every_step_balances_its_load_and_is_a_state_of_the_depth_path(body, surfaces, stiffness):
     scene, load = scene_of(body, surfaces), np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
     if stiffness:
@@ -171,13 +173,15 @@ OVER = (
     ("axisymmetric", "small"),
     ("axisymmetric", "finite"),
 )
+OVER_ALL = {"pattern": Patches([1.0], [1.0, 1.0])}
 NEAR = [0.0, 1e-7, 0.1, 1e-5, -0.1]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("geometry", "slopes"), OVER)
 @pytest.mark.parametrize(
-    "more", [{"pattern": Patches([1.0], [1.0, 1.0])}, {"indenter": TIP}], ids=["pattern", "profile"]
+    ("geometry", "slopes", "more"),
+    [(*one, OVER_ALL) for one in OVER]
+    + [(*one, {"indenter": TIP}) for one in OVER[:-1]],  # that takes minutes: once is enough
 )
 def test_a_tip_that_does_not_adhere_is_that_of_one_contact(geometry, slopes, more):
     """Of an angle above √(2w/γ₁), and as a profile or over a pattern that may have several."""

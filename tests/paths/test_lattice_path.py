@@ -239,7 +239,7 @@ def test_a_pull_off_releases_energy_down_to_where_the_contact_closes():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [24, 62, 71, 81, 88])
+@pytest.mark.parametrize("seed", [24, 62, 81])
 def test_nothing_is_pulled_off_by_a_growing_load(seed):
     """P between the nodes may fall and rise again by what a link changes, or rise by a jump."""
     path = dead_load_of(seed, (8, 16))

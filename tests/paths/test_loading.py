@@ -191,7 +191,7 @@ def test_events_and_loop_areas_are_those_of_the_cards(shape, control):
     name, symbol, size = OF_SHAPE[shape]
     module = {"depth": cards.displacement_control, "force": cards.load_control}.get(control)
     module = module or cards.machine_control
-    for _ in range(6):
+    for _ in range(3):
         case = random_case(rng, shape)
         scene, delta0 = case.scene, case.scene.critical_separation
         k, length = scene.stiffness, scene.elastocapillary_length

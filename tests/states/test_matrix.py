@@ -29,8 +29,8 @@ CASES = {  # scene, depth over δ₀
     "no adhesion": (adhesive(Parabola(0.02), w=0.0), 0.3),
     "asymmetric": (adhesive(ASYMMETRIC), 0.2),
     "two": (adhesive(two(0.6 * L, lift=5e-4)), 0.3),
-    "crests": (wavy(crests=6), 2.3),
-    "crests without adhesion": (wavy(0.0, crests=6), 2.3),
+    "crests": (wavy(crests=4), 2.3),
+    "crests without adhesion": (wavy(0.0, crests=4), 2.3),
     "steep crests": (replace(wavy(crests=3), slopes="finite"), 2.0),
     "steep crests without adhesion": (replace(wavy(0.0, crests=3), slopes="finite"), 2.0),
     "steep wedge": (steep(Wedge(0.3), 0.8), 0.3),
@@ -50,7 +50,7 @@ CASES = {  # scene, depth over δ₀
     "disc and rings": (turned(BUMPS), 0.5),
 }
 PINNED = ("punch", "steep punch", "cylinder")
-LINKS = np.array([15, 30, 60, 120])
+LINKS = np.array([15, 40, 120])
 FINER = {  # times as many, where contacts, gaps or waves are as narrow as so many links
     "crests without adhesion": 4,
     "rippled, steep": 1.5,
@@ -151,11 +151,11 @@ def test_a_state_is_certified_with_young_s_angle_and_its_parts_are_the_whole(sta
     assert (np.array(fine) <= np.maximum(np.array(coarse) / 2, 1e-5)).all()
 
 
-TWICE = "steep crests without adhesion"  # steep crests are seen with it
+TAKES = ("steep crests", "steep crests without adhesion")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n == TWICE)) for n in CASES]
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in TAKES)) for n in CASES]
 )
 def test_the_force_is_the_derivative_of_the_energy(states, name):
     (scene, depth), step = CASES[name], 1e-3 * DELTA0
@@ -193,8 +193,13 @@ def test_a_state_is_the_end_of_its_path(states, name):
         assert getattr(path, one)[-1] == pytest.approx(getattr(state, one), rel=0, abs=size)
 
 
-@pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize(("length", "stress"), [(1e-6, 3e4), (1e3, 1e-7)])
+UNITS = (1e-6, 3e4), (1e3, 1e-7)
+
+
+@pytest.mark.parametrize(  # the crests take time: once is enough
+    ("length", "stress", "name"),
+    [(*unit, name) for name in CASES for unit in UNITS[: 1 if "crests" in name else 2]],
+)
 def test_no_state_depends_on_units(states, name, length, stress):
     """Nor on whether a profile is built in, on nodes and on the mesh."""
     scene, depth = rescaled(CASES[name][0], length, stress), CASES[name][1]
@@ -236,7 +241,7 @@ def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
 @pytest.mark.parametrize("draw", [random_case, random_steep_case, "round"])
 def test_random_states_on_nodes_are_those_of_the_mesh_within_their_estimates(draw):
     rng, ratios = np.random.default_rng(18), []
-    for i in range(40 if draw is random_steep_case else 60):  # these take nodes more time
+    for i in range(20 if draw is random_steep_case else 30):  # these take nodes more time
         case = (random_case if draw == "round" else draw)(rng, SHAPES[i % len(SHAPES)])
         scene = replace(case.scene, geometry="axisymmetric") if draw == "round" else case.scene
         exact = minimise(scene, case.depth)
@@ -247,6 +252,6 @@ def test_random_states_on_nodes_are_those_of_the_mesh_within_their_estimates(dra
         if abs(state.half_width / exact.half_width - 1) < 0.1:  # else another state of this depth
             for one, size in state.uncertainty.items():
                 ratios.append(abs(getattr(state, one) - getattr(exact, one)) / (size or math.inf))
-    assert len(ratios) > 90
+    assert len(ratios) > 45
     assert np.mean(np.array(ratios) <= 1) > 0.95
     assert max(ratios) < 3

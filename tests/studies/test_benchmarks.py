@@ -30,7 +30,7 @@ from studies.benchmarks.stress.verdicts import estimated
 from studies.shared import timing
 from studies.shared.random_cases import random_case, random_steep_case
 
-TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
+TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=12)
 WIDTH = {  # relative error of a that each rival must reach with 400 nodes
     "ours": 1e-4,
     "active set": 1e-3,
@@ -195,10 +195,9 @@ def test_verdicts():
     assert harmless.verdict == "ok" and "underflow" in harmless.note
 
 
-@pytest.mark.parametrize("scenes", [125, pytest.param(500, marks=pytest.mark.slow)])
-def test_rtol_is_honoured_and_no_estimate_is_below_a_tenth_of_the_error(scenes):
-    trials = stress.run(stress.Parameters(scenes=scenes), ["random"])
-    assert [t.verdict for t in trials] == ["ok"] * scenes
+def test_rtol_is_honoured_and_no_estimate_is_below_a_tenth_of_the_error():
+    trials = stress.run(stress.Parameters(scenes=125), ["random"])
+    assert [t.verdict for t in trials] == ["ok"] * 125
 
 
 @pytest.mark.parametrize(
@@ -225,10 +224,10 @@ def test_errors_beyond_rtol_and_estimates_below_a_tenth_are_bad(
 @pytest.mark.slow
 def test_estimates_of_lattice_states_are_trusted_and_seldom_withheld(tmp_path, monkeypatch, capsys):
     """None is below a tenth of the error or far too large; one that is off fails the study."""
-    sparse = stress.run(stress.Parameters(lattices=100, seed=5), ["nodes"])
+    sparse = stress.run(stress.Parameters(lattices=50, seed=5), ["nodes"])
     words = Counter(t.verdict for t in sparse)
-    assert set(words) <= {"ok", "withheld", "refused"} and sum(words.values()) == 100
-    assert words["ok"] >= 80 and words["withheld"] >= 3
+    assert set(words) <= {"ok", "withheld", "refused"} and sum(words.values()) == 50
+    assert words["ok"] >= 40 and words["withheld"] >= 2
     assert all(10**t.x < 50 for t in sparse if t.verdict == "refused")
     links = [float(t.note.split()[0]) for t in sparse if t.verdict == "withheld"]
     assert max(links) < 8
@@ -237,7 +236,7 @@ def test_estimates_of_lattice_states_are_trusted_and_seldom_withheld(tmp_path, m
     for found, status in ((sparse, 0), ([*sparse, wrong], 1)):
         monkeypatch.setattr(stress, "run", lambda *_, found=found: found)
         assert stress.main(["--quick", "--grids", "nodes", "--out", str(tmp_path)]) == status
-    assert "trusted in 100 of 101 random scenes" in capsys.readouterr().out
+    assert "trusted in 50 of 51 random scenes" in capsys.readouterr().out
 
 
 def test_the_verdict_says_with_how_many_threads_it_was_measured(monkeypatch):

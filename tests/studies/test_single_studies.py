@@ -114,7 +114,7 @@ def test_what_is_written_and_said(tmp_path, capsys, monkeypatch):
 
 @pytest.fixture(scope="module")
 def rough_loops():
-    return rough.run(rough.Parameters(nodes=1001, steps=15, compared=1))
+    return rough.run(rough.Parameters(nodes=1001, steps=15, compared=1, tensions=(0.25, 4.0)))
 
 
 def test_tension_breaks_a_rough_contact_up_into_spots_and_energies_balance(rough_loops):

@@ -191,7 +191,6 @@ def test_the_energy_of_a_gap_changes_with_its_length_by_its_derivative():
 
 
 axi = cards.axisymmetric
-STEEP = [0.3, np.radians(45), np.radians(80)]
 
 
 @pytest.mark.parametrize("radius", [1e-4, 1e-2, 1.0, 30.0, 1e6])
@@ -203,7 +202,7 @@ def test_faint_surfaces_are_those_of_small_slopes(radius):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("phi", STEEP)
+@pytest.mark.parametrize("phi", [np.radians(45), np.radians(80)])
 def test_both_laws_of_the_meniscus_are_its_limits(phi):
     narrow, wide = np.array([0.1, 0.03, 0.01, 0.003, 0.001]), np.array([10.0, 30, 100, 300, 1e3])
     layer = {"k": 1.0, "gamma1": 1.0}
@@ -230,7 +229,7 @@ def scene_of(indenter, w=0.02):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("w", [0.007, 0.07, 0.1])
+@pytest.mark.parametrize("w", [0.007, 0.1])
 def test_a_small_sphere_is_pulled_off_a_liquid(w):
     """F_A = πRw at R/l = 1e-2; at R/l = 1 the springs are felt."""
     pulls = []

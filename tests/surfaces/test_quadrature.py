@@ -119,7 +119,7 @@ def test_jumps_that_are_not_declared_are_found_by_local_halving(name, slopes):
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_integrals_of_random_profiles_are_as_good_as_they_say(slopes):
     rng = np.random.default_rng(None if ASKED else 3)
-    for _ in range(ASKED or 200):
+    for _ in range(ASKED or 100):
         body, convex = random_bent(rng, True), rng.random() < 0.5
         left, right = np.sort(rng.uniform(-3, 3, 2)).tolist()
         ends, scene = np.array([[left, right]]), scene_of(body.profile(convex), slopes)
@@ -150,7 +150,7 @@ def test_the_reference_is_right():
 def test_states_of_random_profiles_are_as_good_as_they_say(convex, slopes):
     """Against the same profile with its jumps declared, where every panel is smooth."""
     rng, several = np.random.default_rng(None if ASKED else 4), 0
-    for _ in range(ASKED or 40):
+    for _ in range(ASKED or 24):
         body, rtol = random_bent(rng, True), 10.0 ** rng.choice([-4, -8, -12])
         if not convex and body.jumps.any():  # where lines rest on corners, they have to be known
             continue
@@ -160,7 +160,7 @@ def test_states_of_random_profiles_are_as_good_as_they_say(convex, slopes):
         for error, estimate in (found := compared(*scenes, depth=depth, rtol=rtol)):
             assert error <= 10 * estimate, (body.cuts, depth)
         several += bool(found)
-    assert several >= (ASKED or 40) // 4
+    assert several >= (ASKED or 24) // 4
 
 
 @pytest.mark.slow

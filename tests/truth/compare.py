@@ -74,22 +74,32 @@ def verdict(kind, seed):
         word = "wrong"
     if word == "right" and (faults := differences(case, state, truth)):
         word, why = "wrong", "; ".join(faults)
+    if word != "right" and (near := next_to_an_event(case)):
+        word, why = "skipped", near
     return Verdict(word, why, state, truth, seconds, middle - start)
 
 
 def reference(case):
     """The reference state, or None and why the case is not asked for."""
-    solve = REFERENCE[case.kind]
     try:
-        away = AWAY * min(case.scale, abs(case.above) / 10)
-        near = solve(case, [case.depth + s * away for s in (-1, 0, 1)])
+        (truth,) = REFERENCE[case.kind](case, [case.depth])
     except Outside as problem:
         return None, str(problem)
+    return truth, ""
+
+
+def next_to_an_event(case):
+    """Why a case that is not right is not asked for, or nothing."""
+    away = AWAY * min(case.scale, abs(case.above) / 10)
+    try:
+        near = REFERENCE[case.kind](case, [case.depth + s * away for s in (-1, 0, 1)])
+    except Outside as problem:
+        return str(problem)
     for one, other in itertools.pairwise(near):
         apart = abs(one.half_width - other.half_width)
         if len(one.contacts) != len(other.contacts) or apart > JUMP * near[1].half_width:
-            return None, "next to a jump"
-    return near[1], ""
+            return "next to a jump"
+    return ""
 
 
 def asked(solve, *given, **options):

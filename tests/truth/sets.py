@@ -45,17 +45,16 @@ def best_lines(scene, ground, surface, depth):
     if not x.size:
         return x
     g = depth - ground.height(x)
-    cost_of_gap = _gaps(x, g, surface)
     left = surface.tail_energy(g) + _through(x, g, surface.length)
     right = surface.tail_energy(g) + _through(-x[::-1], g[::-1], surface.length)[::-1]
     linked = np.diff(x) <= 1.5 * np.median(np.diff(x))
-    np.fill_diagonal(cost_of_gap[:, 1:], np.where(linked, _links(scene, ground, depth, x), np.inf))
+    links = np.where(linked, _links(scene, ground, depth, x), np.inf)
     cost, before = left, np.full(x.size, -1)
-    for j in range(1, x.size):
-        through = cost[:j] + cost_of_gap[:j, j]
-        i = int(np.argmin(through))
-        if through[i] < cost[j]:
-            cost[j], before[j] = through[i], i
+    for i in range(x.size - 1):
+        if np.isfinite(cost[i]):  # of all ways to i by now, so that it may be gone on from
+            through = cost[i] + np.append(links[i], _gaps(x[i:], g[i:], surface)[1:])
+            lower = through < cost[i + 1 :]
+            cost[i + 1 :][lower], before[i + 1 :][lower] = through[lower], i
     last = int(np.argmin(cost + right))
     path = [last]
     while before[path[-1]] >= 0:
@@ -84,17 +83,15 @@ def _nodes(scene, ground, depth):
 
 
 def _gaps(x, g, surface):
-    """Energy of the free surface between nodes i < j (n, n), infinite where it would penetrate."""
-    n, l = x.size, surface.length  # noqa: E741
-    cost = np.full((n, n), np.inf)
-    for i in range(n - 2):
-        t = np.minimum((x[i + 1 :] - x[i]) / l, 300.0)
-        slope = (g[i + 1 :] - g[i]) / np.sinh(t) - g[i] * np.tanh(t / 2)
-        highest = np.maximum.accumulate(np.concatenate([[-np.inf], slope[:-1]]))
-        free = slope >= highest
-        energy = surface.gap_energy(g[i], g[i + 1 :], x[i + 1 :] - x[i])
-        cost[i, i + 1 :] = np.where(free, energy, np.inf)
-    return cost
+    """Energy of the free surface from the first node to each (n - 1,), inf where it penetrates."""
+    t = np.minimum((x[1:] - x[0]) / surface.length, 300.0)
+    m = -np.expm1(-t)
+    odd, even = 2 * (1 - m) / (m * (2 - m)), m / (2 - m)  # 1/sinh t, tanh t/2
+    slope = (g[1:] - g[0]) * odd - g[0] * even
+    highest = np.maximum.accumulate(np.append(-np.inf, slope[:-1]))
+    energy = (g[1:] - g[0]) ** 2 * odd + (g[1:] ** 2 + g[0] ** 2) * even
+    energy *= surface.gamma1 / (2 * surface.length)
+    return np.where(slope >= highest, energy, np.inf)
 
 
 def _through(x, g, length):

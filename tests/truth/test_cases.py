@@ -117,13 +117,12 @@ def test_the_lowest_state_of_fine_ripples():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [3, 11])
-def test_lattice_paths_of_rough_profiles_come_to_rest(seed):
+def test_lattice_paths_of_a_rough_profile_come_to_rest():
     """A closed loop on two lattices, the finer one against the walk there and back.
 
     Next to an event a lattice may be on its other side: at three of the 26 depths at most.
     """
-    scene, times = rough(seed), (25, 100)
+    scene, times = rough(11), (25, 100)
     levels = np.concatenate([np.linspace(-0.5, 3, 12), np.linspace(3, -1.5, 14)]) * DELTA0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
@@ -145,24 +144,24 @@ def test_the_verdict_of_a_case_that_is_right():
     assert verdict("small", 0).word == "right"
 
 
-FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "0"))
-# with finite slopes some cases take a hundred times as long as others: of seeds 5 to 44 quick ones
-# of every shape that has one
-QUICK = {"finite": (5, 6, 10, 11, 13, 15, 16, 19, 26, 27, 28, 29, 33, 41, 43)}
+MANY = int(os.environ.get("ELASTOCAP_TRUTH", "0"))
+# Of seeds 0 to 44 those that take least processor time, with all shapes, detached states and up to
+# 14 contacts; with ELASTOCAP_TRUTH=200 the first 200 of each class.
+STATES = {
+    "small": "0 1 2 4 7 8 9 11 12 13 14 15 16 18 19 20 21 23 24 25 26 27 28 29 30 32 33 35 37 38",
+    "finite": "1 2 3 4 5 6 10 11 13 15 16 19 26 27 28 29 33 41",
+    "no_adhesion": "0 2 4 5 6 8 9 10 12 13 14 15 16 18 20 23 24 25 26 27 28 29 30 31 32 33 34 36",
+    "no_tension": " ".join(map(str, range(45))),
+    "global": "0 2 4 5 7 8 9 11 12 13 14 17 18 20 21 22 24 25 26 27 28 30 35 37 38 39 41 42 43 44",
+}
 COMPARED = 0.8  # of the states, at least
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_few_states_are_right_or_refused(kind):
-    states_are_right_or_refused(kind, range(FEW))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
 def test_many_states_are_right_or_refused(kind):
-    asked = range(FEW, MANY) if MANY else QUICK.get(kind, range(FEW, 20))
-    states_are_right_or_refused(kind, asked)
+    asked = range(MANY) if MANY else map(int, STATES[kind].split())
+    states_are_right_or_refused(kind, [*asked])
 
 
 def states_are_right_or_refused(kind, asked):
@@ -201,21 +200,20 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_small", 106),  # lines that face each other and hardly come to rest
     ("machine_no_tension", 62),  # a sharp tooth of C in every wave of a profile nearly flat there
 )
-# In the order of PATH_KINDS, of seeds 0 to 59 of each class the twenty or thirty that take least
-# time, the quickest first, with two of each shape and all stiffnesses of machines where one takes
-# less than 1.6 s of processor time; a shape that takes longer there comes from seeds 60 to 119.
-# With their reference all take about 85 s; machine_opening lacks the tips.
+# In the order of PATH_KINDS, of seeds 0 to 95 of each class the one of each shape that takes least
+# processor time, and stiff machines as well as soft ones; the first is the quickest. All take about
+# a minute with their reference; machine_opening lacks the tips.
 CHEAPEST = (
-    "49 0 4 6 7 9 10 12 18 19 23 24 25 29 31 33 35 37 52 58",
-    "41 1 2 5 10 15 23 24 30 36 38 45 46 51 52 54 57 59 82 95",
-    "5 6 7 8 10 20 24 26 28 29 33 38 39 41 42 49 51 54 57 59",
-    "13 1 3 4 5 6 11 15 18 25 27 28 29 30 31 32 33 34 36 37 39 42 44 48 52 55 56 57 58 59",
-    "1 0 2 3 4 5 6 7 12 13 15 16 18 21 22 23 26 27 28 29 31 32 35 37 39 42 44 45 47 54",
-    "1 3 5 9 14 15 25 26 27 28 32 34 36 37 38 39 47 57 58 72",
-    "13 0 2 4 5 8 15 18 19 24 26 28 29 30 42 45 46 50 55 59",
-    "2 0 3 4 7 10 14 24 27 30 32 34 35 38 40 46 47 50 53 60",
-    "40 3 4 5 6 7 9 12 16 18 19 21 22 26 28 29 34 35 36 37 39 41 43 46 48 51 52 54 55 58",
-    "37 1 2 3 5 6 7 9 10 11 12 13 14 18 19 22 23 24 26 27 28 29 30 34 38 44 47 48 52 54 64 89",
+    "19 49 6 29 31 9 52",
+    "52 10 95 51 38 2 41",
+    "5 24 29 39 33 41 42",
+    "13 36 27 25 48 55 58",
+    "1 0 2 5 13 29 32 37 39 45",
+    "1 15 37 47 72 34 25 9",
+    "13 8 18 29 28 50 30",
+    "2 0 53 10 35 60 47 32",
+    "34 58 40 28 19 6 18 21",
+    "37 10 30 29 11 2 18 34 89",
 )
 SEEDS = {
     kind: [int(seed) for seed in seeds.split()]
@@ -237,7 +235,7 @@ def test_many_paths_are_right_or_refused(kind):
 def paths_are_right_or_refused(kind, asked):
     found = {seed: path_verdicts(kind, seed) for seed in asked}
     each = {(seed, method): one for seed in found for method, one in found[seed].items()}
-    right_or_refused(each, 0.0025, 0.05, 2)  # of two methods
+    right_or_refused(each, 0.0025, 0.05, 1)  # of two methods
 
 
 @pytest.mark.slow

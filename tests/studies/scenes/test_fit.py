@@ -148,7 +148,7 @@ def test_unusable_parameters_scenes_and_curves_are_refused(capsys):
 
 def test_clean_data_in_contact_give_the_parameters_back():
     names = ("w", "gamma1", "stiffness")
-    clean = curve_of(SCENE)
+    clean = curve_of(SCENE, steps=6)
     held = np.abs(clean.force) > 0
     curve = Curve(clean.depth[held], clean.force[held])
     found = fit(astray(SCENE, names, 1.5), curve, names, **FAST)

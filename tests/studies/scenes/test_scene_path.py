@@ -58,7 +58,7 @@ def test_every_control_is_read(written, text, control, values, stiffness):
 
 def test_a_path_is_followed_told_and_written(written, tmp_path, capsys):
     path = written((TEXT, "depth = 1e-6\n" + TEXT))
-    assert study.main([str(path), "--out", str(tmp_path)]) == 0
+    assert study.main([str(path), "--quick", "--out", str(tmp_path)]) == 0
     wanted = load_path(SCENE, depths=load(path).programme.values)
     read = History.from_csv(tmp_path / "loop_path.csv", SCENE)
     assert np.array_equal(read.force, wanted.force)
