@@ -251,10 +251,8 @@ def _unpredicted(
     beyond = np.where((t > 0) & (t < 1), np.maximum(turn - most, least - turn), 0.0)
     turns = beyond > np.maximum(tolerance, _OF_RANGE * np.maximum(most, -least))
     for t in _TESTS:
-        guess = low[1] * (1 - t) * (1 - 3 * t) + high[1] * t * (3 * t - 2)
-        guess += 6 * t * (1 - t) * secant
         slope = np.asarray(indenter.slope(lo + t * width), float)
-        off = np.maximum(off, np.abs(slope - guess))
+        off = np.maximum(off, np.abs(slope - (low[1] + t * (b + a * t))))
         least, most = np.minimum(least, slope), np.maximum(most, slope)
     return np.asarray(turns | (off > np.maximum(tolerance, _OF_RANGE * (most - least))))
 

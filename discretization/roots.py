@@ -84,10 +84,7 @@ def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, A
     """
     lo, hi = np.arange(x.size - 1), np.arange(1, x.size)
     turns = (v1[lo] <= 0) & (v1[hi] >= 0)
-    lo[-1], hi[-1] = (
-        hi[-1],
-        lo[-1],
-    )  # a slope of 0 at the last place is no minimum, nor at the first
+    lo[-1], hi[-1] = hi[-1], lo[-1]  # a slope of 0 at an end is no minimum
     h, rise = x[hi] - x[lo], v[hi] - v[lo]
     c, end = v1[lo] * h, v1[hi] * h
     a, b = 3 * (c + end - 2 * rise), 6 * rise - 4 * c - 2 * end  # h v' = a t² + b t + c
@@ -97,7 +94,7 @@ def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, A
         t = np.where(b > 0, -2 * c / (b + root), (root - b) / (2 * a))
         k = np.flatnonzero(turns | ((t > 0) & (t < 1) & (most > _CLOSE * np.abs(v).max())))
         a, b, c, h, t, end, start = (part[k] for part in (a, b, c, h, t, end, x[lo]))
-        t, middle = np.where((t >= 0) & (t <= 1), t, 0.5), -b / (2 * a)
+        t, middle = np.clip(np.where(np.isnan(t), 0.5, t), 0.0, 1.0), -b / (2 * a)
         bend = (2 * a * t + b) / (h * h)
     value = v[lo[k]] + t * (c + t * (b / 2 + t * a / 3))
     off = _UNSURE * (np.abs(c) + np.abs(end))

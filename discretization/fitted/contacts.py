@@ -121,14 +121,19 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
     scale = displacement_scale(scene, depth, contacts.size)
     if scale * scene.elastocapillary_length == 0:
         return Certificate.undeformed()
-    through, gain = _at_lines(contacts)
+    off = np.array([line[2:5] for line in contacts.felt]) - depth
+    (closing, bare), opening = -off[:, :2].min(axis=0), off[:, 2].max()
+    through = bare if closing > ROUNDING * contacts.size else closing  # no more than that
     size = scale + _steepest(contacts)  # of the terms that cancel in D
     beyond = contacts.motion.penetration(contacts.lines, depth)
+    # held by another work of adhesion than what moves them, or the energy is convex
+    firm = scene.hysteretic or not scene.work_of_adhesion
+    firm = firm or all(line.stable for line in contacts.felt)
     return Certificate(
-        penetration=max(0.0, through / size, beyond / scale),
+        penetration=float(max(0.0, through / size, beyond / scale)),
         stationarity=max(each.residual for each in contacts.surfaces),
         opening=_tension(contacts, scale),
-        neighbours=max(0.0, gain / size, _unstable(contacts)),
+        neighbours=float(max(0.0, closing / size, opening / size, not firm)),
         force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
     )
 
@@ -141,22 +146,6 @@ def _steepest(contacts: Contacts) -> float:
     if scene.slopes == "finite":
         slopes = slopes / np.hypot(1.0, slopes)
     return scene.elastocapillary_length * float(np.abs(slopes).max())
-
-
-def _at_lines(contacts: Contacts) -> tuple[float, float]:
-    """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
-    depths = np.array([line[2:5] for line in contacts.felt]) - contacts.depth
-    (closing, bare), opening = -depths[:, :2].min(axis=0), depths[:, 2].max()
-    through = bare if closing > ROUNDING * contacts.size else closing  # no more than that
-    return float(through), float(max(closing, opening))
-
-
-def _unstable(contacts: Contacts) -> float:
-    """1 where D falls outwards of a free line, or of both of a gap together; else 0."""
-    scene = contacts.motion.scene
-    if scene.hysteretic or not scene.work_of_adhesion:
-        return 0.0  # held by another work of adhesion than what moves it; or the energy is convex
-    return 0.0 if all(line.stable for line in contacts.felt) else 1.0
 
 
 def _tension(contacts: Contacts, scale: float) -> float:

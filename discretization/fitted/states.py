@@ -21,7 +21,7 @@ from discretization.fitted.contacts import Contacts, certify, errors
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
-from discretization.profile import Resolved, resolve
+from discretization.profile import resolve
 from energy import Scene
 from energy.arrays import Array
 
@@ -90,8 +90,11 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
     Those of depths a little less and more are among them: two states may have so nearly the same
     energy that a lattice takes one for the other.
     """
-    scene, profile = motion.scene, motion.profile
-    spacing, least = _coarsest(scene, profile), float(np.ptp(profile.x)) / _MOST_NODES
+    scene, profile, length = motion.scene, motion.profile, motion.scene.elastocapillary_length
+    noticed = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+    turns = np.array(_turns(profile.x, profile.slope, noticed))
+    spacing = min([length / _PER_LENGTH, *((turns[2:] - turns[:-2]) / _PER_WAVE).tolist()])
+    least = float(np.ptp(profile.x)) / _MOST_NODES
     if scene.axisymmetric:
         least = scene.indenter.extent[1] / (_MOST_RINGS - 1)
     beside = _BESIDE * scene.critical_separation
@@ -118,14 +121,6 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
     ends = x[1:][(beyond[:-1] < depth) & (beyond[1:] >= depth)]
     found = {motion.settled((0.0, end), depth) for end in ends.tolist()}
     return {(), *found}
-
-
-def _coarsest(scene: Scene, profile: Resolved) -> float:
-    """Spacing of the first lattice: a part of l, and of the shortest wave of the profile."""
-    length = scene.elastocapillary_length
-    least = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-    turns = np.array(_turns(profile.x, profile.slope, least))
-    return min([length / _PER_LENGTH, *((turns[2:] - turns[:-2]) / _PER_WAVE).tolist()])
 
 
 def _turns(x: Array, slope: Array, least: float) -> list[float]:

@@ -78,9 +78,14 @@ class Events:
         with np.errstate(invalid="ignore"):
             late = np.isfinite(surfaces) & (way * behind < -TIE * size)
         moved |= set(np.flatnonzero(late.any(axis=1)).tolist())  # all at once by symmetry
+        parts = enumerate(free_parts(part.lines))
+        still = frozenset(pair for i, pair in parts if i not in moved)
         for ahead in _AHEAD[int(self.motion.scene.hysteretic) :]:  # there is no way back then
             depth = part.depth + way * min(ahead * size, abs(end - part.depth))
-            after = self._after(part.lines, moved, low, depth)
+            if way > 0:
+                after = self.motion.pressed(part.lines, low, depth, still)
+            else:
+                after = self.motion.relaxed(part.lines, depth, still)
             there = np.array(free_parts(after))
             new = ~(there[:, None] == surfaces).all(axis=2).any(axis=1)
             smooth = self.trials.smooth
@@ -92,13 +97,6 @@ class Events:
                 if deep <= 2 * TIE * size and found == self.motion.unpulled(found, part.depth):
                     return part._replace(after=found)  # nothing else has happened on the way back
         return part._replace(after=after)
-
-    def _after(self, lines: Lines, moved: set[int], low: float, high: float) -> Lines:
-        """What the lines of some free surfaces do between two depths."""
-        still = frozenset(pair for i, pair in enumerate(free_parts(lines)) if i not in moved)
-        if high < low:
-            return self.motion.relaxed(lines, high, still)
-        return self.motion.pressed(lines, low, high, still)
 
 
 def _flat(surfaces: Array) -> Lines:

@@ -35,12 +35,14 @@ def on_lattice(
     branch: str = "adhered",
     origin: float | None = None,
     method: str = "lattice",
+    row: Row | None = None,
 ) -> Equilibrium:
     """Certified equilibrium at an imposed depth on nodes `spacing` apart, one of them on `origin`.
 
     min U[u] s.t. u_i >= d - f(x_i), U that of `NodalEnergy`; a, P and U are interpolated between
     the nodes. branch, and method "lattice", "shortest_path" or "oracle", are those of `minimise`,
-    which looks at its arguments first; origin: by default that of `Lattice.of`.
+    which looks at its arguments first; origin: by default that of `Lattice.of`; row: the nodes, if
+    they are known already for depths up to a larger one.
 
     ValueError for a spacing too large for the body, and for a contact that would leave the profile;
     NotCertifiedError if no equilibrium was found.
@@ -51,7 +53,8 @@ def on_lattice(
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
     way = route(scene, "search" if method in LOWEST else branch, nodes=True)
-    state = answered(Row.of(lattice.seen(scene), lattice, depth), depth, way, branch, method)
+    row = Row.of(lattice.seen(scene), lattice, depth) if row is None else row
+    state = answered(row, depth, way, branch, method)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 
 

@@ -5,7 +5,7 @@ import math
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from discretization import AccuracyWarning, Equilibrium, History, Lattice, load_path, minimise
 from discretization.lattice import state as nodal
 from discretization.nodes.row import Row
-from discretization.routes import route
 from energy import Plane, Scene
 from energy.arrays import Array
 
@@ -73,11 +72,10 @@ def on_lattice(
     scene: Scene, depth: float, spacing: float, *, branch: str, origin: float | None
 ) -> Equilibrium:
     """The state of `discretization.lattice.state.on_lattice`, on nodes kept for other depths."""
-    if isinstance(scene.indenter, Plane):
-        return nodal.on_lattice(scene, depth, spacing, branch=branch, origin=origin)
-    row = _row(scene, Lattice.of(scene, spacing, origin), math.ceil(depth / _STEP) * _STEP)
-    state = nodal.answered(row, depth, route(scene, branch, nodes=True), branch)
-    return replace(state, scene=scene)
+    row = None
+    if not isinstance(scene.indenter, Plane):
+        row = _row(scene, Lattice.of(scene, spacing, origin), math.ceil(depth / _STEP) * _STEP)
+    return nodal.on_lattice(scene, depth, spacing, branch=branch, origin=origin, row=row)
 
 
 @dataclass(frozen=True)
