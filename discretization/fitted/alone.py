@@ -25,7 +25,7 @@ import numpy as np
 
 from discretization.certificate import ROUNDING
 from discretization.fitted.line_search import Pair
-from discretization.fitted.rest_depths import FLAT, ULPS, surfaces_of
+from discretization.fitted.rest_depths import DIFFERENCE, FELT, FLAT, LEAST, ULPS, surfaces_of
 from discretization.profile import past_wall, unknown
 from discretization.roots import bracketed, least
 from discretization.surfaces.protocol import At, Felt, Free, Surfaces
@@ -33,9 +33,6 @@ from energy import Indenter, Scene
 
 _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
 _DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
-_STEP = 1e-6  # of l, about an axis of the radius: of a difference for the change of D
-_LEAST = 1e-9  # of l: radii for it
-_FELT = 2.0**10  # roundings of a position: such a step is certainly felt
 _BESIDE = np.array([[1], [1], [-1], [0], [0], [0], [0]])  # on which side D judges a line
 
 
@@ -105,8 +102,8 @@ class Alone:
         known = np.array([-math.inf, *scene.indenter.corners, math.inf])
         first, after = known.searchsorted(x), known.searchsorted(x, "right")
         loose, near = (first == after) & ((x != 0) | (sides.size > 1)), np.spacing(np.abs(x))
-        span = np.minimum(np.maximum(x, _LEAST * length), length) if scene.axisymmetric else length
-        off, step = ULPS * near * loose * sides, np.maximum(_STEP * span, _FELT * near)
+        span = np.minimum(np.maximum(x, LEAST * length), length) if scene.axisymmetric else length
+        off, step = ULPS * near * loose * sides, np.maximum(DIFFERENCE * span, FELT * near)
         ends = np.clip([x + step, x - step], (x + known[first - 1]) / 2, (x + known[after]) / 2)
         z = np.clip([x + off, x + off, x - off, x, x, *ends], *scene.indenter.extent)
         works = np.array([w, 0.0, scene.opened.work_of_adhesion, w, 0.0, w, w])[:, None]

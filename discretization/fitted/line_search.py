@@ -103,7 +103,9 @@ class LineSearch:
                 if near is not None and near[0] >= least and near[1] <= most:
                     return near
             a, b = ends
-            still = _still(a, q, sweep) and _still(b, p, sweep)
+            # where an equilibrium is about to disappear lines tremble by more and more, for ever
+            least_step = _STILL * (1 + sweep * sweep)
+            still = abs(a - q) <= least_step * abs(q) and abs(b - p) <= least_step * abs(p)
             if still or math.isinf(a - b) or a < least or b > most:
                 return a, b
             step, (q, p) = (a - q, b - p), (a, b)
@@ -184,12 +186,3 @@ class LineSearch:
         beyond, f, f1 = At(other, indenter.height(other)), indenter.height(x), indenter.slope(x)
         rest = rests.rest_depth(side, x, f, f1, beyond, rests.w(way))
         return bool((way * (rest - depth) < 0).all())
-
-
-def _still(new: float, old: float, sweep: int) -> bool:
-    """Whether a line has not moved beyond rounding.
-
-    Where an equilibrium is about to disappear within rounding, lines tremble more, for ever: the
-    more sweeps have been made, the more counts as rounding.
-    """
-    return abs(new - old) <= _STILL * (1 + sweep * sweep) * abs(old)

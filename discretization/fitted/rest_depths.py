@@ -24,10 +24,10 @@ from energy import Scene
 from energy.arrays import Array, Mask
 
 TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
-_DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
-_FELT = 2.0**10  # roundings of a position: a step that is certainly felt
+DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
+FELT = 2.0**10  # roundings of a position: a step that is certainly felt
 _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
-_LEAST = 1e-9  # of l: radii for it
+LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
 _STEPS = np.array([0.0, 1.0, -1.0])
 _MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
@@ -256,15 +256,15 @@ class RestDepths:
         rounding is of that.
         """
         width, x = lines[..., 1] - lines[..., 0], np.where(np.isfinite(lines), np.abs(lines), 0.0)
-        part: Any = _DIFFERENCE
+        part: Any = DIFFERENCE
         if np.isfinite(width).any():
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 steep = np.maximum(self.length / width, 0.0)
-                part = np.clip(np.cbrt(EPSILON * steep**4), _DIFFERENCE, _WIDEST)
+                part = np.clip(np.cbrt(EPSILON * steep**4), DIFFERENCE, _WIDEST)
         furthest = x.max(axis=-1)
         if self.scene.axisymmetric:
-            width = np.minimum(width, np.maximum(furthest, _LEAST * self.length))
-        least = np.minimum(_FELT * np.spacing(furthest), width / 4)  # where l is none beside x
+            width = np.minimum(width, np.maximum(furthest, LEAST * self.length))
+        least = np.minimum(FELT * np.spacing(furthest), width / 4)  # where l is none beside x
         return np.asarray(np.maximum(part * np.minimum(width, self.length), least))
 
 
