@@ -127,8 +127,8 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
     size = scale + _steepest(contacts)  # of the terms that cancel in D
     beyond = contacts.motion.penetration(contacts.lines, depth)
     # held by another work of adhesion than what moves them, or the energy is convex
-    firm = scene.hysteretic or not scene.work_of_adhesion
-    firm = firm or all(line.stable for line in contacts.felt)
+    held = scene.hysteretic or not scene.work_of_adhesion
+    firm = held or all(line.stable for line in contacts.felt)
     return Certificate(
         penetration=float(max(0.0, through / size, beyond / scale)),
         stationarity=max(each.residual for each in contacts.surfaces),

@@ -78,8 +78,7 @@ class Events:
         with np.errstate(invalid="ignore"):
             late = np.isfinite(surfaces) & (way * behind < -TIE * size)
         moved |= set(np.flatnonzero(late.any(axis=1)).tolist())  # all at once by symmetry
-        parts = enumerate(free_parts(part.lines))
-        still = frozenset(pair for i, pair in parts if i not in moved)
+        still = frozenset(pair for i, pair in enumerate(free_parts(part.lines)) if i not in moved)
         for ahead in _AHEAD[int(self.motion.scene.hysteretic) :]:  # there is no way back then
             depth = part.depth + way * min(ahead * size, abs(end - part.depth))
             if way > 0:

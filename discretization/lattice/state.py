@@ -41,8 +41,7 @@ def on_lattice(
 
     min U[u] s.t. u_i >= d - f(x_i), U that of `NodalEnergy`; a, P and U are interpolated between
     the nodes. branch, and method "lattice", "shortest_path" or "oracle", are those of `minimise`,
-    which looks at its arguments first; origin: by default that of `Lattice.of`; row: the nodes, if
-    they are known already for depths up to a larger one.
+    which looks at its arguments first; origin: by default that of `Lattice.of`; row: known nodes.
 
     ValueError for a spacing too large for the body, and for a contact that would leave the profile;
     NotCertifiedError if no equilibrium was found.
@@ -53,7 +52,7 @@ def on_lattice(
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
     way = route(scene, "search" if method in LOWEST else branch, nodes=True)
-    row = Row.of(lattice.seen(scene), lattice, depth) if row is None else row
+    row = row or Row.of(lattice.seen(scene), lattice, depth)
     state = answered(row, depth, way, branch, method)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 

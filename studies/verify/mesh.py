@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from discretization import AccuracyWarning, Equilibrium, History, Lattice, load_path, minimise
-from discretization.lattice import state as nodal
+from discretization.lattice.state import on_lattice as on_nodes
 from discretization.nodes.row import Row
 from energy import Plane, Scene
 from energy.arrays import Array
@@ -75,7 +75,7 @@ def on_lattice(
     row = None
     if not isinstance(scene.indenter, Plane):
         row = _row(scene, Lattice.of(scene, spacing, origin), math.ceil(depth / _STEP) * _STEP)
-    return nodal.on_lattice(scene, depth, spacing, branch=branch, origin=origin, row=row)
+    return on_nodes(scene, depth, spacing, branch=branch, origin=origin, row=row)
 
 
 @dataclass(frozen=True)
