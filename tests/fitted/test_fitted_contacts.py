@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import ALPHA, DELTA0, L, adhesive, rough, steep, two, wavy
+from scipy.interpolate import CubicHermiteSpline
 
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.states import on_several
+from discretization.roots import minima
 from discretization.surfaces import small
 from discretization.surfaces.network import Line
 from energy import Parabola, Sampled, Wedge
@@ -157,3 +159,21 @@ def test_a_dip_between_two_samples_of_a_measured_profile_is_seen():
     dense = np.linspace(-2 * L, 2 * L, 200_001)
     clear = one.displacement(dense) - (one.depth - body.height(dense))
     assert clear.min() >= -1e-9 * DELTA0
+
+
+def test_all_minima_of_cubics_are_found_also_between_places_at_which_both_rise():
+    rng, between = np.random.default_rng(3), 0
+    for _ in range(200):
+        x = np.cumsum(rng.uniform(0.1, 1.0, 12))
+        v, v1 = rng.normal(size=(2, x.size))
+        curve = CubicHermiteSpline(x, v, v1)
+        turns = curve.derivative().roots(extrapolate=False)
+        turns = turns[curve(turns, 2) > 0]
+        lo, hi, place, bend, value, _ = minima(x, v, v1)
+        order = np.argsort(place)
+        assert np.allclose(place[order], turns, rtol=0, atol=1e-9)
+        assert np.allclose(value, curve(place), rtol=0, atol=1e-12)
+        assert ((lo <= place) & (place <= hi) & (bend > 0)).all()
+        i = np.searchsorted(x, turns)
+        between += np.count_nonzero(v1[i - 1] * v1[i] > 0)
+    assert between > 100
