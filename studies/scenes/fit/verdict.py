@@ -226,7 +226,7 @@ def drifting(model: Model, best: Best) -> str:
     used = order[data.used]
     ends = [used[0 if mark.kind == "touch" else -1] for mark in data.ends]
     moved = best.jac[:, model.names.index("offset")] * [*used, *order[data.free], *ends]
-    beside = moved - best.jac @ np.linalg.lstsq(best.jac, moved)[0]
+    beside = moved - best.jac @ np.linalg.lstsq(best.jac, moved, rcond=None)[0]
     size, drift = float(beside @ beside), abs(float(beside @ best.fun))
     if drift <= DRIFTS * best.scatter * math.sqrt(size):
         return ""
