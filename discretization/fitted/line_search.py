@@ -103,7 +103,7 @@ class LineSearch:
                 if near is not None and near[0] >= least and near[1] <= most:
                     return near
             a, b = ends
-            # where an equilibrium is about to disappear lines tremble by more and more, for ever
+            # where an equilibrium is about to disappear lines tremble for ever: more is rounding
             least_step = _STILL * (1 + sweep * sweep)
             still = abs(a - q) <= least_step * abs(q) and abs(b - p) <= least_step * abs(p)
             if still or math.isinf(a - b) or a < least or b > most:
