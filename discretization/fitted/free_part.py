@@ -165,7 +165,7 @@ class FreePart:
             at[near] = crossings(
                 lambda z, _: shape(z, left, right, depth)[1] + profile.indenter.slope(z),
                 *(lo[near], hi[near], at[near], bend[near]),
-                _LEVEL * float(((hi - lo) * bend)[near].min()),
+                _LEVEL * float(((hi[near] - lo[near]) * bend[near]).min()),
             )
             clear[near] = shape(at[near], left, right, depth)[0] - depth
             clear[near] += profile.indenter.height(at[near])
