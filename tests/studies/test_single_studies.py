@@ -114,14 +114,14 @@ def test_what_is_written_and_said(tmp_path, capsys, monkeypatch):
 
 @pytest.fixture(scope="module")
 def rough_loops():
-    return rough.run(rough.Parameters(nodes=1001, steps=8, compared=1, tensions=(0.25, 4.0)))
+    return rough.run(rough.Parameters(nodes=1001, steps=15, compared=1, tensions=(0.25, 4.0)))
 
 
 def test_tension_breaks_a_rough_contact_up_into_spots_and_energies_balance(rough_loops):
     """With weak adhesion, too: nodes that have just touched do not let go again by rounding."""
     spots = [int(loop.contacts.max()) for loop in rough_loops]
     assert spots[0] < spots[-1] and spots[-1] >= 8
-    deepest = [loop.fraction[7] for loop in rough_loops]
+    deepest = [loop.fraction[14] for loop in rough_loops]
     assert deepest[0] == pytest.approx(1.0, abs=1e-13) and deepest[-1] < 0.6
     (weak,) = rough.run(rough.Parameters(nodes=1001, w=2e-7, compared=0, tensions=(4.0,)))
     assert weak.contacts.max() >= 10

@@ -181,7 +181,7 @@ def test_a_figure_for_each_name_and_a_status_that_says_whether_it_fits(tmp_path,
     scene = tmp_path / "sphere.toml"
     scene.write_text(SPHERE, "utf-8")
     for name, sign in (("kc0.08.csv", 1), ("kc0.3.csv", -1)):
-        curve = sphere(0.08, n=40)
+        curve = sphere(0.08)
         data = written(tmp_path / name, curve._replace(force=sign * curve.force))
         given = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path), "--quick"]
         status = command_line.main([*given, "--spring-constant", "0.08"])
@@ -199,7 +199,7 @@ def test_a_folder_is_fitted_resumed_and_shares_a_parameter(tmp_path, capsys, mon
     scene.write_text(SPHERE, "utf-8")
     folder.mkdir()
     for seed in range(1, 4):
-        written(folder / f"{seed}.csv", sphere(seed=seed, n=30))
+        written(folder / f"{seed}.csv", sphere(seed=seed, n=50))
     given = [str(folder), "--scene", str(scene), "--out", str(tmp_path), "--quick", "--jobs", "1"]
     assert fit_study.main([*given, "--shared", "gamma1"]) == 0
     said = capsys.readouterr().out
@@ -247,7 +247,7 @@ def test_a_plan_tells_what_noise_does_and_fits_scatter_as_foretold(tmp_path, cap
     found = fit(one.scene, one.curve(3), **FAST)
     spans = [np.diff(np.log(found[name].interval))[0] / 2 for name in ("w", "gamma1")]
     assert (w, gamma1) == pytest.approx(spans, rel=0.4)
-    given = ["plan", "--scene", str(scene), "--noise", "20e-12", "--points", "20"]
+    given = ["plan", "--scene", str(scene), "--noise", "20e-12", "--points", "40"]
     assert command_line.main([*given, "--checks", "2", "--jobs", "1", "--out", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     assert "as planned" in said and "tells w and gamma1" in said and "3 R" in said

@@ -56,7 +56,7 @@ def test_the_noise_of_few_points_is_not_known():
 
 def test_an_estimate_on_a_bound_is_called_so():
     punch = Scene(SCENE.layer, SCENE.surfaces, FlatPunch(1e-4))
-    curve = measured(punch, [0.2, 1.1, 0.2], 0.01, steps=15)
+    curve = measured(punch, [0.2, 1.1, 0.2], 0.01)
     low = Curve(curve.depth, curve.force - 2 * punch.gamma1 * curve.depth[0] / 1e-5)
     found = fit(punch, low, ("gamma1",), **FAST)
     (gamma1,) = found.estimates
