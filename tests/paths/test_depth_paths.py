@@ -182,7 +182,8 @@ NEAR = [0.0, 1e-7, 0.1, 1e-5, -0.1]
 def test_a_tip_that_does_not_adhere_is_that_of_one_contact(geometry, slopes, more):
     """Of an angle above √(2w/γ₁), and as a profile or over a pattern that may have several."""
     scene = wedge(0.2, geometry=geometry, slopes=slopes)
-    depths = NEAR[:-1] if (geometry, slopes) == OVER[-1] else NEAR  # it lets go within minutes
+    # deeper, and to let go, takes minutes there
+    depths = [0.0, 1e-7, 1e-3, 1e-5] if (geometry, slopes) == OVER[-1] else NEAR
     one, several = (load_path(s, depths=depths) for s in (scene, replace(scene, **more)))
     assert several.force == pytest.approx(one.force, rel=1e-9, abs=1e-18)
     assert several.energy == pytest.approx(one.energy, rel=1e-9, abs=1e-18)
