@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from energy import cards
 
 axi = cards.axisymmetric
-every = settings(derandomize=True, deadline=None, max_examples=60)
+every = settings(derandomize=True, deadline=None, max_examples=40)
 EIGHTH_ORDER = [1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280]
 SIGNS = (-1.0) ** np.arange(60)
 T, DT = (0.5 * part for part in np.polynomial.legendre.leggauss(60))

@@ -40,9 +40,9 @@ def errors(state, exact):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_twenty_contacts_are_those_of_a_higher_degree(case, monkeypatch):
-    state = minimise(wavy(case[0]), DEPTH, branch=case[1])
-    assert len(state.contacts) >= 17 and state.method == "fitted"
+def test_many_contacts_are_those_of_a_higher_degree(case, monkeypatch):
+    state = minimise(wavy(case[0], crests=10), DEPTH, branch=case[1])
+    assert len(state.contacts) >= 7 and state.method == "fitted"
     assert state.certificate.ok and max(state.error_estimate.values()) <= 1e-8
     monkeypatch.setitem(small._NETS, "line", Line(16))
     exact = on_several(state.scene, state.depth, branch=case[1])

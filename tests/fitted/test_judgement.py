@@ -87,7 +87,7 @@ def test_an_unstable_pair_of_lines_is_no_equilibrium():
 
 def test_penetration_between_the_points_is_found():
     """Next to the largest of very many."""
-    state = minimise(wavy(), 2.3 * DELTA0)
+    state = minimise(wavy(crests=10), 2.3 * DELTA0)
     missing = replace(state, contacts=np.delete(state.contacts, 6, axis=0))
     ends = [state.contacts[6, 0] - L, state.contacts[6, 1] + L]
     for _ in range(2):  # everywhere, then next to where it is deepest

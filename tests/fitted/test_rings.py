@@ -204,27 +204,26 @@ def drawn(rng, shape):
             continue
         scene = turned(SHAPES[shape](a, beta), ell, stress, deficit)
         try:
-            before, near, state = (meniscus.state(scene, a * part) for part in (0.9, 0.95, 1.0))
+            depths = [meniscus.state(scene, a * part, 1e-8).depth for part in (0.9, 0.95, 1.0)]
         except ValueError:
             continue
-        if before.depth < near.depth < state.depth:
-            return scene, a, state
+        if depths[0] < depths[1] < depths[2]:
+            return scene, a, meniscus.state(scene, a)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_state_is_that_of_the_young_laplace_equation(shape):
     rng = np.random.default_rng(300 + list(SHAPES).index(shape))
-    for _ in range(1):
-        scene, a, exact = drawn(rng, shape)
-        state = minimise(scene, exact.depth)
-        scales = {"half_width": a, **state.scales}
-        known = {"half_width": a, "force": exact.force, "energy": exact.energy}
-        for name in QUANTITIES:
-            error = abs(getattr(state, name) - known[name]) / scales[name]
-            assert error <= 1e-9
-            assert error <= 10 * state.error_estimate[name]
-        assert abs(state.angle_deficit - scene.surfaces.angle_deficit) <= 1e-9
+    scene, a, exact = drawn(rng, shape)
+    state = minimise(scene, exact.depth)
+    scales = {"half_width": a, **state.scales}
+    known = {"half_width": a, "force": exact.force, "energy": exact.energy}
+    for name in QUANTITIES:
+        error = abs(getattr(state, name) - known[name]) / scales[name]
+        assert error <= 1e-9
+        assert error <= 10 * state.error_estimate[name]
+    assert abs(state.angle_deficit - scene.surfaces.angle_deficit) <= 1e-9
 
 
 QUICK = ((3e-3, 40.0), (0.2, 80.0), (7.0, 5.0), (300.0, 40.0))  # every radius and every angle

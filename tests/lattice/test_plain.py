@@ -53,7 +53,7 @@ def test_the_fast_method_has_the_same_contacts_and_energies(geometry, body):
     assert attached > 5
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3))])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
     """However steep the links beside it are: of all nodes within the contact, one after another."""
     rng = np.random.default_rng(seed)

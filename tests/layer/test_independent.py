@@ -44,7 +44,7 @@ def test_nodes_and_poles_agree_within_the_estimate_of_the_nodes(kind, geometry, 
 def test_nodes_and_poles_agree_for_any_layer_width_and_tension():
     """ν in (-0.9, ½], l/h in 0.01…10, a/h in 0.1…100; nodes say what they do not resolve."""
     rng, errors, refused = np.random.default_rng(7), [], 0
-    for i in range(30):
+    for i in range(16):
         nu = float(rng.uniform(-0.9, 0.5)) if i % 4 else 0.5
         gamma = layer(min(nu, 0.49)).stiffness * 10 ** rng.uniform(-4, 2)
         wide = 10 ** rng.uniform(-1, 2)
@@ -64,7 +64,7 @@ def test_nodes_and_poles_agree_for_any_layer_width_and_tension():
             continue
         if math.isfinite(nodes.error_estimate["force"]):
             errors.append(found)
-    assert refused <= 7 and len(errors) >= 18
+    assert refused <= 4 and len(errors) >= 9
     second, third = np.moveaxis(np.array(errors), 1, 0)[1:]
     assert (third <= 0.03).all() and (np.median(third, axis=0) <= 2e-3).all()
     assert (np.abs(np.median(np.log2(second / third), axis=0) - 2) <= 0.2).all()

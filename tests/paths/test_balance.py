@@ -187,7 +187,7 @@ def loop(spacing, seed):
     ("spacing", "seeds", "several"),
     [
         (None, range(3), 0.25),
-        (1 / 40, range(8), 0.25),
+        (1 / 40, range(4, 9), 0.2),  # of each kind one
         (None, (16, 68), 1),  # under hysteresis there is no way back to look from, past an event
     ],
 )
@@ -224,7 +224,7 @@ def hills():
     return Sampled(x, f, kind="smooth")
 
 
-STEPS = np.linspace(0, 5, 41)
+STEPS = np.linspace(0, 5, 21)
 ONE = np.interp(STEPS, range(6), (0.0, 0.6, 0.1, 0.3, -0.2, -0.05))
 MANY = np.interp(STEPS, range(6), (-0.1, 0.15, 0.05, 0.1, -0.12, 0.02))
 TURNED = {"geometry": "axisymmetric"}
@@ -282,7 +282,7 @@ def test_errors_of_held_lines_are_known():
     dice, ratios = np.random.default_rng(5), []
     for name in ("parabola", "tilted", "wedge", "sphere", "cubic about an axis", "hills"):
         scene = SCENES_HYSTERESIS[name][0]
-        for depth in dice.uniform(-0.09, 0.3, 2):
+        for depth in dice.uniform(-0.09, 0.3, 1):
             exact = minimise(scene, depth)
             for spacing in 10 ** dice.uniform(-2, -1.2, 3):
                 state = minimise(scene, depth, method="lattice", spacing=spacing)
@@ -291,7 +291,7 @@ def test_errors_of_held_lines_are_known():
                     abs(getattr(state, one) - getattr(exact, one)) / scales[one] / estimate
                     for one, estimate in state.error_estimate.items()
                 ]
-    assert len(ratios) == 6 * 2 * 3 * 3
+    assert len(ratios) == 6 * 3 * 3
     assert np.max(ratios) <= 2
     assert np.mean(np.array(ratios) > 1) <= 0.02
     assert math.isfinite(np.sum(ratios))

@@ -15,8 +15,8 @@ NODES = {"method": "lattice", "spacing": 0.05}
 METHODS = pytest.mark.parametrize("method", [{}, NODES], ids=["fitted", "lattice"])
 
 
-def waves():
-    x = np.linspace(-15, 15, 301)
+def waves(reach=15):
+    x = np.linspace(-reach, reach, 20 * reach + 1)
     z = 0.05 * np.cos(2 * np.pi * x / 5 + 0.4) + 0.004 * x**2
     return plain(Sampled(x, z, kind="smooth"))
 
@@ -47,7 +47,7 @@ def test_a_second_contact_carries_its_share(method, stiffness):
 
 
 MACHINES = [(waves(), NODES), (plain(Parabola(10.0)), {}), (plain(Parabola(10.0)), NODES)]
-MACHINES += [pytest.param(waves(), {}, marks=pytest.mark.slow)]
+MACHINES += [pytest.param(waves(12), {}, marks=pytest.mark.slow)]
 MACHINES = pytest.mark.parametrize(("scene", "method"), MACHINES)
 
 
@@ -72,7 +72,7 @@ def test_a_stiff_machine_imposes_the_depth(scene, method):
 def test_a_jump_under_a_stiff_machine_is_where_the_mesh_has_it():
     given = {"drives": [0.0, 0.3, -0.5], "machine_stiffness": 1e8}
     last = load_path(waves(), **given).events[-1]
-    for spacing in (0.05, 0.041, 0.025):
+    for spacing in (0.05, 0.041):
         found = load_path(waves(), **given, method="lattice", spacing=spacing).events[-1]
         assert found.kind == last.kind == "pull-off"
         assert found.control == pytest.approx(last.control, rel=0, abs=2e-5)
@@ -176,7 +176,8 @@ ON_NODES = {  # with the options of nodes: a tip lets go while links are as wide
 LOADED = ("parabola", "opening", "crests", "ripples, both", "sphere", "rings", "dimple", "layer")
 LOADED = [(name, control) for name in LOADED for control in ("load", "machine")]
 LOADED += [(name, "depth") for name in SCENES]
-LONG = {("rings", "load"), ("rings", "machine"), ("rings, opening", "depth")}
+LOADED.remove(("rings", "machine"))  # which takes long, and the dimple is held by one, too
+LONG = {("rings", "load"), ("rings, opening", "depth")}
 LONG |= {("steep crests", "depth"), ("rings", "depth"), ("rings of a pattern", "depth")}
 LONG |= {("ripples, both", "depth"), ("crests", "machine"), ("layer", "load"), ("layer", "machine")}
 LOADED = [pytest.param(*one, marks=[pytest.mark.slow] * (one in LONG)) for one in LOADED]
@@ -255,10 +256,11 @@ ONE_OF_A_KIND += ("rings of a pattern", "dimple", "steep crests", "layer, sphere
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "nodes"), [both for both in BOTH if both[0] in ONE_OF_A_KIND])
 def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(name, nodes, tmp_path):
-    whole, cut = load_path(SCENES[name], depths=LOOP, **nodes), 11
-    load_path(SCENES[name], depths=LOOP[:cut], **nodes).to_csv(tmp_path / "path.csv")
+    depths, cut = LOOP[1::2], 5
+    whole = load_path(SCENES[name], depths=depths, **nodes)
+    load_path(SCENES[name], depths=depths[:cut], **nodes).to_csv(tmp_path / "path.csv")
     first = History.from_csv(tmp_path / "path.csv", SCENES[name])
-    again = load_path(SCENES[name], depths=LOOP[cut:], after=first, **nodes)
+    again = load_path(SCENES[name], depths=depths[cut:], after=first, **nodes)
     for one in ("force", "energy", "contacts"):
         ours, theirs = getattr(again, one), getattr(whole, one)
         size = (1e-14 if nodes else 1e-12) * np.nanmax(np.abs(theirs))

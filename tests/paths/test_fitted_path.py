@@ -112,6 +112,14 @@ def test_a_trial_of_no_length_keeps_the_way_before_it():
     assert low.pieces and trials.Trials(motion).tried(low, {0, 1}, low.depth).pieces == low.pieces
 
 
+def test_what_is_used_up_is_foreseen_by_the_nearer_secant():
+    """2 is left at the depth 1; where it is not known to be used up, by what has been used."""
+    near, nearer, unknown = ((0, 3), (5, -2)), ((0, 3), (1.5, -2)), ((-9, 4), (2, math.nan))
+    for (one, two), found in ((near, 3), (nearer, 1.25), (unknown, 11)):
+        tried = (trials.Tried(at, np.empty(0), {"it": left}) for at, left in (one, (1, 2), two))
+        assert trials.runs_out(*tried) == pytest.approx(found, rel=1e-14)
+
+
 def test_contacts_many_decay_lengths_apart_are_single_ones():
     off, depths = 0.1 * DELTA0, np.r_[-0.1, 0.4, -0.5, -1.1] * DELTA0
     height, slope, corners = envelope([0.005, 0.003], np.array([-60, 60]) * L, [off, 0.0])

@@ -9,7 +9,7 @@ from scenes import adhesive
 from discretization import History, load_path
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
-PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 40), np.linspace(0.01, -0.01, 60)] * 0.7
+PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 20), np.linspace(0.01, -0.01, 30)] * 0.7
 
 
 def identical(a: History, b: History) -> bool:
@@ -91,10 +91,10 @@ def test_every_control_continues(programme):
 
 def test_only_the_same_path_is_continued():
     scene, other = adhesive(Parabola(0.02)), adhesive(Parabola(0.03))
-    first = load_path(scene, depths=PROGRAMME[:50])
+    first = load_path(scene, depths=PROGRAMME[:25])
     for one, given, told in (
         (other, {"depths": PROGRAMME}, r"scene = Scene\(.* differs"),
-        (scene, {"forces": PROGRAMME[:50]}, "control = 'force' differs"),
+        (scene, {"forces": PROGRAMME[:25]}, "control = 'force' differs"),
         (scene, {"depths": PROGRAMME, "rtol": 1e-6}, "rtol = 1e-06 differs"),
     ):
         with pytest.raises(ValueError, match=told):

@@ -224,10 +224,10 @@ def test_errors_beyond_rtol_and_estimates_below_a_tenth_are_bad(
 @pytest.mark.slow
 def test_estimates_of_lattice_states_are_trusted_and_seldom_withheld(tmp_path, monkeypatch, capsys):
     """None is below a tenth of the error or far too large; one that is off fails the study."""
-    sparse = stress.run(stress.Parameters(lattices=50, seed=5), ["nodes"])
+    sparse = stress.run(stress.Parameters(lattices=30, seed=5), ["nodes"])
     words = Counter(t.verdict for t in sparse)
-    assert set(words) <= {"ok", "withheld", "refused"} and sum(words.values()) == 50
-    assert words["ok"] >= 40 and words["withheld"] >= 2
+    assert set(words) <= {"ok", "withheld", "refused"} and sum(words.values()) == 30
+    assert words["ok"] >= 24 and words["withheld"] >= 1
     assert all(10**t.x < 50 for t in sparse if t.verdict == "refused")
     links = [float(t.note.split()[0]) for t in sparse if t.verdict == "withheld"]
     assert max(links) < 8
@@ -236,7 +236,7 @@ def test_estimates_of_lattice_states_are_trusted_and_seldom_withheld(tmp_path, m
     for found, status in ((sparse, 0), ([*sparse, wrong], 1)):
         monkeypatch.setattr(stress, "run", lambda *_, found=found: found)
         assert stress.main(["--quick", "--grids", "nodes", "--out", str(tmp_path)]) == status
-    assert "trusted in 50 of 51 random scenes" in capsys.readouterr().out
+    assert "trusted in 30 of 31 random scenes" in capsys.readouterr().out
 
 
 def test_the_verdict_says_with_how_many_threads_it_was_measured(monkeypatch):

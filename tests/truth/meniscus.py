@@ -32,26 +32,26 @@ class Surface(NamedTuple):
     solution: object
 
 
-def outside(radius, phi):
+def outside(radius, phi, rtol=RTOL):
     """The surface outside a line of this radius (over l), inclined there by 0 < φ < π/2."""
     most = phi / k1e(radius)  # φ > sin φ bounds the amplitude from above, but for some curvature
     far = radius + brentq(lambda x: np.log(most * k1e(radius + x) / FAINT) - x, 0.0, 60.0)
 
     @functools.cache
-    def followed(amplitude, rtol=RTOL):
+    def followed(amplitude, rtol):
         return _integrated(far, radius, _faint(amplitude, far, radius), rtol)
 
-    def excess(log_amplitude, rtol=RTOL):
+    def excess(log_amplitude, rtol=rtol):
         run = followed(np.exp(log_amplitude), rtol)
         return 1.0 if run.status == 1 else run.y[1, -1] - np.sin(phi)
 
     start = np.log(most)
     near = brentq(excess, start - 3.0, start + 0.5, args=(ROUGHLY,), xtol=1e-9)
     ends = near - BESIDE, near + BESIDE
-    if excess(ends[0]) > 0 or excess(ends[1]) < 0:
+    if rtol < ROUGHLY and (excess(ends[0]) > 0 or excess(ends[1]) < 0):
         ends = start - 3.0, start + 0.5
-    root = brentq(excess, *ends, xtol=1e-15, rtol=1e-15)
-    run = followed(np.exp(root))
+    root = near if rtol >= ROUGHLY else brentq(excess, *ends, xtol=1e-15, rtol=1e-15)
+    run = followed(np.exp(root), rtol)
     return Surface(float(run.y[0, -1]), float(run.y[2, -1]), phi, run)
 
 
@@ -99,7 +99,7 @@ class State(NamedTuple):
     energy: float
 
 
-def state(scene, a):
+def state(scene, a, rtol=RTOL):
     """The state of a scene with finite slopes whose contact line rests at the radius a.
 
     Young's law gives the inclination of the surface, φ = π − θ − atan f'(a), upwards to the line
@@ -110,7 +110,7 @@ def state(scene, a):
     phi = scene.surfaces.angle_deficit - np.arctan(float(f.slope(a)))
     if abs(phi) >= np.pi / 2:
         raise ValueError(f"a = {a!r}: the surface would overhang, φ = {phi!r}")
-    free = outside(a / ell, abs(phi))
+    free = outside(a / ell, abs(phi), rtol)
     u_a = -np.sign(phi) * free.height * ell
     d = float(f.height(a)) + u_a
 

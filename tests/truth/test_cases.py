@@ -67,10 +67,9 @@ def test_the_adhered_state_is_that_of_the_walk(scene, feature, depth, contacts):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", [0, 20])
-def test_adhered_states_on_nodes_are_those_of_the_walk(first):
+def test_adhered_states_on_nodes_are_those_of_the_walk():
     seen = 0
-    for seed in range(first, first + 10):
+    for seed in range(20, 30):
         case, truth = case_of("small", seed), None
         length = case.scene.elastocapillary_length or case.feature
         spacing = min(length / 12, case.feature / 8)
@@ -148,11 +147,11 @@ MANY = int(os.environ.get("ELASTOCAP_TRUTH", "0"))
 # Of seeds 0 to 44 those that take least processor time, with all shapes, detached states and up to
 # 14 contacts; with ELASTOCAP_TRUTH=200 the first 200 of each class.
 STATES = {
-    "small": "0 1 2 4 7 8 9 11 12 13 14 15 16 18 19 20 21 23 24 25 26 27 28 29 30 32 33 35 37 38",
-    "finite": "1 2 3 4 5 6 10 11 13 15 16 19 26 27 28 29 33 41",
-    "no_adhesion": "0 2 4 5 6 8 9 10 12 13 14 15 16 18 20 23 24 25 26 27 28 29 30 31 32 33 34 36",
-    "no_tension": " ".join(map(str, range(45))),
-    "global": "0 2 4 5 7 8 9 11 12 13 14 17 18 20 21 22 24 25 26 27 28 30 35 37 38 39 41 42 43 44",
+    "small": "0 2 7 9 12 14 16 19 21 24 26 28 30 33 37",
+    "finite": "1 3 5 10 13 16 26 28 33 41",
+    "no_adhesion": "0 4 6 9 12 14 16 20 24 26 28 30 32 34",
+    "no_tension": " ".join(map(str, range(0, 45, 2))),
+    "global": "0 4 7 9 12 14 18 21 24 26 28 35 38 41 43",
 }
 COMPARED = 0.8  # of the states, at least
 
@@ -160,11 +159,7 @@ COMPARED = 0.8  # of the states, at least
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_many_states_are_right_or_refused(kind):
-    asked = range(MANY) if MANY else map(int, STATES[kind].split())
-    states_are_right_or_refused(kind, [*asked])
-
-
-def states_are_right_or_refused(kind, asked):
+    asked = [*range(MANY)] if MANY else [*map(int, STATES[kind].split())]
     right = right_or_refused({seed: verdict(kind, seed) for seed in asked}, 0.02, 0.05, 1)
     assert right >= COMPARED * len(asked)
 
@@ -200,20 +195,20 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_small", 106),  # lines that face each other and hardly come to rest
     ("machine_no_tension", 62),  # a sharp tooth of C in every wave of a profile nearly flat there
 )
-# In the order of PATH_KINDS, of seeds 0 to 95 of each class the one of each shape that takes least
-# processor time, and stiff machines as well as soft ones; the first is the quickest. All take about
-# a minute with their reference; machine_opening lacks the tips.
+# In the order of PATH_KINDS, seeds that take little processor time: of each class one that is
+# convex, smooth ones and ones with corners, of all shapes together, and of stiff machines as well
+# as soft ones; the first is the quickest.
 CHEAPEST = (
-    "19 49 6 29 31 9 52",
-    "52 10 95 51 38 2 41",
-    "5 24 29 39 33 41 42",
-    "13 36 27 25 48 55 58",
-    "1 0 2 5 13 29 32 37 39 45",
-    "1 15 37 47 72 34 25 9",
-    "13 8 18 29 28 50 30",
-    "2 0 53 10 35 60 47 32",
-    "34 58 40 28 19 6 18 21",
-    "37 10 30 29 11 2 18 34 89",
+    "19 49 6 31",
+    "52 10 51 38",
+    "5 24 39 42",
+    "13 36 25 58",
+    "1 0 5 37 39",
+    "1 15 47 72",
+    "13 8 29 30",
+    "2 53 60 47",
+    "34 58 40 28",
+    "37 10 30 29 11",
 )
 SEEDS = {
     kind: [int(seed) for seed in seeds.split()]
@@ -249,16 +244,15 @@ def test_paths_that_were_wrong(kind, seed):
 @pytest.mark.parametrize("kind", ["load_small", "load_opening", "load_pattern", "load_no_tension"])
 def test_depth_paths_that_turn(kind):
     """What the readings are read off, against paths under imposed depth."""
-    for seed in range(2):
-        case = path_case(kind, seed)
-        path = depth_path_of(case.scene, case.feature)
-        depths = path.touch + case.scale * np.array([0.05, 0.6, 1.4, 0.3, -0.3, 0.2, 0.9, -0.6])
-        history, place = load_path(case.scene, depths=depths), Place(path.touch)
-        for i, depth in enumerate(depths.tolist()):
-            place = path.moved(place, depth)
-            state = path.totals(place)
-            assert abs(history.force[i] - state.force) <= 1e-9 * (state.force_scale or 1)
-            assert abs(history.energy[i] - state.energy) <= 1e-9 * (state.energy_scale or 1)
+    case = path_case(kind, 0)
+    path = depth_path_of(case.scene, case.feature)
+    depths = path.touch + case.scale * np.array([0.05, 0.6, 1.4, 0.3, -0.3, 0.2, 0.9, -0.6])
+    history, place = load_path(case.scene, depths=depths), Place(path.touch)
+    for i, depth in enumerate(depths.tolist()):
+        place = path.moved(place, depth)
+        state = path.totals(place)
+        assert abs(history.force[i] - state.force) <= 1e-9 * (state.force_scale or 1)
+        assert abs(history.energy[i] - state.energy) <= 1e-9 * (state.energy_scale or 1)
 
 
 def test_a_line_that_creeps_is_refused_before_long():
