@@ -40,6 +40,7 @@ class Parameters:
     points: int = 15
 
 
+NEIGHBOURS = 8  # checks that one process takes at once: many look at the same states
 FULL = Parameters()
 QUICK = Parameters(offsets=(0.43,), points=0)
 
@@ -68,7 +69,8 @@ def run(
     show(SCREEN.head)
     work = partial(refine, cells=parameters.cells, offsets=parameters.offsets)
     chosen = CHECKS if checks is None else checks
-    results = tuple(each(work, chosen, jobs, say=lambda result: show(line(result))))
+    found = each(work, chosen, jobs, say=lambda result: show(line(result)), together=NEIGHBOURS)
+    results = tuple(found)
     return Record(
         parameters, results, figures.simulate(parameters.points) if parameters.points else None
     )
