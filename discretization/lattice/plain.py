@@ -75,12 +75,14 @@ class Plain:
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def _outside(self, node: int, side: int, u_line: float) -> tuple[float, float, float]:
         """The same, displaced by so much there."""
-        count = far(self.row.lattice) + 2
+        lattice = self.row.lattice
+        if not lattice.gamma1:  # a spring alone
+            spring, cell = NodalEnergy.spring(lattice, u_line), lattice.cell * lattice.weight(node)
+            return cell * float(spring.value), cell * float(spring.first), 0.0
+        count = far(lattice) + 2
         first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
-        tails = side < 0, side > 0
-        model = NodalEnergy(self.row.lattice, held, self.row.first + first, tails=tails)
-        u = model.relaxed(np.full(count, u_line)) if self.row.lattice.gamma1 else u_line * held
-        found = model.balance(u)
+        model = NodalEnergy(lattice, held, self.row.first + first, tails=(side < 0, side > 0))
+        found = model.balance(u := model.relaxed(np.full(count, u_line)))
         energy = found.energy - found.terms["adhesion"]
         return energy, float(found.forces[::side][0]), float(u[::side][1])
 
