@@ -173,15 +173,19 @@ def observed_order(cells: Sequence[int], errors: Sequence[float]) -> float:
     return -float(np.polyfit(np.log(cells), np.log(errors), 1)[0])
 
 
-def refine(item: Check, cells: Sequence[int], offsets: Sequence[float]) -> Result:
-    """Run a check on every level and shift (these take turns if it is exact), and when fitted.
+def refine(
+    item: Check, cells: Sequence[int], offsets: Sequence[float], exact: int | None = None
+) -> Result:
+    """Run a check on every level and shift, and on the fitted mesh.
 
-    An error raised by the simulator fails the check.
+    exact: on how many levels, from the coarsest on, an exact quantity is measured, if not on all;
+    in these the shifts take turns. An error raised by the simulator fails the check.
     """
     start = time.perf_counter()
     shifts = (0.0,) if item.anchored else offsets
-    turns = [shifts if item.order else (shifts[i % len(shifts)],) for i in range(len(cells))]
-    grids = [[Grid(n, shift) for shift in own] for n, own in zip(cells, turns, strict=True)]
+    grids = [[Grid(n, shift) for shift in shifts] for n in cells]
+    if not item.order:
+        grids = [[own[i % len(own)]] for i, own in enumerate(grids[:exact])]
     levels, problem = _worst(item, grids)
     fitted, other = _worst(item, [] if item.lattice_only else [[Fitted()]])
     seconds = time.perf_counter() - start
