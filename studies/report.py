@@ -160,7 +160,7 @@ def smaller(picture: bytes) -> bytes:
     with contextlib.suppress(UnidentifiedImageError), Image.open(io.BytesIO(picture)) as image:
         drawn = io.BytesIO()
         few = image.convert("RGB").quantize(SHADES, dither=Image.Dither.NONE)
-        few.save(drawn, "PNG", optimize=True)
+        few.save(drawn, "PNG", compress_level=8)
         return drawn.getvalue()
     return picture
 
