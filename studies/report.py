@@ -10,6 +10,7 @@ that were missed are told and do not fail.
 import base64
 import contextlib
 import datetime
+import functools
 import html
 import importlib
 import io
@@ -153,12 +154,13 @@ def caption(picture: bytes) -> str:
     return ""
 
 
+@functools.cache
 def smaller(picture: bytes) -> bytes:
-    """A picture in fewer colours; as it is if it is none."""
+    """A picture in fewer colours; as it is if it is none. Kept: the page is written after each."""
     with contextlib.suppress(UnidentifiedImageError), Image.open(io.BytesIO(picture)) as image:
         drawn = io.BytesIO()
         few = image.convert("RGB").quantize(SHADES, dither=Image.Dither.NONE)
-        few.save(drawn, "PNG", optimize=True)
+        few.save(drawn, "PNG", compress_level=8)
         return drawn.getvalue()
     return picture
 

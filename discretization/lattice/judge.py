@@ -75,7 +75,7 @@ class State:
         """
         model, forces, lat = self.model, self.balance.forces, self.model.lattice
         pulled = np.flatnonzero(model.contact & (forces * -lat.cell > noise * model.cells))
-        held, (closing, opening) = np.pad(model.contact, 1), self.row.works
+        held, (closing, opening) = np.concatenate([[False], model.contact, [False]]), self.row.works
         before, after, more = held[pulled], held[pulled + 2], opening / closing if closing else 1.0
         opens = pulled[~(before | after)].tolist() if lat.gamma1 else []
         inner = pulled[before & after]

@@ -67,20 +67,21 @@ class Plain:
 
     def outside(self, node: int, side: int) -> tuple[float, float, float]:
         """A surface held at this node and free beyond: its energy, the force there, the next u."""
-        u = self.g(node)
-        if self.row.lattice.axis != 0:  # wherever the line is, on either side
-            node, side = -self.row.first, 1
-        return self._outside(node, side, u)
+        anywhere = self.row.lattice.axis != 0  # or wherever the line is
+        at = (-self.row.first, 1) if anywhere else (node, side)
+        return self._outside(*at, self.g(node))
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def _outside(self, node: int, side: int, u_line: float) -> tuple[float, float, float]:
         """The same, displaced by so much there."""
-        count = far(self.row.lattice) + 2
+        lattice, at = self.row.lattice, self.row.first + node
+        if not lattice.gamma1:  # a spring alone
+            held, size = NodalEnergy.spring(lattice, u_line), lattice.cell * lattice.weight(at)
+            return size * float(held.value), size * float(held.first), 0.0
+        count = far(lattice) + 2
         first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
-        tails = side < 0, side > 0
-        model = NodalEnergy(self.row.lattice, held, self.row.first + first, tails=tails)
-        u = model.relaxed(np.full(count, u_line)) if self.row.lattice.gamma1 else u_line * held
-        found = model.balance(u)
+        model = NodalEnergy(lattice, held, self.row.first + first, tails=(side < 0, side > 0))
+        found = model.balance(u := model.relaxed(np.full(count, u_line)))
         energy = found.energy - found.terms["adhesion"]
         return energy, float(found.forces[::side][0]), float(u[::side][1])
 
@@ -174,8 +175,7 @@ def on_plain(row: Row, depth: float, branch: str) -> State | None:
     if not lattice.gamma1 and branch == "adhered":
         work = min(work, lattice.k / 2 * max(0.0, row.lowest - depth) ** 2)
     plain = Plain(row, depth, work)
-    found = plain.contact()
-    if found is None:
+    if (found := plain.contact()) is None:
         return None
     row.refuse_unknown(depth, (found,))
     return plain.relaxed(found)

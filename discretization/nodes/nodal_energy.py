@@ -64,8 +64,8 @@ class NodalEnergy:
         nodes, cell = np.arange(first, first + self.contact.size), lattice.cell
         pulls = lattice.pull(nodes[0], -1), lattice.pull(nodes[-1], 1)
         self.pulls = np.array(pulls, float) * tails  # of the tails, over u
-        self.cells = np.broadcast_to(cell * lattice.weight(nodes), nodes.size)
-        self.links = np.broadcast_to(cell * lattice.weight(nodes[:-1] + 0.5), nodes.size - 1)
+        self.cells = np.full(nodes.size, cell * lattice.weight(nodes))
+        self.links = np.full(nodes.size - 1, cell * lattice.weight(nodes[:-1] + 0.5))
         bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
         self.bonds = bonds * (self.contact[1:] & self.contact[:-1])  # adhesion of each link
         if not lattice.gamma1:  # or of each spring
@@ -139,7 +139,7 @@ class NodalEnergy:
         """
         if self.lattice.slopes == "small":
             u = np.where(self.contact, g, 0.0)
-            return u + self._step(self.gradient(u), self.hessian())
+            return u + self._step(self.gradient(u), self.hessian()) if self.lattice.gamma1 else u
         linear = replace(self.lattice, slopes="small")
         u = NodalEnergy(linear, self.contact, self.first).relaxed(g)
         found, before = self.balance(u), math.inf

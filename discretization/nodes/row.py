@@ -146,7 +146,7 @@ class Row:
     def bonds(self) -> Array:
         """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
         middles, pattern = self.first + np.arange(self.size - 1) + 0.5, self.scene.pattern
-        own = np.broadcast_to(self.lattice.cell * self.lattice.weight(middles), middles.shape)
+        own = np.full(middles.shape, self.lattice.cell * self.lattice.weight(middles))
         return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
 
     @functools.cached_property

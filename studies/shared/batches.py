@@ -116,14 +116,17 @@ def each(
     jobs: int,
     show: Callable[[Progress], object] = tell,
     say: Callable[[Result], object] = lambda result: None,
+    together: int = 1,
 ) -> Iterator[Result]:
     """function(case) of every case, in their order, from `jobs` processes (1: this one).
 
-    The function is of module level, or a functools.partial of one; say: called with each result.
+    The function is of module level, or a functools.partial of one; say: called with each result;
+    together: how many neighbours one process takes at once, as they share what it keeps.
     """
     clock = Clock(0, len(cases), 0, show)
     with processes(min(jobs, max(1, len(cases)))) as pool:
-        for result in map(function, cases) if pool is None else pool.map(function, cases):
+        found = pool.map(function, cases, chunksize=together) if pool else map(function, cases)
+        for result in found:
             clock.tick()
             say(result)
             yield result

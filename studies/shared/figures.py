@@ -59,7 +59,7 @@ def edges(middles: Array) -> Array:
 def save(figure: Figure, path: Path, pdf: bool = True) -> list[Path]:
     """Write the figure as PNG and, if wanted, as PDF, without the time in it; the files written.
 
-    The PNG is what one pass draws: `savefig` would draw everything twice to lay it out.
+    Each is what one pass draws: `savefig` would draw everything twice to lay it out.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.image import imsave
@@ -71,9 +71,11 @@ def save(figure: Figure, path: Path, pdf: bool = True) -> list[Path]:
     imsave(image, drawn.buffer_rgba(), format="png", dpi=DPI, metadata=named)
     written = [_write(path.with_suffix(".png"), image)]
     if pdf:
+        from matplotlib.backends.backend_pdf import FigureCanvasPdf
+
         image = BytesIO()
         figure.set_layout_engine("none")  # as just laid out
-        figure.savefig(image, format="pdf", metadata={"CreationDate": None, **named})
+        FigureCanvasPdf(figure).print_pdf(image, metadata={"CreationDate": None, **named})
         written.append(_write(path.with_suffix(".pdf"), image))
     return written
 

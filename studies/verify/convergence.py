@@ -9,7 +9,8 @@ passes if
     error on the finest grid <= bar    and    low <= order <= high,
 
 order = -slope of log(error) over log(cells) by least squares. A quantity that the lattice gives
-exactly has no order: then the error of every grid must stay below the limit, which is rounding.
+exactly has no order: then the error of every grid must stay below the limit, which is rounding,
+and each spacing has one of the shifts, in turns.
 
 The same measure is taken once more on the fitted mesh, which has no spacing to refine: its error
 must stay below a limit of its own: rounding, unless the measure or the closed form is coarser.
@@ -172,14 +173,20 @@ def observed_order(cells: Sequence[int], errors: Sequence[float]) -> float:
     return -float(np.polyfit(np.log(cells), np.log(errors), 1)[0])
 
 
-def refine(item: Check, cells: Sequence[int], offsets: Sequence[float]) -> Result:
+def refine(
+    item: Check, cells: Sequence[int], offsets: Sequence[float], exact: int | None = None
+) -> Result:
     """Run a check on every level and shift, and on the fitted mesh.
 
-    An error raised by the simulator fails the check.
+    exact: on how many levels, from the coarsest on, an exact quantity is measured, if not on all;
+    in these the shifts take turns. An error raised by the simulator fails the check.
     """
     start = time.perf_counter()
     shifts = (0.0,) if item.anchored else offsets
-    levels, problem = _worst(item, [[Grid(n, shift) for shift in shifts] for n in cells])
+    grids = [[Grid(n, shift) for shift in shifts] for n in cells]
+    if not item.order:
+        grids = [[own[i % len(own)]] for i, own in enumerate(grids[:exact])]
+    levels, problem = _worst(item, grids)
     fitted, other = _worst(item, [] if item.lattice_only else [[Fitted()]])
     seconds = time.perf_counter() - start
     return Result(

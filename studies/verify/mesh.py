@@ -17,7 +17,7 @@ from discretization.nodes.row import Row
 from energy import Plane, Scene
 from energy.arrays import Array
 
-_STEP = 1e-6  # m, between the depths for which nodes are kept
+_STEP = 1.25e-6  # m, between the depths up to which nodes are kept: most are above the first
 
 
 class Mesh(ABC):
@@ -54,12 +54,13 @@ def _solved(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equ
 
 
 @functools.lru_cache(maxsize=512)
-def _fitted(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equilibrium:
-    """A state on the fitted mesh, likewise."""
-    depth, branch = where
+def _found(
+    solve: Callable[..., Equilibrium], scene: Scene, depth: float, **options: Any
+) -> Equilibrium:
+    """A state of `minimise`, likewise. The check judges the error: no AccuracyWarning."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
-        return solve(scene, depth, branch=branch)
+        return solve(scene, depth, **options)
 
 
 @functools.lru_cache(maxsize=64)
@@ -72,9 +73,9 @@ def on_lattice(
     scene: Scene, depth: float, spacing: float, *, branch: str, origin: float | None
 ) -> Equilibrium:
     """The state of `discretization.lattice.state.on_lattice`, on nodes kept for other depths."""
-    row = None
+    row, most = None, _STEP * max(1, math.ceil(depth / _STEP))
     if not isinstance(scene.indenter, Plane):
-        row = _row(scene, Lattice.of(scene, spacing, origin), math.ceil(depth / _STEP) * _STEP)
+        row = _row(scene, Lattice.of(scene, spacing, origin), most)
     return on_nodes(scene, depth, spacing, branch=branch, origin=origin, row=row)
 
 
@@ -96,7 +97,8 @@ class Grid(Mesh):
         """
         spacing, origin = self._spacing(scene, length), None
         if scene.layer.exact:
-            return minimise(scene, float(depth), branch=branch, method="lattice", spacing=spacing)
+            options = {"branch": branch, "method": "lattice", "spacing": spacing}
+            return _found(minimise, scene, float(depth), **options)
         if self.offset and not scene.axisymmetric:
             origin = (scene.indenter.apex or 0.0) + self.offset * spacing
         return _solved(on_lattice, scene, float(depth), spacing, branch, origin)
@@ -126,8 +128,8 @@ class Fitted(Mesh):
     def solve(
         self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"
     ) -> Equilibrium:
-        """Equilibrium; `length` has no meaning. The check judges the error: no AccuracyWarning."""
-        return _fitted(minimise, scene, float(depth), branch)
+        """Equilibrium; `length` has no meaning."""
+        return _found(minimise, scene, float(depth), branch=branch)
 
     def path(self, scene: Scene, depths: ArrayLike) -> History:
         """The load path."""

@@ -214,6 +214,8 @@ def test_the_engine_takes_the_worst_shift_and_four_levels():
     result = artificial(lambda n, offset: 2.5 * (offset + 1) / n**2, shifts=(0.0, 0.5, 0.25))
     assert result.errors == pytest.approx([3.75 / n**2 for n in LEVELS], rel=1e-9, abs=0)
     assert result.observed_order == pytest.approx(2, abs=1e-9)
+    turns = artificial(lambda n, offset: n + offset, EXACT, shifts=(0.0, 0.5))
+    assert turns.errors == pytest.approx([50, 100.5, 200, 400.5])
     assert math.isnan(convergence.observed_order((50, 100, 200), (4e-6, 1e-6, 2.5e-7)))
     with pytest.raises(ValueError, match="bar="):
         check(what="x", order=FIRST)

