@@ -16,6 +16,7 @@ The same measure is taken once more on the fitted mesh, which has no spacing to 
 must stay below a limit of its own: rounding, unless the measure or the closed form is coarser.
 """
 
+import itertools
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -174,20 +175,25 @@ def observed_order(cells: Sequence[int], errors: Sequence[float]) -> float:
 
 
 def refine(
-    item: Check, cells: Sequence[int], offsets: Sequence[float], exact: int | None = None
+    item: Check,
+    cells: Sequence[int],
+    offsets: Sequence[float],
+    exact: int | None = None,
+    cases: int | None = None,
 ) -> Result:
     """Run a check on every level and shift, and on the fitted mesh.
 
     exact: on how many levels, from the coarsest on, an exact quantity is measured, if not on all;
-    in these the shifts take turns. An error raised by the simulator fails the check.
+    in these the shifts take turns. cases: how many comparisons are made of those that the check
+    has, if not all. An error raised by the simulator fails the check.
     """
     start = time.perf_counter()
     shifts = (0.0,) if item.anchored else offsets
     grids = [[Grid(n, shift) for shift in shifts] for n in cells]
     if not item.order:
         grids = [[own[i % len(own)]] for i, own in enumerate(grids[:exact])]
-    levels, problem = _worst(item, grids)
-    fitted, other = _worst(item, [] if item.lattice_only else [[Fitted()]])
+    levels, problem = _worst(item, grids, cases)
+    fitted, other = _worst(item, [] if item.lattice_only else [[Fitted()]], cases)
     seconds = time.perf_counter() - start
     return Result(
         check=item,
@@ -202,13 +208,14 @@ def refine(
 
 
 def _worst(
-    item: Check, levels: Sequence[Sequence[Mesh]]
+    item: Check, levels: Sequence[Sequence[Mesh]], cases: int | None
 ) -> tuple[list[tuple[float, float, float]], str]:
     """Of each level, the largest error and its two values; none, and why, if one cannot be had."""
 
     def largest(mesh: Mesh) -> tuple[float, float, float]:
         found = item.measure(mesh)
-        return max(one.worst() for one in ([found] if isinstance(found, Comparison) else found))
+        every = [found] if isinstance(found, Comparison) else found
+        return max(one.worst() for one in itertools.islice(every, cases))
 
     try:
         return [max(map(largest, level)) for level in levels], ""
