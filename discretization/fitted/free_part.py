@@ -24,7 +24,7 @@ Lines = tuple[float, ...]
 _STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
 _TOUCHED = 1e-9  # of the same: the penetration at which a contact has begun
 _AGAIN = 2  # smaller steps passed, after which a longer one is tried again
-_UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that does not tell
+_UNKNOWN = math.nan, math.nan  # the least clearance, and where, of a step that does not tell
 _MOST = 100_000  # changes on one way, as in motion.py
 _HIGHER = 1 / 16  # of δ₀
 _TINY = 1e-300  # more than 0
@@ -60,10 +60,11 @@ class FreePart:
         """Where the lines of a surface are at the end, True; else what it falls into at what depth.
 
         At the depth `high` something has happened since `low`, or a step that long does not tell;
-        first nothing is known, and `low` itself is asked. passes: how many steps in a row have
-        succeeded since one did not tell.
+        first nothing is known, and `low` itself is asked. run: how many steps in a row passed or,
+        if negative, did not; room, dip: the clearance at both depths, for the Illinois method
+        (M. Dowell, P. Jarratt, BIT 11 (1971) 168).
         """
-        size, depth, high, passes = self.rests.size, low, end, _AGAIN
+        size, depth, high, room, dip, run = self.rests.size, low, end, 0.0, math.nan, _AGAIN
         for _ in range(_MOST):
             moved = self.search.advance(q, p, depth)
             plain = moved is not None and not self.overtakes(q, p, moved, low, depth)
@@ -71,7 +72,8 @@ class FreePart:
             if moved and clear >= -TIE * size:
                 if depth == end:
                     return [moved], end, True
-                (q, p), low, passes = moved, depth, passes + 1
+                room, dip = clear + _TOUCHED / 2 * size, dip / 2 if run > 0 else dip
+                (q, p), low, run = moved, depth, max(run, 0) + 1
             elif moved and clear >= -_TOUCHED * size:
                 return [(moved[0], place), (place, moved[1])], depth, False
             elif depth - low <= _STEP * size:
@@ -80,12 +82,14 @@ class FreePart:
                     raise unknown(depth, edge)
                 return pairs(self._creeping(q, p, depth)), depth, False
             else:
-                high, passes = depth, -_MOST if plain else 0
+                room, dip = room / 2 if run < 0 else room, clear
+                high, run = depth, min(run, 0) - 1
             if low == high:
-                depth, high, passes = end, end, _AGAIN
-            else:  # from nearby a step may tell
-                near = passes >= _AGAIN or high - low <= _STEP * size
-                depth = high if near else (low + high) / 2
+                depth, high, dip, run = end, end, math.nan, _AGAIN
+            elif (math.isnan(dip) and run >= _AGAIN) or high - low <= _STEP * size:
+                depth = high  # from nearby a step may tell
+            else:
+                depth = low + (high - low) * float(np.nan_to_num(room / (room - dip), nan=0.5))
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
 
     def overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:

@@ -17,6 +17,7 @@ from energy.arrays import Array
 
 _PARTS = 8  # of an interval between samples, of each of which the mean pull is taken
 _CLOSER = 2  # times the parts around the largest pull are taken apart again
+_RISES = 4.0  # times what it differs beside its largest value: by less that falls short of 0
 _SHORT = 1e-9  # of l: in shorter intervals f' is not known well enough
 _ROUNDING = 4 * EPSILON  # of slopes
 _TO_END = np.array([11, -7, 2]) / 6  # of three means next to an end, for the value there
@@ -43,15 +44,16 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     left, right = [profile.at(lo, 1)[1], *slope], [*slope, profile.at(hi, -1)[1]]
     cells = np.array([x[:-1], x[1:], left, right])
     cells = cells[:, cells[1] - cells[0] > _SHORT * length]
-    whole = x[[0, -1]]
     for _ in range(1 + _CLOSER if cells.size else 0):
         cells = _divided(profile, cells)
         z, values = _along(cells, _pulls(scene, profile, cells, depth))
         i = int(np.argmax(values))
         worst = float(values[i])
+        if worst < -_RISES * float(np.ptp(values[max(i - 1, 0) : i + 2])):
+            break
         if worst > 0:
             found = _around(z, values, i)
-            seen = found[0] > z[0] or z[0] == whole[0], found[1] < z[-1] or z[-1] == whole[1]
+            seen = found[0] > z[0] or z[0] == lo, found[1] < z[-1] or z[-1] == hi
             ends = found if all(seen) or math.isnan(ends[0]) else ends
         group, at = divmod(i, _PARTS + 2)
         cell = _PARTS * group + min(max(at - 1, 0), _PARTS - 1)
@@ -101,7 +103,6 @@ def _around(x: Array, values: Array, i: int) -> tuple[float, float]:
     for way in (-1, 1):
         z, v = x[i::way], values[i::way]
         k = int(np.argmax(v <= 0))
-        found.append(
-            float(z[k - 1] + (z[k] - z[k - 1]) * v[k - 1] / (v[k - 1] - v[k]) if k else z[-1])
-        )
+        end = z[k - 1] + (z[k] - z[k - 1]) * v[k - 1] / (v[k - 1] - v[k]) if k else z[-1]
+        found.append(float(end))
     return found[0], found[1]

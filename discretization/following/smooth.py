@@ -21,7 +21,7 @@ from numpy.polynomial.legendre import legval
 from discretization.fitted.rest_depths import RestDepths
 from discretization.fitted.zeros import followed
 from discretization.quadrature import Integrals
-from discretization.surfaces.network import coefficients, rounded
+from discretization.surfaces.network import rounded, to_legendre
 from energy.arrays import Array, Mask
 
 DEGREE = 12  # of the Lobatto rule in t
@@ -57,7 +57,7 @@ class Piece(NamedTuple):
         for part in np.unique(parts).tolist():
             own, (start, end) = parts == part, self.depths[part, [0, -1]].tolist()
             t = 1 - 2 * np.sqrt((end - depths[own]) / (end - start))
-            series = coefficients(DEGREE, known[:, part].transpose(0, 2, 1).reshape(-1, j))
+            series = known[:, part].transpose(0, 2, 1).reshape(-1, j) @ to_legendre(DEGREE)
             guess[:, own] = legval(t, series.T).reshape(n, 2, -1).transpose(0, 2, 1)
         moves = (self.lines != first).any(axis=1, keepdims=True)
         return np.where(moves, guess, first)

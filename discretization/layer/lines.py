@@ -23,7 +23,7 @@ from discretization.layer.body import Body
 from discretization.layer.contact import Contact
 from discretization.profile import unknown
 from discretization.roots import CLOSEST, bracketed, least
-from discretization.surfaces.network import coefficients, rounded
+from discretization.surfaces.network import rounded, to_legendre
 from energy.arrays import Array
 
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
@@ -200,7 +200,7 @@ class Table:
     def _made(self, lo: float, hi: float) -> tuple[Array, bool]:
         a = np.minimum(np.exp2((lo + hi + (hi - lo) * rounded(_DEGREE)[0]) / 2), self.body.edge)
         values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
-        series = coefficients(_DEGREE, values.T)
+        series = values.T @ to_legendre(_DEGREE)
         tail = np.abs(series[:, -2:]).max(axis=1)
         excess = self.body.scene.opened.surfaces.small_slope_deficit
         steep = abs(float(self.body.slope(2.0**hi, -1))) + excess

@@ -19,7 +19,7 @@ from numpy.polynomial import Legendre
 
 from discretization.paths.branch import Leg, Point
 from discretization.roots import crossings
-from discretization.surfaces.network import coefficients, on_elements, rounded
+from discretization.surfaces.network import on_elements, rounded, to_legendre
 from energy.arrays import Array, Indices
 from energy.checks import positive
 
@@ -181,7 +181,7 @@ def _drawn(
     t = low + (high - low) * ((rounded(_DEGREE)[0] + 1) / 2)
     t[-1] = high
     value = _values(leg, control, t, roughly=roughly)
-    return t, value, Legendre(coefficients(_DEGREE, value), domain=[low, high])
+    return t, value, Legendre(value @ to_legendre(_DEGREE), domain=[low, high])
 
 
 def _represents(series: Legendre, part: float, rounding: float) -> bool:

@@ -58,16 +58,11 @@ def rounded(degree: int) -> tuple[Array, Array, Array]:
 
 
 @functools.lru_cache(maxsize=64)
-def _transform(degree: int) -> Array:
-    """Values at the Gauss-Lobatto points to coefficients of Legendre polynomials."""
+def to_legendre(degree: int) -> Array:
+    """The matrix that takes rows of values at the Gauss-Lobatto points to Legendre coefficients."""
     points, weights, _ = rounded(degree)
     basis = legendre.legvander(points, degree)
-    return np.asarray((basis * weights[:, None] / (weights @ basis**2)).T)
-
-
-def coefficients(degree: int, values: Array) -> Array:
-    """Legendre coefficients of the polynomials with these values (..., degree+1) at the points."""
-    return np.asarray(values @ _transform(degree).T)
+    return np.asarray(basis * weights[:, None] / (weights @ basis**2))
 
 
 @functools.lru_cache(maxsize=64)
