@@ -24,7 +24,7 @@ from energy.arrays import Array, Indices
 from energy.checks import positive
 
 _DEGREE = 12  # of the polynomials by which C is drawn
-_DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
+_DRAWN = 1e-6  # of the range of P: a part of a leg whose highest coefficients are less is drawn
 _FINEST = 1 / 256  # of a leg: parts that short are not halved again
 _LEAST = 128  # samples of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
@@ -93,11 +93,12 @@ class Curve(NamedTuple):
         parts = list[tuple[Array, Array, Legendre]]()
         while todo:
             low, high = todo.pop()
-            part = _drawn(leg, control, low, high, roughly=True)
-            if high - low > _FINEST and not _represents(part[2], _DRAWN, rounding):
+            t, value, series, off = _drawn(leg, control, low, high, roughly=True)
+            pushed = value - control.value(leg.depths(t), 0.0)
+            if high - low > _FINEST and off > _DRAWN * np.ptp(pushed) + _FELT * rounding:
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
             else:
-                parts.append(part)
+                parts.append((t, value, series))
         ends = np.array([0.0, *(at[-1] for at, _, _ in parts)])
         nodal = np.append(parts[0][1][0], [value[1:] for _, value, _ in parts])
         turns = np.concatenate([_turns(fit) for *_, fit in parts])
@@ -114,15 +115,17 @@ class Curve(NamedTuple):
     def refined(self, i: int, side: int) -> Point:
         """The peak at an inner sample, to rounding, by polynomials on less and less around it.
 
-        At first as far as to where C is less by more than it is known.
+        At first as far as C is not less by more than it is known, and does not pass the peak again.
         """
         known = _DRAWN * np.ptp(self.value) if self.ends.size else _NOISE * self.rounding
-        t, less = self.t, side * (self.value - self.value[i]) < -known
-        low, high = t[:i][less[:i]].max(initial=0.0), t[i:][less[i:]].min(initial=1.0)
+        t, more = self.t, side * (self.value - self.value[i])
+        last = i + int(np.argmax(np.append(more[i:], 1.0) > 0)) - 1
+        low = t[:i][more[:i] < -known].max(initial=0.0)
+        high = t[i:last][more[i:last] < -known].min(initial=t[last])
         for _ in range(_ZOOMS):
-            t, value, series = _drawn(self.leg, self.control, low, high)
+            t, value, series, off = _drawn(self.leg, self.control, low, high)
             top, turns = float(t[np.argmax(side * value)]), _turns(series)
-            if turns.size and _represents(series, _RESOLVED, self.rounding):
+            if turns.size and off <= _RESOLVED * np.ptp(value) + _FELT * self.rounding:
                 top = float(turns[np.argmin(np.abs(turns - top))])
                 break
             reach = _NARROWER * (high - low)
@@ -176,18 +179,12 @@ def _at_changes(leg: Any) -> Array:
 
 def _drawn(
     leg: Leg, control: Control, low: float, high: float, *, roughly: bool = False
-) -> tuple[Array, Array, Legendre]:
-    """t at Gauss-Lobatto points of a part, C there, and the polynomial."""
-    t = low + (high - low) * ((rounded(_DEGREE)[0] + 1) / 2)
-    t[-1] = high
+) -> tuple[Array, Array, Legendre, float]:
+    """t at Gauss-Lobatto points of a part, C there, the polynomial, and what it may be off by."""
+    t = np.interp(rounded(_DEGREE)[0], [-1.0, 1.0], [low, high])
     value = _values(leg, control, t, roughly=roughly)
-    return t, value, Legendre(value @ to_legendre(_DEGREE), domain=[low, high])
-
-
-def _represents(series: Legendre, part: float, rounding: float) -> bool:
-    """Whether the highest coefficients are less than this part of the others but the mean."""
-    coef = np.abs(series.coef)
-    return bool(coef[-2:].max() <= part * coef[1:].max() + _FELT * rounding)
+    series = Legendre(value @ to_legendre(_DEGREE), domain=[low, high])
+    return t, value, series, 2 * float(np.abs(series.coef[-2:]).max())
 
 
 def _turns(series: Legendre) -> Array:

@@ -219,8 +219,9 @@ class History:
                 yield from legs(self._branch, start, run[-1].depth)
 
     def _turns(self) -> Iterator[Snapshot]:
-        """The states at which P is least between those recorded."""
+        """The states at which P is least on the way from one recorded state to the next."""
         for leg in self._legs():
+            yield self._branch.snapshot(leg.end)
             curve = Curve.of(leg, Control(0.0))
             least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
             if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():

@@ -14,7 +14,6 @@ from discretization.following import trials
 from discretization.following.trials import Enclosing
 from discretization.profile import resolve
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies
-from studies.benchmarks.rivals.problem import waves
 
 
 def test_without_adhesion_a_path_begins_with_less_than_rounding():
@@ -91,16 +90,20 @@ def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_tou
         assert len(begun.inner[-1]) == len(event.before.inner) + 2 * number
 
 
-@pytest.mark.slow
-def test_jumps_are_where_halving_encloses_them(monkeypatch):
-    """A gap between contacts on a rough profile: its lines leave at once, pressed and retracted."""
-    scene, depths = waves(4), np.r_[-0.1, 1.87, 2.0, 1.9, 0.5]
-    aimed = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
-    monkeypatch.setattr(trials, "runs_out", lambda *_: math.nan)
-    halved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
-    assert len(aimed) == len(halved) >= 2
-    for one, other in zip(aimed, halved, strict=True):
-        assert one.depth == pytest.approx(other.depth, rel=0, abs=1e-12)
+def test_springs_pull_hardest_where_a_gap_opens_between_readings():
+    """γ₁ = 0 and a stiff machine: at a crest of the profile, in a jump that hardly moves it."""
+    body, x = (
+        rippled(0.03, 0.6 * L, 0.6 * DELTA0, (-8 * L, 8 * L)),
+        np.linspace(-8, 8, 1_000_001) * L,
+    )
+    scene, f = adhesive(body, gamma1=0.0), body.height(x)
+    drives, stiff = np.array([1.6, -1.0, -1.6]) * DELTA0, 1e5 * scene.stiffness * L
+    path = load_path(scene, drives=drives, machine_stiffness=stiff)
+    crests = f[1:-1][(f[1:-1] > f[:-2]) & (f[1:-1] > f[2:]) & (f[1:-1] < drives[0])]
+    pulled = [scene.stiffness * (z - DELTA0 - f[f <= z]).sum() * (x[1] - x[0]) for z in crests]
+    least = min(pulled), crests[np.argmin(pulled)] - DELTA0
+    assert path.pull_off[:2] == pytest.approx(least, rel=1e-5, abs=0)
+    assert [event.kind for event in path.events] == ["touch", "jump", "jump", "pull-off"]
 
 
 def test_a_trial_of_no_length_keeps_the_way_before_it():

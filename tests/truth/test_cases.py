@@ -195,40 +195,35 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_small", 106),  # lines that face each other and hardly come to rest
     ("machine_no_tension", 62),  # a sharp tooth of C in every wave of a profile nearly flat there
 )
-# In the order of PATH_KINDS, seeds that take little processor time: of each class one that is
-# convex, smooth ones and ones with corners, of all shapes together, and of stiff machines as well
-# as soft ones; the first is the quickest.
-CHEAPEST = (
-    "19 49 6 31",
-    "52 10 51 38",
-    "5 24 39 42",
-    "13 36 25 58",
-    "1 0 5 37 39",
-    "1 15 47 72",
-    "13 8 29 30",
-    "2 53 60 47",
-    "34 58 40 28",
-    "37 10 30 29 11",
-)
-SEEDS = {
-    kind: [int(seed) for seed in seeds.split()]
-    for kind, seeds in zip(PATH_KINDS, CHEAPEST, strict=True)
+# Seeds that take little processor time: of each class one that is convex, smooth ones and ones with
+# corners, of all shapes together, and of stiff machines as well as soft ones; first the quickest.
+PATHS = {
+    "load_small": "19 49 6 31",
+    "load_opening": "52 10 51 38",
+    "load_pattern": "5 24 39 42",
+    "load_no_adhesion": "13 36 25 58",
+    "load_no_tension": "1 0 5 37 39",
+    "machine_small": "1 15 47 72",
+    "machine_opening": "13 8 29 30",
+    "machine_pattern": "2 53 60 47",
+    "machine_no_adhesion": "34 58 40 28",
+    "machine_no_tension": "37 10 30 29 11",
 }
 
 
 @pytest.mark.parametrize("kind", PATH_KINDS)
 def test_a_path_is_right_or_refused(kind):
-    paths_are_right_or_refused(kind, SEEDS[kind][:1])
+    paths_are_right_or_refused(kind, PATHS[kind].split()[:1])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", PATH_KINDS)
 def test_many_paths_are_right_or_refused(kind):
-    paths_are_right_or_refused(kind, SEEDS[kind][1:])
+    paths_are_right_or_refused(kind, PATHS[kind].split()[1:])
 
 
 def paths_are_right_or_refused(kind, asked):
-    found = {seed: path_verdicts(kind, seed) for seed in asked}
+    found = {seed: path_verdicts(kind, int(seed)) for seed in asked}
     each = {(seed, method): one for seed in found for method, one in found[seed].items()}
     right_or_refused(each, 0.0025, 0.05, 1)  # of two methods
 
