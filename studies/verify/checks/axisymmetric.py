@@ -1,14 +1,13 @@
 """Rotational symmetry: spheres, cones, cylinders and a cubic on the same film."""
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from discretization import Equilibrium
 from energy import FlatPunch, Indenter, Parabola, PowerLaw, Wedge, cards
-from studies.verify.convergence import DIFFERENCED, Comparison, check, swept
+from studies.verify.convergence import DIFFERENCED, Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
 from studies.verify.observe import even_energy, integral, least_force, slopes_at_line
 from studies.verify.scenes import Case, case, known, limit, pulled_parabola
@@ -30,7 +29,7 @@ def _cases() -> list[tuple[Case, Any]]:
     return [(case(body, LEVELS, **ROUND), card) for body, card in BODIES]
 
 
-def _all(mesh: Mesh, name: str) -> Iterator[Comparison]:
+def _all(mesh: Mesh, name: str) -> Found:
     """An attribute of the states of each body, over its largest value; its card has its name."""
     for (scene, depths, given), card in _cases():
         expected = known(getattr(card, name), depths, **given)
@@ -38,18 +37,16 @@ def _all(mesh: Mesh, name: str) -> Iterator[Comparison]:
 
 
 @check(what="around an axis: u(r) = u_a K₀(r/l)/K₀(a/l) outside", unit="m")
-def outside(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def outside(mesh: Mesh) -> Found:
     for (scene, depths, given), card in _cases():
         radius = known(card.radius, depths[2], **given)
         r = radius + np.array([0.7, 2.1]) * 3e-5
-        measured.append(mesh.solve(scene, depths[2]).displacement(r))
-        expected.append(known(card.displacement, r, d=depths[2], **given))
-    return Comparison(measured, expected, 1e-6)
+        measured = mesh.solve(scene, depths[2]).displacement(r)
+        yield Comparison(measured, known(card.displacement, r, d=depths[2], **given), 1e-6)
 
 
 @check(what="around an axis: f' + u' = √(2w/γ₁) at the line", fitted_bar=DIFFERENCED)
-def angle(mesh: Mesh) -> Iterator[Comparison]:
+def angle(mesh: Mesh) -> Found:
     for (scene, depths, _), _ in _cases():
         slopes = [slopes_at_line(mesh.solve(scene, d)) for d in depths]
         measured = [outside - inside for inside, outside in slopes]
@@ -57,17 +54,17 @@ def angle(mesh: Mesh) -> Iterator[Comparison]:
 
 
 @check(what="around an axis: radius a(d) of sphere, cone, r³", unit="m")
-def place(mesh: Mesh) -> Iterator[Comparison]:
+def place(mesh: Mesh) -> Found:
     return _all(mesh, "radius")
 
 
 @check(what="around an axis: force P(d) of sphere, cone, r³", unit="N")
-def force(mesh: Mesh) -> Iterator[Comparison]:
+def force(mesh: Mesh) -> Found:
     return _all(mesh, "force")
 
 
 @check(what="around an axis: energy U(d) of sphere, cone, r³", unit="J")
-def energy(mesh: Mesh) -> Iterator[Comparison]:
+def energy(mesh: Mesh) -> Found:
     return _all(mesh, "energy")
 
 
@@ -86,24 +83,22 @@ def whole_force(mesh: Mesh) -> Comparison:
 
 
 @check(what="sphere: pull-off force, Λ = 0.2, 0.5, 1", unit="N")
-def sphere_pull_off(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def sphere_pull_off(mesh: Mesh) -> Found:
     for Lambda in RATIOS:
         scene, _, given = case(pulled_parabola(Lambda), LEVELS, **ROUND)
         least = limit(axi.sphere.detachment, **given).depth
-        measured.append(least_force(mesh, scene, 0.9 * least, 0.1 * scene.critical_separation))
-        expected.append(limit(axi.sphere.pull_off, **given).force)
-    return Comparison(measured, expected)
+        measured = least_force(mesh, scene, 0.9 * least, 0.1 * scene.critical_separation)
+        yield Comparison(measured, limit(axi.sphere.pull_off, **given).force)
 
 
 @check(what="sphere: least depth under imposed depth, Λ = 0.2, 0.5, 1", unit="m")
-def sphere_detachment(mesh: Mesh) -> Comparison:
+def sphere_detachment(mesh: Mesh) -> Found:
     """Where between nodes the last radius lies is a matter of chance, other for every shift."""
-    cases = [case(pulled_parabola(Lambda), LEVELS, **ROUND) for Lambda in RATIOS]
-    expected = [limit(axi.sphere.detachment, **given).depth for _, _, given in cases]
-    raised = [0.0, -2 * cases[0].scene.critical_separation]
-    measured = [mesh.path(scene, raised).events[-1].depth for scene, _, _ in cases]
-    return Comparison(measured, expected, cases[0].scene.critical_separation)
+    for Lambda in RATIOS:
+        scene, _, given = case(pulled_parabola(Lambda), LEVELS, **ROUND)
+        delta0 = scene.critical_separation
+        measured = mesh.path(scene, [0.0, -2 * delta0]).events[-1].depth
+        yield Comparison(measured, limit(axi.sphere.detachment, **given).depth, delta0)
 
 
 @check(what="cone: pull-off force", unit="N")
@@ -115,7 +110,7 @@ def cone_pull_off(mesh: Mesh) -> Comparison:
 
 
 @check(what="cylinder: force P(d) with the line at its edge", unit="N")
-def cylinder_force(mesh: Mesh) -> Iterator[Comparison]:
+def cylinder_force(mesh: Mesh) -> Found:
     return swept(mesh, [case(CYLINDER, LEVELS[[0, 2, 3]], **ROUND)], "force", axi.flat_punch.force)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from energy import FlatPunch, Plane, Scene, cards
 from studies.verify.convergence import EXACT, Comparison, Found, check
-from studies.verify.mesh import Array, Mesh
+from studies.verify.mesh import Mesh
 from studies.verify.observe import brink, last_contact
 from studies.verify.scenes import GAMMA1, LAYER, PUNCH, WORK, constants, gel
 
@@ -43,24 +43,22 @@ def meniscus(mesh: Mesh) -> Comparison:
 @check(
     22, what="largest pull while a flat punch is raised, three widths", unit="N/m", fitted_bar=SHORT
 )
-def force_at_detachment(mesh: Mesh) -> Comparison:
-    scenes = [gel(FlatPunch(a)) for a in (7.3e-5, PUNCH.half_width, 4.1e-4)]
-    expected = [
-        cards.flat_punch.force_at_detachment(a=scene.indenter.extent[1], **constants(scene))
-        for scene in scenes
-    ]
-    return Comparison(_strongest_pulls(mesh, scenes), expected)
+def force_at_detachment(mesh: Mesh) -> Found:
+    for a in (7.3e-5, PUNCH.half_width, 4.1e-4):
+        scene = gel(FlatPunch(a))
+        expected = cards.flat_punch.force_at_detachment(a=a, **constants(scene))
+        yield Comparison(_strongest_pull(mesh, scene), expected)
 
 
 @check(23, what="largest pull while a flat punch is raised, three γ₁", unit="N/m", fitted_bar=SHORT)
-def adhesion_force(mesh: Mesh) -> Comparison:
-    scenes = [gel(PUNCH, gamma1=gamma1) for gamma1 in TENSIONS]
-    a = PUNCH.half_width
-    expected = [cards.flat_punch.adhesion_force(a=a, **constants(scene)) for scene in scenes]
-    return Comparison(-_strongest_pulls(mesh, scenes), expected)
+def adhesion_force(mesh: Mesh) -> Found:
+    for gamma1 in TENSIONS:
+        scene = gel(PUNCH, gamma1=gamma1)
+        expected = cards.flat_punch.adhesion_force(a=PUNCH.half_width, **constants(scene))
+        yield Comparison(-_strongest_pull(mesh, scene), expected)
 
 
-def _strongest_pulls(mesh: Mesh, scenes: list[Scene]) -> Array:
-    """Least force of each punch, raised to where the first detaches and a little further."""
-    raised = np.array([0.0, 0.5, 1.0, 1.001]) * brink(mesh, scenes[0])
-    return np.array([mesh.sweep(scene, raised, "force").min() for scene in scenes])
+def _strongest_pull(mesh: Mesh, scene: Scene) -> float:
+    """Least force of a punch, raised to where each detaches and a little further."""
+    raised = np.array([0.0, 0.5, 1.0, 1.001]) * brink(mesh, gel(PUNCH))
+    return float(mesh.sweep(scene, raised, "force").min())

@@ -33,11 +33,12 @@ def radius(mesh: Mesh) -> Found:
 
 
 @check(32, what="parabola: depth d(a) of a chosen half-width, by roots", unit="m")
-def depth(mesh: Mesh) -> Comparison:
+def depth(mesh: Mesh) -> Found:
     scene, _, given = case(PARABOLA, LEVELS)
-    delta0, widths = scene.critical_separation, np.array([4.3e-5, 1.1e-4, 2.3e-4])
-    measured = [depth_at_width(mesh, scene, a, -0.9 * delta0, 3 * delta0) for a in widths]
-    return Comparison(measured, cards.parabola.depth(widths, **given), delta0)
+    delta0 = scene.critical_separation
+    for a in (4.3e-5, 1.1e-4, 2.3e-4):
+        measured = depth_at_width(mesh, scene, a, -0.9 * delta0, 3 * delta0)
+        yield Comparison(measured, cards.parabola.depth(a, **given), delta0)
 
 
 @check(33, what="parabola: half-width a(d)", unit="m")

@@ -12,7 +12,7 @@ from studies.verify.scenes import WEDGE, Case, case, constants, sharp_wedge
 
 SHAPES = (WEDGE, sharp_wedge(0.4))  # blunt: tan δ < √(2w/γ₁)
 LEVELS = np.array([-0.4, 0.15, 0.6, 1.1])  # depths over δ₀
-HALF_WIDTHS = np.array([4.3e-5, 1.1e-4, 2.3e-4])
+HALF_WIDTHS = (4.3e-5, 1.1e-4, 2.3e-4)
 
 
 def _cases() -> list[Case]:
@@ -47,23 +47,25 @@ def force(mesh: Mesh) -> Found:
     return swept(mesh, _cases(), "force", cards.wedge.force)
 
 
-def _depths_at_widths(mesh: Mesh, scene: Scene) -> list[float]:
+def _depth_at_width(mesh: Mesh, scene: Scene, a: float) -> float:
     delta0 = scene.critical_separation
-    return [depth_at_width(mesh, scene, a, -0.8 * delta0, 3 * delta0) for a in HALF_WIDTHS]
+    return depth_at_width(mesh, scene, a, -0.8 * delta0, 3 * delta0)
 
 
 @check(28, what="wedge: depth d(a) of a chosen half-width, by root finding", unit="m")
-def depth(mesh: Mesh) -> Comparison:
+def depth(mesh: Mesh) -> Found:
     scene, _, given = case(WEDGE, LEVELS)
-    expected = cards.wedge.depth(HALF_WIDTHS, **given)
-    return Comparison(_depths_at_widths(mesh, scene), expected, scene.critical_separation)
+    for a in HALF_WIDTHS:
+        found = _depth_at_width(mesh, scene, a)
+        yield Comparison(found, cards.wedge.depth(a, **given), scene.critical_separation)
 
 
 @check(29, what="wedge: force P(a) at a chosen half-width", unit="N/m")
-def force_of_width(mesh: Mesh) -> Comparison:
+def force_of_width(mesh: Mesh) -> Found:
     scene, _, given = case(WEDGE, LEVELS)
-    measured = mesh.sweep(scene, _depths_at_widths(mesh, scene), "force")
-    return Comparison(measured, cards.wedge.force_of_width(HALF_WIDTHS, **given))
+    for a in HALF_WIDTHS:
+        measured = mesh.solve(scene, _depth_at_width(mesh, scene, a)).force
+        yield Comparison(measured, cards.wedge.force_of_width(a, **given))
 
 
 @check(30, what="wedge: largest pull, tan δ = 0.15, 0.4, 0.7 √(2w/γ₁)", unit="N/m")
