@@ -237,13 +237,9 @@ class Branch(Protocol):
     def many(self, points: Sequence[Point]) -> Array:
         """The same of points with as many lines as each other."""
 
-    def force(self, point: Point) -> float:
-        """P."""
-        return 0.0 if point.lines is None else float(self.totals([point])[1, 0])
-
-    def energy(self, point: Point) -> float:
-        """U."""
-        return 0.0 if point.lines is None else float(self.totals([point])[0, 0])
+    def total(self, point: Point) -> Array:
+        """U and P (2,) of one point; 0 when detached."""
+        return np.zeros(2) if point.lines is None else self.totals([point])[:, 0]
 
     def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,) to report of points in contact."""
@@ -252,7 +248,7 @@ class Branch(Protocol):
 
     def snapshot(self, point: Point) -> Snapshot:
         """A point beside an event."""
-        force, energy, turned = self.force(point), self.energy(point), self.scene.axisymmetric
+        (energy, force), turned = self.total(point).tolist(), self.scene.axisymmetric
         return Snapshot(point.depth, force, energy, *point.ends, point.inner, turned)
 
     def friction(self, before: Point, after: Point) -> float:

@@ -108,9 +108,12 @@ class Curve(NamedTuple):
         return cls(leg, control, t, np.append(nodal, more)[first], ends, nodal, rounding)
 
     def peak(self, side: int) -> int:
-        """The first sample after which C falls (side 1) or rises (-1); the last if none."""
-        falls = side * np.diff(self.value) < -_NOISE * self.rounding
-        return int(np.argmax(falls)) if falls.any() else self.value.size - 1
+        """The first sample after which C truly falls (side 1) or rises (-1); the last if none."""
+        for i in np.flatnonzero(side * np.diff(self.value) < -_NOISE * self.rounding).tolist():
+            start, after = side * _values(self.leg, self.control, self.t[i : i + 2])
+            if after - start < -_NOISE * self.rounding:
+                return int(i)
+        return self.value.size - 1
 
     def refined(self, i: int, side: int) -> Point:
         """The peak at an inner sample, to rounding, by polynomials on less and less around it.
@@ -138,9 +141,10 @@ class Curve(NamedTuple):
         return self.leg.points(self.leg.depths(np.array([top])))[0]
 
     def reached(self, values: Array, side: int, first: int, stop: int | None = None) -> list[Point]:
-        """Where C first reaches values (n,) from one sample to another, as many as are reached."""
+        """Where C first reaches values (n,) between samples: as many points as are reached."""
         highest = np.maximum.accumulate(side * self.value[first:stop])
-        k = np.searchsorted(highest, side * values)
+        before = side * self.value[max(first - 1, 0)]  # a peak from which C falls
+        k = np.searchsorted(highest, np.maximum(side * values, before))
         k = k[k < highest.size]
         found, inner = self.t[first + k], k > 0
         if inner.any():

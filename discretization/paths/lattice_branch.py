@@ -176,9 +176,10 @@ class LatticeBranch(Branch):
             found[2:, own] = lines[:, 0], lines[:, -1]
         return found
 
-    def energy(self, point: Point) -> float:
-        """U of the contact set."""
-        return 0.0 if point.lines is None else self.walk.energy(point.memory, point.depth)
+    def total(self, point: Point) -> Array:
+        """U of the contact set, and P between the nodes."""
+        energy = 0.0 if point.lines is None else self.walk.energy(point.memory, point.depth)
+        return np.array([energy, super().total(point)[1]])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length of the links that open, weighted with the pattern's factor."""

@@ -47,7 +47,7 @@ class Slide(Leg):
     @property
     def rounding(self) -> float:
         """Of P."""
-        return 1e-14 * max(abs(self.branch.force(p)) for p in (self.start, self.end) if p.lines)
+        return 1e-14 * max(abs(self.branch.total(p)[1]) for p in (self.start, self.end) if p.lines)
 
 
 class LayerBranch(Branch):

@@ -225,7 +225,7 @@ class LoadPath:
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:
-        return float(self.control.value(point.depth, self.branch.force(point)))
+        return float(self.control.value(point.depth, self.branch.total(point)[1]))
 
     def _record(self, kind: str, before: Point, after: Point) -> None:
         self.branch.certify(after)
