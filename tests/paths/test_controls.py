@@ -68,16 +68,6 @@ def test_a_stiff_machine_imposes_the_depth(scene, method):
         assert path.half_width == pytest.approx(depths.half_width, rel=0, abs=1e4 * near)
 
 
-@pytest.mark.slow
-def test_a_jump_under_a_stiff_machine_is_where_the_mesh_has_it():
-    given = {"drives": [0.0, 0.3, -0.5], "machine_stiffness": 1e8}
-    last = load_path(waves(), **given).events[-1]
-    for spacing in (0.05, 0.041):
-        found = load_path(waves(), **given, method="lattice", spacing=spacing).events[-1]
-        assert found.kind == last.kind == "pull-off"
-        assert found.control == pytest.approx(last.control, rel=0, abs=2e-5)
-
-
 @MACHINES
 def test_a_soft_machine_is_a_dead_load(scene, method):
     """As long as there is contact: beyond, a dead load pulls the indenter away for ever."""

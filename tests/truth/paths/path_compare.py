@@ -18,7 +18,7 @@ from .controls import Control, reading_of
 from .depth_paths import depth_path_of
 from .path_scenes import path_case, programme
 
-EXACT, TOPS = 1e-7, 1e-4  # of the scales: states, and depths of the tops of C
+EXACT, TOPS, BALANCED = 1e-7, 1e-4, 1e-10  # of the scales: states, tops of C, C after jumps
 AWAY = 1e-6  # of the range of the control: values so near to a jump are not asked for
 LOST = 1e-5  # of the energies: jumps that lose less are not asked for
 NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes looked at closer
@@ -251,7 +251,7 @@ def _jumps(case, history, truth, end, nodes):
         return list(_missed(events, jumps, window))
     if len(events) != len(jumps):
         return [f"{len(events)} jumps instead of {len(jumps)}"]
-    faults = []
+    faults = [*_unbalanced(case, history, BALANCED * float(np.ptp(truth.values)))]
     for event, jump in zip(events, jumps, strict=True):
         deep = case.scale + abs(jump.before.depth - truth.touch) + abs(jump.after.depth)
         for name, own, other, bound in (
@@ -262,6 +262,16 @@ def _jumps(case, history, truth, end, nodes):
             if not abs(own - other) <= bound:
                 faults.append(f"jump at {jump.value:.6g}: {name} {own:.9g} instead of {other:.9g}")
     return faults[:3]
+
+
+def _unbalanced(case, history, bound):
+    """Events, however small, after which the load does not balance."""
+    for event in history.events:
+        if not math.isnan(event.after.left):
+            depth, force = event.after.depth, event.after.force
+            found = depth + force / case.stiffness if case.stiffness else force
+            if not abs(found - event.control) <= bound:
+                yield f"jump at {event.control:.9g}: lands at {found:.9g}"
 
 
 def _missed(events, jumps, window):
