@@ -24,6 +24,7 @@ from energy.arrays import Array
 
 End = int | None  # the contact node on one side of a free surface; None: none there
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
+_LOOKED = 1 << 10  # links at a time
 
 
 class Change(NamedTuple):
@@ -83,21 +84,38 @@ class Walk:
             while track.at is not None:
                 track = self.track(track.after, track.at, depth)
             return track.after
-        ((first, last),), passed = nodes, self._passed(nodes, sign)
-        left, right = (np.sum(p <= depth if sign > 0 else p < -depth).item() for p in passed)
-        first, last, touch = first - sign * left, last + sign * right, self.row.touch
+        ((first, last),), touch = nodes, self.row.touch
+        left, right = (self._links(*ahead, sign, depth) for ahead in self._ahead(nodes, sign))
+        first, last = first - sign * left, last + sign * right
         if first < last:
             return ((first, last),)
         return ((touch, touch),) if depth >= self.row.lowest else ()
 
-    def _passed(self, nodes: Contacts, sign: int) -> list[Array]:
-        """± the depths at which both lines of one convex contact have passed the links ahead."""
-        ((first, last),), rules = nodes, self.closing if sign > 0 else self.opening
-        left, right = rules.outwards[-1], rules.outwards[1]
-        links = [left[first::-1], right[last:]]
-        if sign < 0:  # between the last two nodes, and so on inwards
-            links = [left[first + 1 : last + 1], right[first:last][::-1]]
-        return [np.maximum.accumulate(sign * part) for part in links]
+    def _ahead(self, nodes: Contacts, sign: int) -> Sequence[tuple[range, int]]:
+        """The nodes on this side of the links that both lines of one contact pass, and the side."""
+        ((first, last),) = nodes
+        if sign > 0:
+            return (range(first, 0, -1), -1), (range(last, self.row.size - 1), 1)
+        return (range(first + 1, last + 1), -1), (range(last - 1, first - 1, -1), 1)
+
+    def _passed(self, ahead: range, side: int, sign: int) -> Array:
+        """± the depths at which a line of one convex contact has passed these links."""
+        nodes = np.arange(ahead.start, ahead.stop, ahead.step)
+        rules = self.closing if sign > 0 else self.opening
+        return np.maximum.accumulate(sign * rules.outwards(nodes, side))
+
+    def _links(self, ahead: range, side: int, sign: int, depth: float) -> int:
+        """How many of them it passes on the way to a depth.
+
+        Pressed in a line contact, each at a depth beyond the one before: only some are looked at.
+        """
+        stride = 1 if sign < 0 or self.row.lattice.axis == 0 else 1 + len(ahead) // _LOOKED
+        passed = self._passed(ahead[::stride], side, sign)
+        count = int(passed.searchsorted(sign * depth, "right" if sign > 0 else "left"))
+        if stride == 1:
+            return count
+        start = max(count - 1, 0) * stride
+        return start + self._links(ahead[start : start + stride], side, sign, depth)
 
     def track(self, nodes: Contacts, start: float, end: float) -> Track:
         """The way to another depth, up to the first event."""
@@ -133,7 +151,7 @@ class Walk:
         if len(nodes) != 1 or not self.row.clear:
             return []
         ((first, last),), sign = nodes, 1 if end >= depth else -1
-        passed, stop = self._passed(nodes, sign), sign * end
+        passed, stop = [self._passed(*each, sign) for each in self._ahead(nodes, sign)], sign * end
         for part in passed:
             together = part <= np.append(sign * depth, part[:-1])
             stop = min(stop, float(part[together].min(initial=math.inf)))

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import EPSILON
-from discretization.nodes.lattice import Lattice
+from discretization.nodes.lattice import Lattice, shares
 from energy.arrays import Array
 
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
@@ -49,26 +49,18 @@ class Rules:
     clear: bool = False
     first: int = 0
 
-    @functools.cached_property
-    def outwards(self) -> dict[int, Array]:
-        """Depths at which an outermost line at each node passes the next link on a side (n,).
-
-        Beyond the last node, +1 on the right, -1 on the left, there is no link to pass.
-        """
-        nodes, none = np.arange(self.f.size), math.inf
-        left = np.append(none, self._passed(nodes[1:], -1, self.work))
-        if self.lattice.axis == 0:
-            left[1:] = -math.inf  # a contact around the axis is never opened there
-        return {-1: left, 1: np.append(self._passed(nodes[:-1], 1, self.work), none)}
+    def outwards(self, node: Any, side: int) -> Any:
+        """Depths at which outermost lines at nodes pass the next link on a side."""
+        if side < 0 and self.lattice.axis == 0:  # a contact around the axis is never opened there
+            return np.full(np.shape(node), -math.inf)
+        return self._passed(node, side, self.work[node - (side < 0)])
 
     def _passed(self, node: Any, side: int, work: Any, other: int | None = None) -> Any:
         """Where lines at nodes pass the next link, or the last two to another one, of this work."""
         f, apart = self.f, math.inf if other is None else abs(other - node)
         far, remainder, stiffness = self.lattice.beside(self.first + node, side, apart)
-        felt = far * (f[node] - f[node if other is None else other])
-        return (
-            f[node] + (f[node + side] - f[node] + felt - np.sqrt(2 * work / stiffness)) / remainder
-        )
+        rise = f[node + side] - f[node] + far * (f[node] - f[node if other is None else other])
+        return f[node] + (rise - np.sqrt(2 * work / stiffness)) / remainder
 
     @functools.cached_property
     def torn(self) -> Array:
@@ -81,7 +73,7 @@ class Rules:
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
-            return float(self.outwards[side][node])
+            return float(self.outwards(node, side)) if 0 <= node + side < self.f.size else math.inf
         first, last = sorted((node, other if abs(other - node) == 2 else node + side))
         return float(self._passed(node, side, float(self.work[first:last].sum()), other))
 
@@ -114,20 +106,11 @@ class Rules:
         best = int(np.argmin(depths))
         return float(depths[best]), int(nodes[best])
 
-    @functools.cached_property
-    def _decays(self) -> tuple[Array, Array, Array]:
-        """e⁻ˣ, e⁻ˣ - 1 and e⁻²ˣ - 1 at x = μp for p = 0, 1, .. links, and last for p = ∞."""
-        x = self.lattice.log_decay * np.append(np.arange(float(self.f.size)), math.inf)
-        return np.exp(-x), np.expm1(-x), np.expm1(-2 * x)
-
     def _surface(self, left: int | None, right: int | None, nodes: Any) -> tuple[Any, Any]:
-        """1 - a - b and a f_i + b f_j at free nodes between two contacts: `shares` from a table."""
-        once, less, twice = self._decays
-        p, f_left = (-1, 0.0) if left is None else (nodes - left, self.f[left])
-        q, f_right = (-1, 0.0) if right is None else (right - nodes, self.f[right])
-        both = -1 if left is None or right is None else right - left
-        near, far = once[p] * twice[q] / twice[both], once[q] * twice[p] / twice[both]
-        remainder = less[p] * less[q] / (1 + once[p] * once[q])
+        """1 - a - b and a f_i + b f_j at free nodes between two contacts."""
+        p, f_left = (math.inf, 0.0) if left is None else (nodes - left, self.f[left])
+        q, f_right = (math.inf, 0.0) if right is None else (right - nodes, self.f[right])
+        near, far, remainder = shares(self.lattice.log_decay, p, q)
         return remainder, near * f_left + far * f_right
 
     def tears(self, first: int, last: int) -> tuple[float, int]:
