@@ -142,10 +142,12 @@ def followed(
     early = _HELD * rests.size + rests.noise(lines)[:, None]
     good = ~(free & (way * (ahead - depths[0]) > early)).any(axis=1)
     size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + rests.length
-    x = np.repeat(lines[:, None, :], depths.size, axis=1) if guess is None else guess
+    room, x = rests.between_corners(lines, way), np.repeat(lines[:, None, :], depths.size, axis=1)
+    if guess is not None:  # which may be beyond a corner
+        x = np.where(free[:, None], np.clip(guess, *room[:, :, None]), x)
     last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
     moves = free.any(axis=1)
-    on = Way(depths, way, free, rests.between_corners(lines, way), size)
+    on = Way(depths, way, free, room, size)
     rates, found = _newton(rests, x, on, last, moves & good)
     good &= stable(rates, free) & (found | ~moves)
     with np.errstate(divide="ignore", invalid="ignore"):

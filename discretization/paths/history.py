@@ -204,7 +204,7 @@ class History:
         held = [state for run in runs for state in run if not math.isnan(state.left)]
         none = Snapshot(math.nan, math.inf, math.nan, math.nan, math.nan)
         state = min([none, *held, *self._turns()], key=lambda state: state.force)
-        if (least := state.force) >= 0:
+        if (least := state.force) >= -_NOISE * np.abs(self.force).max(initial=0.0):
             raise ValueError(
                 f"least force = {least!r} of this path is not tensile; retract the indenter further"
             )

@@ -193,6 +193,8 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_no_adhesion", 42),  # pressed as deep as the profile is known
     ("machine_no_adhesion", 30),  # a narrow gap at a corner that points inwards
     ("machine_small", 106),  # lines that face each other and hardly come to rest
+    ("machine_no_adhesion", 1010),  # a way that begins at a corner, told by a place beyond that
+    ("machine_pattern", 13),  # a fold of C next to its peak, hardly drawn
     ("machine_no_tension", 62),  # a sharp tooth of C in every wave of a profile nearly flat there
 )
 # Seeds that take little processor time: of each class one that is convex, smooth ones and ones with
