@@ -50,24 +50,17 @@ def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST
 
 
 def least(
-    h: Function,
-    lo: float,
-    hi: float,
-    enough: float = -math.inf,
-    sections: int = _SECTIONS,
-    fall: float = math.inf,
+    h: Function, lo: float, hi: float, enough: float = -math.inf, sections: int = _SECTIONS
 ) -> tuple[float, float]:
     """Where h, with one minimum between two points, is least, and h there, by golden sections.
 
-    Or where one value is not more than `enough`, or none will be: h falls by no more than `fall`
-    between the two points, and by the square of their share of that between nearer ones.
+    Or where one value is not more than `enough`.
     """
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
     low, high = h(one), h(other)
     for _ in range(sections):
-        if min(low, high) <= enough or min(low, high) - fall > enough:
+        if min(low, high) <= enough:
             break
-        fall *= _GOLDEN * _GOLDEN
         if low <= high:
             hi, other, high = other, one, low
             low = h(one := hi - _GOLDEN * (hi - lo))

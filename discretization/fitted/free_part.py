@@ -80,7 +80,7 @@ class FreePart:
                 if moved is None and math.isinf(q - p):
                     edge = float(self.rests.profile.x[0 if math.isinf(q) else -1])
                     raise unknown(depth, edge)
-                return pairs(self._creeping(q, p, depth)), depth, False
+                return pairs(self._creeping(q, p, depth, moved)), depth, False
             else:
                 room, dip = room / 2 if run < 0 else room, clear
                 high, run = depth, min(run, 0) - 1
@@ -116,9 +116,8 @@ class FreePart:
                 return True
         return False
 
-    def _creeping(self, q: float, p: float, depth: float) -> Lines:
-        """Both lines of a free surface advance from sample to sample, until it touches."""
-        end = self.search.advance(q, p, depth)
+    def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
+        """Both lines of a free surface advance to an end from sample to sample until it touches."""
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least(end, depth)[1]
             return q, place, place, p

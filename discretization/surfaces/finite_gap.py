@@ -33,7 +33,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization.roots import crossings
 from discretization.surfaces.network import on_elements, rounded
 from energy.arrays import Array, Indices
 
@@ -42,7 +41,8 @@ _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 _UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 _STEEPEST = math.sqrt(2) * (1 - _UPRIGHT)  # p, and the displacement of a tail, at most
-_CLOSE = 8e-16  # of T: what x and L may differ by
+_CLOSE = 2e-16  # of T: what is left after the last step
+_HALVINGS = 80  # to the spacing of floating-point numbers
 _INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
 _INVERSE = 8  # steps of Newton's method to it
 
@@ -84,26 +84,51 @@ def rate(p: Any) -> Any:
     return (1 - square / 2) / np.sqrt(1 - square / 4)
 
 
-# p at both lines of gaps with these numbers (k,) and ranges T (k, 1)
-Ends = Callable[[Array, Indices], tuple[Array, Array]]
+# of ranges T (n, 1): p at both lines, and ∂p/∂T there at a given τ
+Ends = Callable[[Array], tuple[Any, Array, Any, Array]]
 
 
 def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
-    """T with x(T) = L (n, 1), from T = L on.
+    """T with x(T) = L (n, 1), by Newton's method and halving, from T = L + 3/8 ∫p² dτ on.
 
     steepest: |p| at both lines is no more from T = 1 on. As 1 - h <= p²/2 and |p| decays by e^-τ
-    from either line, L <= T <= L + 1 + 2 ln(steepest).
+    from either line, L <= T <= L + 1 + 2 ln(steepest). A step that the next one, by its share of
+    the one before, would not change is the last.
     """
+    start, end, *_ = ends(length)
+    sinh, cosh = np.sinh(length), np.cosh(length)
+    square = (start * start + end * end) * (cosh - length / sinh) / 2
+    square += start * end * (length * cosh / sinh - 1)
+    T, before = length + np.minimum(0.375 * square / sinh, length), np.full_like(length, math.nan)
+    low, high, left = length, length + 1 + 2 * np.log(steepest), before
+    slow = last = np.zeros(length.shape, bool)
+    for _ in range(_HALVINGS):
+        x, slope = _crossed(T, ends(T))
+        off = x - length
+        low, high = np.where(off < 0, T, low), np.where(off < 0, high, T)
+        slow, left = (np.abs(off) > left / 2) & ~slow, np.abs(off)
+        new = T - off / slope
+        new = np.where((new >= low) & (new <= high) & ~slow, new, (low + high) / 2)
+        step = np.abs(new - T)
+        T = np.where(last, T, new)
+        last = last | (step**3 <= _CLOSE * T * before**2) | (left <= 4 * _CLOSE * T)
+        if last.all():
+            break
+        before = step
+    return T
 
-    def off(T: Array, own: Indices) -> Array:
-        """(x - L)/T."""
-        mesh, (start, end) = mesh_of(T), ends(T[:, None], own)
-        grown = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
-        return np.asarray(rate(start * grown[:, ::-1] + end * grown) @ mesh.weights - low[own] / T)
 
-    low = length[:, 0]
-    high = low + 1 + 2 * np.log(steepest)
-    return crossings(off, low, high, low, 1 / low, _CLOSE)[:, None]
+def _crossed(T: Array, lines: tuple[Any, Array, Any, Array]) -> tuple[Array, Array]:
+    """x(T) and dx/dT = h(p_end) + ∫h'(p) ∂p/∂T dτ."""
+    (start, end, one, other), mesh = lines, mesh_of(T)
+    grown = np.sinh(T * mesh.nodes) / np.sinh(T)
+    back = grown[:, ::-1]
+    p = start * back + end * grown
+    square = np.minimum(p * p, _STEEPEST**2)
+    root = np.sqrt(1 - square / 4)
+    h, bend = (1 - square / 2) / root, p * (square / 8 - 0.75) / (root * root * root)
+    moved = T * ((bend * (one * back + other * grown)) @ mesh.weights)[:, None]
+    return T * (h @ mesh.weights)[:, None], h[:, -1:] + moved
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
@@ -112,16 +137,19 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     Numbers or arrays (n,); length: of the gap.
     """
     one = not (np.ndim(p) or np.ndim(rise) or np.ndim(length))
-    p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
-    p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, FAR))
+    p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, np.minimum(length, FAR)))
 
-    def ends(T: Array, own: Indices) -> tuple[Array, Array]:
+    def ends(T: Array) -> tuple[Any, Array, Any, Array]:
         """At the other line at most upright: what would turn over falls short of it."""
-        end = rise[own] / np.tanh(T / 2) - p[own]
-        return p[own], np.minimum(np.maximum(end, -_STEEPEST), _STEEPEST)
+        sinh, half = np.sinh(T), np.tanh(T / 2)
+        end = rise / half - p
+        free = np.abs(end) < _STEEPEST
+        end = np.minimum(np.maximum(end, -_STEEPEST), _STEEPEST)
+        u = (end * np.cosh(T) - p) / sinh
+        return p, end, 0.0, free * rise * (1 - half**-2) / 2 - u
 
     T = range_of(length, ends, 2.0)
-    u = (ends(T, np.arange(len(T)))[1] - p * np.cosh(T)) / np.sinh(T)
+    u = (ends(T)[1] - p * np.cosh(T)) / np.sinh(T)
     return float(u[0, 0]) if one else u[:, 0]
 
 
@@ -130,15 +158,16 @@ def sine(p: Any) -> Any:
     return p * np.sqrt(np.maximum(1 - p * p / 4, 0.0))
 
 
-def _ends(left: Array, rise: Array, T: Array) -> tuple[Array, Array]:
-    """p at both lines of surfaces displaced by `left` and `left + rise` there."""
-    steep, tanh = rise / np.sinh(T), np.tanh(T / 2)
-    return steep - left * tanh, steep + (left + rise) * tanh
+def _ends(left: Array, rise: Array, T: Array) -> tuple[Any, Array, Any, Array]:
+    """Of surfaces displaced by `left` and `left + rise` at both lines, as above."""
+    sinh, tanh = np.sinh(T), np.tanh(T / 2)
+    start, end = rise / sinh - left * tanh, rise / sinh + (left + rise) * tanh
+    return start, end, -end / sinh, -end / np.tanh(T)
 
 
 def _exponentials(left: Array, rise: Array, T: Array, tau: Array) -> tuple[Array, Array]:
     """p and u - left of such surfaces at τ."""
-    start, end = _ends(left, rise, T)
+    start, end, *_ = _ends(left, rise, T)
     grown, shrunk = np.sinh(tau) / np.sinh(T), np.sinh(T - tau) / np.sinh(T)
     back = np.sinh(tau / 2) * np.sinh((T - tau) / 2) / np.cosh(T / 2)
     return start * shrunk + end * grown, rise * grown - 2 * left * back
@@ -250,8 +279,8 @@ def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
         left = u * np.exp(-FAR * mesh_of(T).nodes)
         return Gaps(T, -left, left, left - u)
     u, rise, width = np.broadcast_arrays(u, rise, np.minimum(width, FAR))
-    steepest = 1 + np.abs(u[:, 0]) + 2 * np.abs(rise[:, 0])
-    T = range_of(width, lambda T, own: _ends(u[own], rise[own], T), steepest)
+    steepest = 1 + np.abs(u) + 2 * np.abs(rise)
+    T = range_of(width, lambda T: _ends(u, rise, T), steepest)
     p, rises = _exponentials(u, rise, T, T * mesh_of(T).nodes)
     return Gaps(T, p, u + rises, rises)
 
