@@ -6,6 +6,7 @@ they go to the first places where D >= d, receding (way -1) to the first where D
 are found at once by Newton's method.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.rest_depths import TIE, RestDepths, displacement_scale
-from discretization.fitted.tension import pull
+from discretization.fitted.tension import Pull, bounds, pull
 from discretization.fitted.zeros import first_zero, followed
 from discretization.surfaces.protocol import At
 from energy.arrays import Array
@@ -45,9 +46,24 @@ class LineSearch:
 
         One closes at clearly less than opens one, or it would open and close for ever.
         """
-        scene, profile, least = self.rests.scene, self.rests.profile, self.least_pull(depth)
-        torn = bool(self.torn(one, other, depth).size)
-        return torn or pull(scene, profile, one, other, depth).force > _SHUT * least
+        profile, least = self.rests.profile, _SHUT * self.least_pull(depth)
+        own = profile.beyond(one, other)
+        inner = (self._bounds[0, own.start : own.stop - 1] - depth) * np.diff(profile.x[own])
+        if (inner > least * self.rests.length).any() or self.torn(one, other, depth).size:
+            return True
+        return self.pull(one, other, depth).force > least
+
+    @functools.cached_property
+    def _bounds(self) -> Array:
+        """Of the pull at depth 0 between samples."""
+        return bounds(self.rests.scene, self.rests.profile)
+
+    def pull(self, one: float, other: float, depth: float) -> Pull:
+        """The largest pull in contact between two positions, in either order."""
+        (lo, hi), scene, profile = sorted((one, other)), self.rests.scene, self.rests.profile
+        first, last = np.searchsorted(profile.x, lo, "right") - 1, np.searchsorted(profile.x, hi)
+        most = self._bounds[1, max(first, 0) : last].max(initial=-math.inf)
+        return Pull() if most < depth else pull(scene, profile, lo, hi, depth)
 
     def least_pull(self, depth: float) -> float:
         """The least pull at which a contact that does not adhere opens, over kl [length].

@@ -30,9 +30,9 @@ class Pull(NamedTuple):
     nan if nowhere; force: at most so much it pulls there, over kl [length].
     """
 
-    worst: float
-    ends: tuple[float, float]
-    force: float
+    worst: float = 0.0
+    ends: tuple[float, float] = (math.nan, math.nan)
+    force: float = 0.0
 
 
 def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float) -> Pull:
@@ -60,6 +60,18 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
         cells = cells.reshape(4, -1)[:, max(cell - 1, 0) : cell + 2]
     wide = min((ends[1] - ends[0]) / length, 1.0) if worst > 0 else 0.0
     return Pull(max(worst, 0.0), ends, max(worst, 0.0) * wide)
+
+
+def bounds(scene: Scene, profile: Resolved) -> Array:
+    """The least and the largest pull at depth 0 between neighbouring samples (2, n)."""
+    x, slope = profile.x, profile.slope
+    parts = _divided(profile, np.array([x[:-1], x[1:], slope[:-1], slope[1:]]))
+    with np.errstate(divide="ignore", invalid="ignore"):  # at a corner
+        values = _along(parts, _pulls(scene, profile, parts, 0.0))[1].reshape(x.size - 1, -1)
+        least, most = values.min(axis=1), values.max(axis=1)
+        found = np.array([least, most]) + np.multiply.outer((-_RISES, _RISES), most - least)
+    known = np.diff(x) > _SHORT * scene.elastocapillary_length
+    return np.where(known, found, -math.inf)
 
 
 def _divided(profile: Resolved, cells: Array) -> Array:
