@@ -12,6 +12,7 @@ import numpy as np
 
 from discretization.certificate import EPSILON
 from discretization.profile import Resolved
+from discretization.surfaces.protocol import ANY
 from energy import Scene
 from energy.arrays import Array
 
@@ -71,7 +72,7 @@ def bounds(scene: Scene, profile: Resolved) -> Array:
         least, most = values.min(axis=1), values.max(axis=1)
         found = np.array([least, most]) + np.multiply.outer((-_RISES, _RISES), most - least)
     known = np.diff(x) > _SHORT * scene.elastocapillary_length
-    return np.where(known, found, -math.inf)
+    return np.where(known, found, ANY)
 
 
 def _divided(profile: Resolved, cells: Array) -> Array:
