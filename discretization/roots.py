@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from energy.arrays import Array, Indices
 
 Function = Callable[[float], float]
-Functions = Callable[[Array, Indices], Array]
+Functions = Callable[[Array, Indices], Any]
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
 _HALVINGS = 200  # secants, and halvings where those are slow
@@ -100,29 +101,34 @@ def crossings(
 ) -> Array:
     """Zeros (n,) of n functions between lo and hi, all at once, by secants and halving.
 
-    h(x, own): the values of the functions with these numbers at x. They change sign once, from
-    there to hi as `rise`, a guess of their slopes. A value of no more than `enough` is zero.
+    h(x, own): the values of the functions with these numbers at x, or these and their slopes: then
+    by Newton's method. They change sign once, from there to hi as `rise`, a guess of their slopes.
+    A value of no more than `enough` is zero.
     """
-    x, own, at = guess.copy(), np.arange(guess.size), guess
+    x, own, at, step = guess.copy(), np.arange(guess.size), guess, np.full(guess.size, math.nan)
     value, slope, slow = h(at, own), rise, np.zeros(own.size, bool)
+    if newton := isinstance(value, tuple):
+        value, slope = value
     side = np.where(rise < 0, -1.0, 1.0)
     for _ in range(_HALVINGS):
-        low = side * value <= 0
+        low, near = side * value <= 0, np.abs(value) <= enough
         lo, hi = np.where(low, at, lo), np.where(low, hi, at)
         with np.errstate(divide="ignore", invalid="ignore"):
             new = at - value / slope
         inside = (new >= lo) & (new <= hi) & ~slow
         new = np.where(inside, new, (lo + hi) / 2)
-        known = (np.abs(value) <= enough) | (np.abs(new - at) <= _CLOSE * np.abs(new))
+        last, step = step, np.abs(new - at)
+        least = _CLOSE * np.abs(new)
+        known = near | (step <= least) | (newton & (step**3 <= least * last * last))
+        x[own] = np.where(near, at, new)
         if known.any():
             own, slow = own[~known], slow[~known]
-            parts = (at, new, value, lo, hi, side)
-            at, new, value, lo, hi, side = (part[~known] for part in parts)
+            parts = (at, new, value, lo, hi, side, step)
+            at, new, value, lo, hi, side, step = (part[~known] for part in parts)
         if not own.size:
             break
         before, value = value, h(new, own)
-        slow = (np.abs(value) > np.abs(before) / 2) & ~slow
         with np.errstate(divide="ignore", invalid="ignore"):
-            slope = (value - before) / (new - at)
-        x[own] = at = new
+            value, slope = value if newton else (value, (value - before) / (new - at))
+        slow, at = (np.abs(value) > np.abs(before) / 2) & ~slow, new
     return x

@@ -33,6 +33,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from discretization.roots import crossings
 from discretization.surfaces.network import on_elements, rounded
 from energy.arrays import Array, Indices
 
@@ -41,8 +42,7 @@ _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 _UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 _STEEPEST = math.sqrt(2) * (1 - _UPRIGHT)  # p, and the displacement of a tail, at most
-_CLOSE = 2e-16  # of T: what is left after the last step
-_HALVINGS = 80  # to the spacing of floating-point numbers
+_CLOSE = 8e-16  # of T: what x and L may differ by
 _INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
 _INVERSE = 8  # steps of Newton's method to it
 
@@ -78,57 +78,42 @@ def _meshes(count: int) -> Mesh:
     return Mesh(ends, nodes, weights, own)
 
 
-def rate(p: Any) -> Any:
-    """h(p)."""
+def rate(p: Any) -> tuple[Any, Any]:
+    """h(p) and h'(p)."""
     square = np.minimum(p * p, _STEEPEST**2)
-    return (1 - square / 2) / np.sqrt(1 - square / 4)
+    root = np.sqrt(1 - square / 4)
+    return (1 - square / 2) / root, p * (square / 8 - 0.75) / (root * root * root)
 
 
-# of ranges T (n, 1): p at both lines, and ∂p/∂T there at a given τ
-Ends = Callable[[Array], tuple[Any, Array, Any, Array]]
+# of gaps with these numbers (k,) and ranges T (k, 1): p at both lines, and ∂p/∂T there at a given τ
+Ends = Callable[[Array, Indices], tuple[Array, Array, Any, Array]]
 
 
 def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
-    """T with x(T) = L (n, 1), by Newton's method and halving, from T = L + 3/8 ∫p² dτ on.
+    """T with x(T) = L (n, 1), from T = L + 3/8 ∫p² dτ on.
 
     steepest: |p| at both lines is no more from T = 1 on. As 1 - h <= p²/2 and |p| decays by e^-τ
-    from either line, L <= T <= L + 1 + 2 ln(steepest). A step that the next one, by its share of
-    the one before, would not change is the last.
+    from either line, L <= T <= L + 1 + 2 ln(steepest).
     """
-    start, end, *_ = ends(length)
-    sinh, cosh = np.sinh(length), np.cosh(length)
+
+    def off(T: Array, own: Indices) -> tuple[Array, Array]:
+        """(x - L)/T, and dx/dT = h(p_end) + ∫h'(p) ∂p/∂T dτ over T."""
+        mesh, (start, end, one, other) = mesh_of(T), ends(T[:, None], own)
+        grown = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
+        back = grown[:, ::-1]
+        h, bend = rate(start * back + end * grown)
+        moved = (bend * (one * back + other * grown)) @ mesh.weights
+        return h @ mesh.weights - low[own] / T, h[:, -1] / T + moved
+
+    (start, end, *_), sinh, cosh = (
+        ends(length, np.arange(len(length))),
+        np.sinh(length),
+        np.cosh(length),
+    )
     square = (start * start + end * end) * (cosh - length / sinh) / 2
     square += start * end * (length * cosh / sinh - 1)
-    T, before = length + np.minimum(0.375 * square / sinh, length), np.full_like(length, math.nan)
-    low, high, left = length, length + 1 + 2 * np.log(steepest), before
-    slow = last = np.zeros(length.shape, bool)
-    for _ in range(_HALVINGS):
-        x, slope = _crossed(T, ends(T))
-        off = x - length
-        low, high = np.where(off < 0, T, low), np.where(off < 0, high, T)
-        slow, left = (np.abs(off) > left / 2) & ~slow, np.abs(off)
-        new = T - off / slope
-        new = np.where((new >= low) & (new <= high) & ~slow, new, (low + high) / 2)
-        step = np.abs(new - T)
-        T = np.where(last, T, new)
-        last = last | (step**3 <= _CLOSE * T * before**2) | (left <= 4 * _CLOSE * T)
-        if last.all():
-            break
-        before = step
-    return T
-
-
-def _crossed(T: Array, lines: tuple[Any, Array, Any, Array]) -> tuple[Array, Array]:
-    """x(T) and dx/dT = h(p_end) + ∫h'(p) ∂p/∂T dτ."""
-    (start, end, one, other), mesh = lines, mesh_of(T)
-    grown = np.sinh(T * mesh.nodes) / np.sinh(T)
-    back = grown[:, ::-1]
-    p = start * back + end * grown
-    square = np.minimum(p * p, _STEEPEST**2)
-    root = np.sqrt(1 - square / 4)
-    h, bend = (1 - square / 2) / root, p * (square / 8 - 0.75) / (root * root * root)
-    moved = T * ((bend * (one * back + other * grown)) @ mesh.weights)[:, None]
-    return T * (h @ mesh.weights)[:, None], h[:, -1:] + moved
+    low, guess = length[:, 0], (length + np.minimum(0.375 * square / sinh, length))[:, 0]
+    return crossings(off, low, low + 1 + 2 * np.log(steepest), guess, 1 / low, _CLOSE)[:, None]
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
@@ -138,18 +123,20 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     """
     one = not (np.ndim(p) or np.ndim(rise) or np.ndim(length))
     p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, np.minimum(length, FAR)))
+    if not one:
+        p, rise, length = np.broadcast_arrays(p, rise, length)
 
-    def ends(T: Array) -> tuple[Any, Array, Any, Array]:
+    def ends(T: Array, own: Indices) -> tuple[Array, Array, Any, Array]:
         """At the other line at most upright: what would turn over falls short of it."""
-        sinh, half = np.sinh(T), np.tanh(T / 2)
-        end = rise / half - p
+        start, half = p[own], np.tanh(T / 2)
+        end = rise[own] / half - start
         free = np.abs(end) < _STEEPEST
         end = np.minimum(np.maximum(end, -_STEEPEST), _STEEPEST)
-        u = (end * np.cosh(T) - p) / sinh
-        return p, end, 0.0, free * rise * (1 - half**-2) / 2 - u
+        u = (end * np.cosh(T) - start) / np.sinh(T)
+        return start, end, 0.0, free * rise[own] * (1 - half**-2) / 2 - u
 
     T = range_of(length, ends, 2.0)
-    u = (ends(T)[1] - p * np.cosh(T)) / np.sinh(T)
+    u = (ends(T, np.arange(len(T)))[1] - p * np.cosh(T)) / np.sinh(T)
     return float(u[0, 0]) if one else u[:, 0]
 
 
@@ -158,7 +145,7 @@ def sine(p: Any) -> Any:
     return p * np.sqrt(np.maximum(1 - p * p / 4, 0.0))
 
 
-def _ends(left: Array, rise: Array, T: Array) -> tuple[Any, Array, Any, Array]:
+def _ends(left: Array, rise: Array, T: Array) -> tuple[Array, Array, Any, Array]:
     """Of surfaces displaced by `left` and `left + rise` at both lines, as above."""
     sinh, tanh = np.sinh(T), np.tanh(T / 2)
     start, end = rise / sinh - left * tanh, rise / sinh + (left + rise) * tanh
@@ -199,7 +186,7 @@ class Gaps:
     @functools.cached_property
     def h(self) -> Array:
         """dx/dτ at the nodes."""
-        return np.asarray(rate(self.p))
+        return np.asarray(rate(self.p)[0])
 
     @functools.cached_property
     def upright(self) -> bool:
@@ -261,12 +248,12 @@ class Gaps:
         tau = np.interp(x, places, T * mesh.nodes)
         for _ in range(_INVERSE):
             off = on_elements(T * mesh.ends, places, tau)[0] - x
-            step = off / rate(_exponentials(*shape, tau)[0])
+            step = off / rate(_exponentials(*shape, tau)[0])[0]
             tau = np.clip(tau - step, 0.0, T)
             if (np.abs(step) <= _INSIDE).all():
                 break
         steep, rises = _exponentials(*shape, tau)
-        return left + rises, steep / rate(steep)
+        return left + rises, steep / rate(steep)[0]
 
 
 def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
@@ -279,8 +266,8 @@ def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
         left = u * np.exp(-FAR * mesh_of(T).nodes)
         return Gaps(T, -left, left, left - u)
     u, rise, width = np.broadcast_arrays(u, rise, np.minimum(width, FAR))
-    steepest = 1 + np.abs(u) + 2 * np.abs(rise)
-    T = range_of(width, lambda T: _ends(u, rise, T), steepest)
+    steepest = 1 + np.abs(u[:, 0]) + 2 * np.abs(rise[:, 0])
+    T = range_of(width, lambda T, own: _ends(u[own], rise[own], T), steepest)
     p, rises = _exponentials(u, rise, T, T * mesh_of(T).nodes)
     return Gaps(T, p, u + rises, rises)
 
