@@ -10,8 +10,8 @@ from energy.arrays import Array, Indices
 
 Function = Callable[[float], float]
 Functions = Callable[[Array, Indices], Any]
-_GOLDEN = (math.sqrt(5) - 1) / 2
-_SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
+_PLACES = np.arange(1, 8) / 8  # of what is between two points: there a minimum is looked for
+_ROUNDS = 16  # each leaves two of these parts, in the end 5e-10 of all: a minimum is flat
 _HALVINGS = 200  # secants, and halvings where those are slow
 CLOSEST = 4e-16  # of a zero: a few roundings
 _CLOSE = 2.0**-52  # of the position: steps of one rounding
@@ -51,24 +51,27 @@ def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST
 
 
 def least(
-    h: Function, lo: float, hi: float, enough: float = -math.inf, sections: int = _SECTIONS
+    h: Callable[[Array], Array],
+    lo: float,
+    hi: float,
+    enough: float = -math.inf,
+    rounds: int = _ROUNDS,
+    reach: float = math.inf,
 ) -> tuple[float, float]:
-    """Where h, with one minimum between two points, is least, and h there, by golden sections.
+    """Where h, with one minimum between two points, is least, and h there, at ever closer places.
 
-    Or where one value is not more than `enough`.
+    Or where it is not more than `enough`, or would not be even if it fell below the lowest place by
+    `reach` times what it falls towards that.
     """
-    one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
-    low, high = h(one), h(other)
-    for _ in range(sections):
-        if min(low, high) <= enough:
+    for _ in range(rounds):
+        x = lo + (hi - lo) * _PLACES
+        values = h(x)
+        i = int(np.argmin(values))
+        low, fall = float(values[i]), float(np.ptp(values[max(i - 1, 0) : i + 2]))
+        if low <= enough or low - reach * fall > enough:
             break
-        if low <= high:
-            hi, other, high = other, one, low
-            low = h(one := hi - _GOLDEN * (hi - lo))
-        else:
-            lo, one, low = one, other, high
-            high = h(other := lo + _GOLDEN * (hi - lo))
-    return (one, low) if low <= high else (other, high)
+        lo, hi = float(x[i - 1]) if i else lo, float(x[i + 1]) if i + 1 < x.size else hi
+    return float(x[i]), low
 
 
 def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, Array, Array]:

@@ -16,15 +16,13 @@ import numpy as np
 
 from discretization.fitted.rest_depths import RestDepths, solved, stable
 from discretization.profile import Resolved
-from discretization.roots import bracketed
+from discretization.roots import bracketed, least
 from energy.arrays import Array, Mask
 
 Function = Callable[..., Any]  # of x, numbers or arrays, and f(x) and f'(x) if they are known
 _BLOCK = 32  # samples read at once, four times as many each time
 _LEAST = 8  # samples on a way that ends at another line, however short it is
 _TOWARDS = 1 - 0.25 ** np.arange(1, 6)  # samples between the last one and that line
-_PLACES = np.arange(1, 8) / 8  # of an interval, at which a maximum is looked for there
-_ROUNDS = 14  # so often that interval is two of these parts
 _ULPS = 4.0  # roundings of x: no maximum lies in between
 _NEAR = 2.0  # times its distance from the next samples, that a maximum may rise above them
 _MOST = 48  # steps: where an equilibrium disappears they only halve
@@ -91,8 +89,8 @@ def _among(h: Function, x: Array, values: Array, exact: bool) -> float | None:
         before, beyond = float(x[i - 1]), float(x[i + 1])
         if abs(beyond - before) <= _ULPS * math.ulp(before):
             continue  # both sides of an edge
-        top = _top(h, before, beyond)
-        if top is not None:
+        top, low = least(lambda z: -h(z), before, beyond, 0.0, reach=_NEAR)
+        if low <= 0:
             inside = float(x[i]) if abs(top - before) > abs(x[i] - before) else before
             return bracketed(h, inside, top) if exact else inside
     if not stops.size:
@@ -102,23 +100,6 @@ def _among(h: Function, x: Array, values: Array, exact: bool) -> float | None:
     if inside == outside or not exact:
         return inside
     return bracketed(lambda x: known[x] if x in known else float(h(x)), inside, outside)
-
-
-def _top(h: Function, lo: float, hi: float) -> float | None:
-    """A place between where h >= 0, looked for around the highest of more and more places.
-
-    None once it would have to rise above them by more than it falls beside the highest.
-    """
-    for _ in range(_ROUNDS):
-        x = lo + (hi - lo) * _PLACES
-        values = h(x)
-        i = int(np.argmax(values))
-        if values[i] >= 0:
-            return float(x[i])
-        if values[i] + _NEAR * (values[i] - values[max(i - 1, 0) : i + 2].min()) < 0:
-            return None
-        lo, hi = float(x[i - 1]) if i else lo, float(x[i + 1]) if i + 1 < x.size else hi
-    return None
 
 
 def _peaks(x: Array, values: Array) -> list[int]:
