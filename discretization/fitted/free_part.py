@@ -121,21 +121,18 @@ class FreePart:
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least(end, depth)[1]
             return q, place, place, p
-        goal = end or (p, q)
-        while (q, p) != end:
-            step = (self._next(q, goal[0], 1), self._next(p, goal[1], -1))
-            if step[0] >= step[1] or step == (q, p):
-                return () if end is None else end
+        (left, right), profile = end or (p, q), self.rests.profile
+        lefts = [*profile.x[profile.beyond(q, left)].tolist(), left]
+        rights = [*profile.x[profile.beyond(p, right)].tolist()[::-1], right]
+        for i in range(max(len(lefts), len(rights))):
+            step = lefts[min(i, len(lefts) - 1)], rights[min(i, len(rights) - 1)]
+            if step[0] >= step[1]:
+                break
             clear, place = self.least(step, depth)
             if clear < -TIE * self.rests.size:
                 return q, place, place, p
             q, p = step
-        return q, p
-
-    def _next(self, x: float, goal: float, side: int) -> float:
-        """The next sample on the way of a line, or its goal."""
-        between = self.rests.profile.x[self.rests.profile.beyond(x, goal)]
-        return float(between[0 if side > 0 else -1]) if between.size else goal
+        return end or ()
 
     def least(self, lines: Pair, depth: float, *, exact: bool = False) -> tuple[float, float]:
         """The least of the minima of the clearance v = u - g between two lines, and where; or ∞.

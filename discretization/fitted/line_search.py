@@ -17,7 +17,6 @@ from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.rest_depths import TIE, RestDepths, displacement_scale
 from discretization.fitted.tension import Pull, bounds, pull
 from discretization.fitted.zeros import first_zero, followed
-from discretization.surfaces.protocol import At
 from energy.arrays import Array
 
 Pair = tuple[float, float]
@@ -60,10 +59,10 @@ class LineSearch:
 
     def pull(self, one: float, other: float, depth: float) -> Pull:
         """The largest pull in contact between two positions, in either order."""
-        (lo, hi), scene, profile = sorted((one, other)), self.rests.scene, self.rests.profile
-        first, last = np.searchsorted(profile.x, lo, "right") - 1, np.searchsorted(profile.x, hi)
-        most = self._bounds[1, max(first, 0) : last].max(initial=-math.inf)
-        return Pull() if most < depth else pull(scene, profile, lo, hi, depth)
+        own = self.rests.profile.beyond(one, other)
+        if self._bounds[1, max(own.start - 1, 0) : own.stop].max(initial=-math.inf) < depth:
+            return Pull()
+        return pull(self.rests.scene, self.rests.profile, one, other, depth)
 
     def least_pull(self, depth: float) -> float:
         """The least pull at which a contact that does not adhere opens, over kl [length].
@@ -134,20 +133,14 @@ class LineSearch:
         self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
     ) -> float | None:
         """Where one line rests beside the other, at most at the edge of the body; None: nowhere."""
-        profile = self.rests.profile
-        if math.isinf(x):
+        if math.isinf(x) or (way < 0 and x == limit):
             return x
-        if way > 0:
-            found = self._first_zero(side, x, facing, facing, depth, way, exact)
-            edge = profile.x[-1 if side > 0 else 0]
-            outside = found is None and math.isinf(facing) and edge in profile.indenter.walls
-            return float(edge) if outside else found
-        behind = profile.past(x, -side), *profile.at(x, -side)
-        rests = self.rests.rest_depth(side, *behind, self.rests.at(facing), self.rests.w(way))
-        if x == limit or rests - depth <= TIE * self.rests.size:
-            return x
-        found = self._first_zero(side, x, limit, facing, depth, way, exact)
-        return math.nextafter(limit, -side * math.inf) if found is None else found
+        end = facing if way > 0 else limit
+        found = self._first_zero(side, x, end, facing, depth, way, exact)
+        if found is not None or way < 0:
+            return math.nextafter(limit, -side * math.inf) if found is None else found
+        edge = float(self.rests.profile.x[-1 if side > 0 else 0])
+        return edge if math.isinf(facing) and edge in self.rests.profile.indenter.walls else None
 
     def _first_zero(
         self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
@@ -162,8 +155,8 @@ class LineSearch:
             f, f1 = (indenter.height(x), indenter.slope(x)) if f is None else (f, f1)
             return way * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
 
-        closed = way < 0 and math.isfinite(limit)
-        return first_zero(self.rests.profile, h, x, limit, closed, exact)
+        closed, slack = way < 0 and math.isfinite(limit), TIE * self.rests.size * (way < 0)
+        return first_zero(self.rests.profile, h, x, limit, closed, exact, slack)
 
     def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
@@ -183,6 +176,7 @@ class LineSearch:
         """
         side = 1 if abs(step[0]) >= abs(step[1]) else -1
         (own, other), move = ((q, p), step[0]) if side > 0 else ((p, q), step[1])
+        indenter = self.rests.profile.indenter
         while move:
             x, move = own + 4 * move, 4 * move
             passed = self.rests.profile.beyond(own, x)
@@ -190,15 +184,11 @@ class LineSearch:
                 break
             limit = x if way > 0 else side * math.inf
             stop = self._first_zero(-side, other, limit, x, depth, way, exact=True)
-            if stop is None or not self._moves(side, (own, x), (other, stop), depth, way):
+            if stop is None:
                 break
+            z, facing = own + (x - own) * _ALONG, self.rests.at(other + (stop - other) * _ALONG)
+            place = side, z, indenter.height(z), indenter.slope(z), facing, self.rests.w(way)
+            if (way * (self.rests.rest_depth(*place) - depth) >= 0).any():
+                break  # on its way, with the other line moving with it, the line is at rest
             own, other = x, stop
         return (own, other) if side > 0 else (other, own)
-
-    def _moves(self, side: int, own: Pair, facing: Pair, depth: float, way: int) -> bool:
-        """Whether a line is nowhere at rest on its way, while the other one moves with it."""
-        x, other = (start + (end - start) * _ALONG for start, end in (own, facing))
-        rests, indenter = self.rests, self.rests.profile.indenter
-        beyond, f, f1 = At(other, indenter.height(other)), indenter.height(x), indenter.slope(x)
-        rest = rests.rest_depth(side, x, f, f1, beyond, rests.w(way))
-        return bool((way * (rest - depth) < 0).all())

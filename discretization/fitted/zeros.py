@@ -37,15 +37,22 @@ _BACK = 1e-7  # of the position and l, as little as lines may move back by round
 
 
 def first_zero(
-    profile: Resolved, h: Function, start: float, limit: float, closed: bool, exact: bool
+    profile: Resolved,
+    h: Function,
+    start: float,
+    limit: float,
+    closed: bool,
+    exact: bool,
+    slack: float,
 ) -> float | None:
     """First x from `start` to `limit` with h >= 0, or a place just before; None if there is none.
 
-    closed: `limit` is asked as well, on this side of it; at another line it cannot be.
+    closed: `limit` is asked as well, on this side of it; at another line it cannot be. slack: by so
+    much h may be less at the start.
     """
     side = 1 if limit > start else -1
     value = float(h(profile.past(start, side), *profile.at(start, side)))
-    if value >= 0:
+    if value >= -slack:
         return start
     samples, first, size = _samples(profile, start, limit, side), 0, _BLOCK
     last = np.array([start, start]), np.array([-math.inf, value])
