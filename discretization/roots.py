@@ -9,6 +9,7 @@ import numpy as np
 from energy.arrays import Array, Indices
 
 Function = Callable[[float], float]
+Values = Callable[[Array], Array]
 Functions = Callable[[Array, Indices], Any]
 _PLACES = np.arange(1, 8) / 8  # of what is between two points: there a minimum is looked for
 _ROUNDS = 16  # each leaves two of these parts, in the end 5e-10 of all: a minimum is flat
@@ -51,12 +52,7 @@ def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST
 
 
 def least(
-    h: Callable[[Array], Array],
-    lo: float,
-    hi: float,
-    enough: float = -math.inf,
-    rounds: int = _ROUNDS,
-    reach: float = math.inf,
+    h: Values, lo: float, hi: float, enough: float, rounds: int = _ROUNDS, reach: float = math.inf
 ) -> tuple[float, float]:
     """Where h, with one minimum between two points, is least, and h there, at ever closer places.
 

@@ -142,7 +142,7 @@ class Alone:
         if not outer:
             return 0.0, self.touch
         last = float(self.rest_depth(1, outer, -1))
-        deep, value = least(lambda t: self.rest_depth(1, outer * np.exp(-t)), 0.0, _DEEP)
+        deep, value = least(lambda t: self.rest_depth(1, outer * np.exp(-t)), 0.0, _DEEP, -math.inf)
         places = (outer * math.exp(-deep), value), (outer, last), (0.0, self.touch)
         return min(places, key=lambda found: found[1])
 

@@ -35,12 +35,8 @@ _LEVEL = 1e-6  # of how v' varies around a minimum of v: v' there
 class FreePart:
     """Free surfaces that are pressed."""
 
+    rests: RestDepths
     search: LineSearch
-
-    @property
-    def rests(self) -> RestDepths:
-        """Where lines rest."""
-        return self.search.rests
 
     def advance(self, left: float, right: float, start: float, end: float) -> Lines:
         """The lines of a free surface with those of contacts that begin in it; () if it closes."""

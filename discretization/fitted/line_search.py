@@ -155,8 +155,8 @@ class LineSearch:
             f, f1 = (indenter.height(x), indenter.slope(x)) if f is None else (f, f1)
             return way * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
 
-        closed, slack = way < 0 and math.isfinite(limit), TIE * self.rests.size * (way < 0)
-        return first_zero(self.rests.profile, h, x, limit, closed, exact, slack)
+        closed, tie = way < 0 and math.isfinite(limit), TIE * self.rests.size * (way < 0)
+        return first_zero(self.rests.profile, h, (x, limit), closed, exact, tie)
 
     def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.

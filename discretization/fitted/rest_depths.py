@@ -96,8 +96,7 @@ class RestDepths:
 
     def _rise(self, line: At, facing: At) -> Any:
         """By how much the profile is higher at the facing line; of narrow gaps as ∫f' dx."""
-        close = abs(facing.x - line.x) < _NARROW * self.length
-        if not (close if isinstance(close, bool) else close.any()):
+        if np.min(abs(facing.x - line.x)) >= _NARROW * self.length:
             return facing.f - line.f
         found, near = np.asarray(facing.f - line.f, float), self._narrow(line.x, facing.x)
         if near.any():

@@ -42,7 +42,8 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     lo, hi = sorted((one, other))
     own = profile.beyond(lo, hi)
     x, slope = np.concatenate([[lo], profile.x[own], [hi]]), profile.slope[own]
-    left, right = [profile.at(lo, 1)[1], *slope], [*slope, profile.at(hi, -1)[1]]
+    first, last = profile.beside(np.array([lo, hi]), (1, -1))[1]
+    left, right = [first, *slope], [*slope, last]
     cells = np.array([x[:-1], x[1:], left, right])
     cells = cells[:, cells[1] - cells[0] > _SHORT * length]
     for _ in range(1 + _CLOSER if cells.size else 0):

@@ -37,22 +37,16 @@ _BACK = 1e-7  # of the position and l, as little as lines may move back by round
 
 
 def first_zero(
-    profile: Resolved,
-    h: Function,
-    start: float,
-    limit: float,
-    closed: bool,
-    exact: bool,
-    slack: float,
+    profile: Resolved, h: Function, ends: tuple[float, float], closed: bool, exact: bool, tie: float
 ) -> float | None:
-    """First x from `start` to `limit` with h >= 0, or a place just before; None if there is none.
+    """First x from a start to a limit with h >= 0, or a place just before; None if there is none.
 
-    closed: `limit` is asked as well, on this side of it; at another line it cannot be. slack: by so
+    closed: the limit is asked as well, on this side of it; at another line it cannot be. tie: by so
     much h may be less at the start.
     """
-    side = 1 if limit > start else -1
-    value = float(h(profile.past(start, side), *profile.at(start, side)))
-    if value >= -slack:
+    (start, limit), side = ends, 1 if ends[1] > ends[0] else -1
+    value = float(h(profile.past(start, side), *profile.beside(np.array(start), side)))
+    if value >= -tie:
         return start
     samples, first, size = _samples(profile, start, limit, side), 0, _BLOCK
     last = np.array([start, start]), np.array([-math.inf, value])
@@ -66,7 +60,7 @@ def first_zero(
         first, size = first + size, 4 * size
     if not closed:
         return None
-    value = float(h(profile.past(limit, -side), *profile.at(limit, -side)))
+    value = float(h(profile.past(limit, -side), *profile.beside(np.array(limit), -side)))
     return _among(h, np.append(last[0], limit), np.append(last[1], value), exact)
 
 

@@ -42,9 +42,9 @@ _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 _UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 _STEEPEST = math.sqrt(2) * (1 - _UPRIGHT)  # p, and the displacement of a tail, at most
-_CLOSE = 8e-16  # of T: what x and L may differ by
 _INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
 _INVERSE = 8  # steps of Newton's method to it
+_CLOSE = 8e-16  # of T: what x and L may differ by
 
 
 class Mesh(NamedTuple):
@@ -173,15 +173,10 @@ class Gaps:
     u: Array
     rises: Array
 
-    @property
-    def mesh(self) -> Mesh:
-        """The elements."""
-        return mesh_of(self.T)
-
     @functools.cached_property
     def half(self) -> Array:
         """Half the elements of the first one."""
-        return np.asarray(self.T[0, 0] * np.diff(self.mesh.ends)[:, None] / 2)
+        return np.asarray(self.T[0, 0] * np.diff(mesh_of(self.T).ends)[:, None] / 2)
 
     @functools.cached_property
     def h(self) -> Array:
@@ -203,12 +198,12 @@ class Gaps:
         """F (n,)."""
         h, square = self.h, self.p * self.p
         density = h * (self.u * self.u / 2) + square / (np.sqrt(h * h + square) + h)
-        return np.asarray(self.T[:, 0] * (density @ self.mesh.weights))
+        return np.asarray(self.T[:, 0] * (density @ mesh_of(self.T).weights))
 
     @functools.cached_property
     def area(self) -> Array:
         """∫u dx (n,)."""
-        return np.asarray(self.T[:, 0] * ((self.h * self.u) @ self.mesh.weights))
+        return np.asarray(self.T[:, 0] * ((self.h * self.u) @ mesh_of(self.T).weights))
 
     @functools.cached_property
     def residual(self) -> float:
@@ -216,7 +211,12 @@ class Gaps:
 
         The imbalance of a node, of a reaction, of the constancy of u²/2 + cos φ.
         """
-        (_, weights, d), mesh, half, rises = rounded(DEGREE), self.mesh, self.half, self.rises[0]
+        (_, weights, d), mesh, half, rises = (
+            rounded(DEGREE),
+            mesh_of(self.T),
+            self.half,
+            self.rises[0],
+        )
         h, u, inclined = self.h[0][mesh.own], self.u[0], rises[mesh.own] @ d.T
         steep = inclined / np.sqrt(half * half * h * h + inclined * inclined)
         pull = half * weights * h * u[mesh.own] + (weights * steep) @ d
@@ -231,7 +231,7 @@ class Gaps:
     @functools.cached_property
     def places(self) -> Array:
         """x of the nodes of the first one: on an element d x = h."""
-        d, h = rounded(DEGREE)[2], self.h[0][self.mesh.own]
+        d, h = rounded(DEGREE)[2], self.h[0][mesh_of(self.T).own]
         parts = np.linalg.solve(d[1:, 1:], (self.half * h)[:, 1:].T).T
         starts = np.append(0.0, np.cumsum(parts[:-1, -1]))
         return np.append(0.0, parts + starts[:, None])
@@ -241,7 +241,7 @@ class Gaps:
 
         Where they are further apart than here, the nearer one counts.
         """
-        (T,), left, mesh, places = self.T, self.u[0, :1], self.mesh, self.places
+        (T,), left, mesh, places = self.T, self.u[0, :1], mesh_of(self.T), self.places
         shape = left, self.rises[0, -1:], T
         half = places[-1] / 2
         x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
