@@ -36,9 +36,8 @@ class LineSearch:
 
     def closed(self, q: float, p: float, depth: float) -> bool:
         """Whether nothing holds a gap open: without adhesion, that the profile would pull there."""
-        if self.rests.scene.work_of_adhesion or math.isinf(q) or math.isinf(p):
-            return False
-        return not self.pulls(q, p, depth)
+        adheres = self.rests.scene.work_of_adhesion > 0
+        return not (adheres or math.isinf(q - p) or self.pulls(q, p, depth))
 
     def pulls(self, one: float, other: float, depth: float) -> bool:
         """Whether the profile pulls between two positions, so that a gap there stays open.
@@ -48,9 +47,8 @@ class LineSearch:
         profile, least = self.rests.profile, _SHUT * self.least_pull(depth)
         own = profile.beyond(one, other)
         inner = (self._bounds[0, own.start : own.stop - 1] - depth) * np.diff(profile.x[own])
-        if (inner > least * self.rests.length).any() or self.torn(one, other, depth).size:
-            return True
-        return self.pull(one, other, depth).force > least
+        torn = (inner > least * self.rests.length).any() or self.torn(one, other, depth).size
+        return bool(torn or self.pull(one, other, depth).force > least)
 
     @functools.cached_property
     def _bounds(self) -> Array:

@@ -43,8 +43,7 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     own = profile.beyond(lo, hi)
     x, slope = np.concatenate([[lo], profile.x[own], [hi]]), profile.slope[own]
     first, last = profile.beside(np.array([lo, hi]), (1, -1))[1]
-    left, right = [first, *slope], [*slope, last]
-    cells = np.array([x[:-1], x[1:], left, right])
+    cells = np.array([x[:-1], x[1:], [first, *slope], [*slope, last]])
     cells = cells[:, cells[1] - cells[0] > _SHORT * length]
     for _ in range(1 + _CLOSER if cells.size else 0):
         cells = _divided(profile, cells)
@@ -65,15 +64,14 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
 
 
 def bounds(scene: Scene, profile: Resolved) -> Array:
-    """The least and the largest pull at depth 0 between neighbouring samples (2, n)."""
+    """Safe bounds of the pull at depth 0 between neighbouring samples (2, n), of its parts there."""
     x, slope = profile.x, profile.slope
     parts = _divided(profile, np.array([x[:-1], x[1:], slope[:-1], slope[1:]]))
     with np.errstate(divide="ignore", invalid="ignore"):  # at a corner
         values = _along(parts, _pulls(scene, profile, parts, 0.0))[1].reshape(x.size - 1, -1)
-        least, most = values.min(axis=1), values.max(axis=1)
-        found = np.array([least, most]) + np.multiply.outer((-_RISES, _RISES), most - least)
-    known = np.diff(x) > _SHORT * scene.elastocapillary_length
-    return np.where(known, found, ANY)
+        rise = _RISES * np.ptp(values, axis=1)
+        found = np.array([values.min(axis=1) - rise, values.max(axis=1) + rise])
+    return np.where(np.diff(x) > _SHORT * scene.elastocapillary_length, found, ANY)
 
 
 def _divided(profile: Resolved, cells: Array) -> Array:

@@ -73,16 +73,14 @@ class Lines:
         def short(y: float) -> float:
             return float(way * (self.rest_depth(y, -way if y == end else way) - to))
 
-        def risen(places: Array) -> Array:
-            return np.array([-way * self.rest_depth(y, way) for y in places.tolist()])
-
         for x, value in self._ahead(start, way):
             if x == a and (not past or way * (value - to) >= 0):
                 return x, last, "corner"
             end, high, turned = x, value, rising and way * (value - last) < -_TIE * size
             if turned:
                 lo, hi = sorted((before, x))
-                turn = least(risen, lo, hi, -way * to, _ROUNDS)
+                fall = np.vectorize(lambda y: -way * self.rest_depth(y, way))
+                turn = least(fall, lo, hi, -way * to, _ROUNDS)
                 end, high, a = turn[0], -way * turn[1], before
             if way * (high - to) >= 0:
                 return bracketed(short, a, end, self.close), to, "rests"

@@ -90,7 +90,7 @@ Ends = Callable[[Array, Indices], tuple[Array, Array, Any, Array]]
 
 
 def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
-    """T with x(T) = L (n, 1), from T = L + 3/8 ∫p² dτ on.
+    """T with x(T) = L (n, 1), from T = L on.
 
     steepest: |p| at both lines is no more from T = 1 on. As 1 - h <= p²/2 and |p| decays by e^-τ
     from either line, L <= T <= L + 1 + 2 ln(steepest).
@@ -105,15 +105,8 @@ def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
         moved = (bend * (one * back + other * grown)) @ mesh.weights
         return h @ mesh.weights - low[own] / T, h[:, -1] / T + moved
 
-    (start, end, *_), sinh, cosh = (
-        ends(length, np.arange(len(length))),
-        np.sinh(length),
-        np.cosh(length),
-    )
-    square = (start * start + end * end) * (cosh - length / sinh) / 2
-    square += start * end * (length * cosh / sinh - 1)
-    low, guess = length[:, 0], (length + np.minimum(0.375 * square / sinh, length))[:, 0]
-    return crossings(off, low, low + 1 + 2 * np.log(steepest), guess, 1 / low, _CLOSE)[:, None]
+    low = length[:, 0]
+    return crossings(off, low, low + 1 + 2 * np.log(steepest), low, 1 / low, _CLOSE)[:, None]
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
@@ -122,9 +115,8 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     Numbers or arrays (n,); length: of the gap.
     """
     one = not (np.ndim(p) or np.ndim(rise) or np.ndim(length))
-    p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, np.minimum(length, FAR)))
-    if not one:
-        p, rise, length = np.broadcast_arrays(p, rise, length)
+    p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
+    p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, FAR))
 
     def ends(T: Array, own: Indices) -> tuple[Array, Array, Any, Array]:
         """At the other line at most upright: what would turn over falls short of it."""
@@ -174,11 +166,6 @@ class Gaps:
     rises: Array
 
     @functools.cached_property
-    def half(self) -> Array:
-        """Half the elements of the first one."""
-        return np.asarray(self.T[0, 0] * np.diff(mesh_of(self.T).ends)[:, None] / 2)
-
-    @functools.cached_property
     def h(self) -> Array:
         """dx/dτ at the nodes."""
         return np.asarray(rate(self.p)[0])
@@ -211,13 +198,10 @@ class Gaps:
 
         The imbalance of a node, of a reaction, of the constancy of u²/2 + cos φ.
         """
-        (_, weights, d), mesh, half, rises = (
-            rounded(DEGREE),
-            mesh_of(self.T),
-            self.half,
-            self.rises[0],
-        )
-        h, u, inclined = self.h[0][mesh.own], self.u[0], rises[mesh.own] @ d.T
+        (_, weights, d), mesh = rounded(DEGREE), mesh_of(self.T)
+        half = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2
+        h, u, rises = self.h[0][mesh.own], self.u[0], self.rises[0]
+        inclined = rises[mesh.own] @ d.T
         steep = inclined / np.sqrt(half * half * h * h + inclined * inclined)
         pull = half * weights * h * u[mesh.own] + (weights * steep) @ d
         s, t = self.pulls[:, 0].tolist()
@@ -231,8 +215,9 @@ class Gaps:
     @functools.cached_property
     def places(self) -> Array:
         """x of the nodes of the first one: on an element d x = h."""
-        d, h = rounded(DEGREE)[2], self.h[0][mesh_of(self.T).own]
-        parts = np.linalg.solve(d[1:, 1:], (self.half * h)[:, 1:].T).T
+        d, mesh = rounded(DEGREE)[2], mesh_of(self.T)
+        h = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2 * self.h[0][mesh.own]
+        parts = np.linalg.solve(d[1:, 1:], h[:, 1:].T).T
         starts = np.append(0.0, np.cumsum(parts[:-1, -1]))
         return np.append(0.0, parts + starts[:, None])
 
