@@ -64,7 +64,7 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
 
 
 def bounds(scene: Scene, profile: Resolved) -> Array:
-    """Safe bounds of the pull at depth 0, least and largest, between neighbouring samples (2, n)."""
+    """Safe bounds, lower and upper, of the pull at depth 0 between neighbouring samples (2, n)."""
     x, slope = profile.x, profile.slope
     parts = _divided(profile, np.array([x[:-1], x[1:], slope[:-1], slope[1:]]))
     with np.errstate(divide="ignore", invalid="ignore"):  # at a corner
