@@ -3,7 +3,7 @@
 Lines q < p of a gap between two contacts, or one of them at infinity: a tail. Advancing (way 1)
 they go to the first places where D >= d, receding (way -1) to the first where D <= d, D that of
 ../surfaces. In a gap each feels the other: they take turns, and close to their resting places both
-are found at once by Newton's method.
+are found at once by Newton's method, which is tried in every other sweep.
 """
 
 import functools
@@ -107,7 +107,7 @@ class LineSearch:
             if way > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
             ends = q, p
-            for exact in (True,) if math.isinf(q - p) else (False, True):
+            for exact in (True,) if math.isinf(q - p) or sweep % 2 else (False, True):
                 a = self._line(1, q, least, p, depth, way, exact)
                 b = None if a is None else self._line(-1, p, most, a, depth, way, exact)
                 if a is None or b is None:
