@@ -82,11 +82,6 @@ class Resolved:
         hi = int(np.searchsorted(self.x, max(start, limit), side="left"))
         return slice(lo, max(lo, hi))
 
-    def at(self, x: float, side: int) -> tuple[float, float]:
-        """f and f' at x; the slope of a corner is that on this side (+1: right)."""
-        f, slope = self.beside(np.asarray(x), side)
-        return float(f), float(slope)
-
     def past(self, x: Any, side: Any) -> Any:
         """x just on this side of a pattern's edge, where adhesion is that of the next patch.
 
@@ -99,7 +94,7 @@ class Resolved:
         return found if np.ndim(x) else float(found)
 
     def beside(self, x: Array, side: Any) -> tuple[Array, Array]:
-        """`at` for positions of any shape, and sides for each of them or one for all."""
+        """f and f' at x of any shape; the slope of a corner is that on this side (1: right)."""
         f = np.asarray(self.indenter.height(x), float)
         slope = np.asarray(self.indenter.slope(x), float)
         if not len(self.indenter.corners):

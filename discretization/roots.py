@@ -2,15 +2,17 @@
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from energy.arrays import Array, Indices
 
 Function = Callable[[float], float]
-Functions = Callable[[Array, Indices], Array]
-_GOLDEN = (math.sqrt(5) - 1) / 2
-_SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
+Values = Callable[[Array], Array]
+Functions = Callable[[Array, Indices], Any]
+_PLACES = np.arange(1, 8) / 8  # of what is between two points: there a minimum is looked for
+_ROUNDS = 16  # each leaves two of these parts, in the end 5e-10 of all: a minimum is flat
 _HALVINGS = 200  # secants, and halvings where those are slow
 CLOSEST = 4e-16  # of a zero: a few roundings
 _CLOSE = 2.0**-52  # of the position: steps of one rounding
@@ -50,31 +52,22 @@ def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST
 
 
 def least(
-    h: Function,
-    lo: float,
-    hi: float,
-    enough: float = -math.inf,
-    sections: int = _SECTIONS,
-    fall: float = math.inf,
+    h: Values, lo: float, hi: float, enough: float, rounds: int = _ROUNDS, reach: float = math.inf
 ) -> tuple[float, float]:
-    """Where h, with one minimum between two points, is least, and h there, by golden sections.
+    """Where h, with one minimum between two points, is least, and h there, at ever closer places.
 
-    Or where one value is not more than `enough`, or none will be: h falls by no more than `fall`
-    between the two points, and by the square of their share of that between nearer ones.
+    Or where it is not more than `enough`, or would not be even if it fell below the lowest place by
+    `reach` times what it falls towards that.
     """
-    one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
-    low, high = h(one), h(other)
-    for _ in range(sections):
-        if min(low, high) <= enough or min(low, high) - fall > enough:
+    for _ in range(rounds):
+        x = lo + (hi - lo) * _PLACES
+        values = h(x)
+        i = int(np.argmin(values))
+        low, fall = float(values[i]), float(np.ptp(values[max(i - 1, 0) : i + 2]))
+        if low <= enough or low - reach * fall > enough:
             break
-        fall *= _GOLDEN * _GOLDEN
-        if low <= high:
-            hi, other, high = other, one, low
-            low = h(one := hi - _GOLDEN * (hi - lo))
-        else:
-            lo, one, low = one, other, high
-            high = h(other := lo + _GOLDEN * (hi - lo))
-    return (one, low) if low <= high else (other, high)
+        lo, hi = float(x[i - 1]) if i else lo, float(x[i + 1]) if i + 1 < x.size else hi
+    return float(x[i]), low
 
 
 def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
@@ -107,29 +100,34 @@ def crossings(
 ) -> Array:
     """Zeros (n,) of n functions between lo and hi, all at once, by secants and halving.
 
-    h(x, own): the values of the functions with these numbers at x. They change sign once, from
-    there to hi as `rise`, a guess of their slopes. A value of no more than `enough` is zero.
+    h(x, own): the values of the functions with these numbers at x, or these and their slopes: then
+    by Newton's method. They change sign once, from there to hi as `rise`, a guess of their slopes.
+    A value of no more than `enough` is zero.
     """
-    x, own, at = guess.copy(), np.arange(guess.size), guess
+    x, own, at, step = guess.copy(), np.arange(guess.size), guess, np.full(guess.size, math.nan)
     value, slope, slow = h(at, own), rise, np.zeros(own.size, bool)
+    if newton := isinstance(value, tuple):
+        value, slope = value
     side = np.where(rise < 0, -1.0, 1.0)
     for _ in range(_HALVINGS):
-        low = side * value <= 0
+        low, near = side * value <= 0, np.abs(value) <= enough
         lo, hi = np.where(low, at, lo), np.where(low, hi, at)
         with np.errstate(divide="ignore", invalid="ignore"):
             new = at - value / slope
         inside = (new >= lo) & (new <= hi) & ~slow
         new = np.where(inside, new, (lo + hi) / 2)
-        known = (np.abs(value) <= enough) | (np.abs(new - at) <= _CLOSE * np.abs(new))
+        last, step = step, np.abs(new - at)
+        least = _CLOSE * np.abs(new)
+        known = near | (step <= least) | (newton & (step**3 <= least * last * last))
+        x[own] = np.where(near, at, new)
         if known.any():
             own, slow = own[~known], slow[~known]
-            parts = (at, new, value, lo, hi, side)
-            at, new, value, lo, hi, side = (part[~known] for part in parts)
+            parts = (at, new, value, lo, hi, side, step)
+            at, new, value, lo, hi, side, step = (part[~known] for part in parts)
         if not own.size:
             break
         before, value = value, h(new, own)
-        slow = (np.abs(value) > np.abs(before) / 2) & ~slow
         with np.errstate(divide="ignore", invalid="ignore"):
-            slope = (value - before) / (new - at)
-        x[own] = at = new
+            value, slope = value if newton else (value, (value - before) / (new - at))
+        slow, at = (np.abs(value) > np.abs(before) / 2) & ~slow, new
     return x

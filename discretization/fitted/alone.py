@@ -133,7 +133,7 @@ class Alone:
     def lowest(self) -> tuple[float, float]:
         """The innermost place where a line may rest, and D there: at that depth contact is lost.
 
-        About an axis it is the least D, found by golden sections in log r.
+        About an axis it is the least D, looked for in log r.
         """
         if not self.scene.axisymmetric:
             ahead = self.rest_depth(np.array(self.sides), self.apex, 1)
@@ -142,8 +142,8 @@ class Alone:
         if not outer:
             return 0.0, self.touch
         last = float(self.rest_depth(1, outer, -1))
-        deep, value = least(lambda t: self.rest_depth(1, outer * math.exp(-t)), 0.0, _DEEP)
-        places = (outer * math.exp(-deep), float(value)), (outer, last), (0.0, self.touch)
+        deep, value = least(lambda t: self.rest_depth(1, outer * np.exp(-t)), 0.0, _DEEP, -math.inf)
+        places = (outer * math.exp(-deep), value), (outer, last), (0.0, self.touch)
         return min(places, key=lambda found: found[1])
 
     def find(self, side: int, depth: float) -> float:

@@ -35,12 +35,8 @@ _LEVEL = 1e-6  # of how v' varies around a minimum of v: v' there
 class FreePart:
     """Free surfaces that are pressed."""
 
+    rests: RestDepths
     search: LineSearch
-
-    @property
-    def rests(self) -> RestDepths:
-        """Where lines rest."""
-        return self.search.rests
 
     def advance(self, left: float, right: float, start: float, end: float) -> Lines:
         """The lines of a free surface with those of contacts that begin in it; () if it closes."""
@@ -80,7 +76,7 @@ class FreePart:
                 if moved is None and math.isinf(q - p):
                     edge = float(self.rests.profile.x[0 if math.isinf(q) else -1])
                     raise unknown(depth, edge)
-                return pairs(self._creeping(q, p, depth)), depth, False
+                return pairs(self._creeping(q, p, depth, moved)), depth, False
             else:
                 room, dip = room / 2 if run < 0 else room, clear
                 high, run = depth, min(run, 0) - 1
@@ -116,27 +112,23 @@ class FreePart:
                 return True
         return False
 
-    def _creeping(self, q: float, p: float, depth: float) -> Lines:
-        """Both lines of a free surface advance from sample to sample, until it touches."""
-        end = self.search.advance(q, p, depth)
+    def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
+        """Both lines of a free surface advance to an end from sample to sample until it touches."""
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least(end, depth)[1]
             return q, place, place, p
-        goal = end or (p, q)
-        while (q, p) != end:
-            step = (self._next(q, goal[0], 1), self._next(p, goal[1], -1))
-            if step[0] >= step[1] or step == (q, p):
-                return () if end is None else end
+        (left, right), profile = end or (p, q), self.rests.profile
+        lefts = [*profile.x[profile.beyond(q, left)].tolist(), left]
+        rights = [*profile.x[profile.beyond(p, right)].tolist()[::-1], right]
+        for i in range(max(len(lefts), len(rights))):
+            step = lefts[min(i, len(lefts) - 1)], rights[min(i, len(rights) - 1)]
+            if step[0] >= step[1]:
+                break
             clear, place = self.least(step, depth)
             if clear < -TIE * self.rests.size:
                 return q, place, place, p
             q, p = step
-        return q, p
-
-    def _next(self, x: float, goal: float, side: int) -> float:
-        """The next sample on the way of a line, or its goal."""
-        between = self.rests.profile.x[self.rests.profile.beyond(x, goal)]
-        return float(between[0 if side > 0 else -1]) if between.size else goal
+        return end or ()
 
     def least(self, lines: Pair, depth: float, *, exact: bool = False) -> tuple[float, float]:
         """The least of the minima of the clearance v = u - g between two lines, and where; or ∞.

@@ -3,9 +3,10 @@
 Lines q < p of a gap between two contacts, or one of them at infinity: a tail. Advancing (way 1)
 they go to the first places where D >= d, receding (way -1) to the first where D <= d, D that of
 ../surfaces. In a gap each feels the other: they take turns, and close to their resting places both
-are found at once by Newton's method.
+are found at once by Newton's method, which is tried in every other sweep.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -14,9 +15,8 @@ import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.rest_depths import TIE, RestDepths, displacement_scale
-from discretization.fitted.tension import pull
+from discretization.fitted.tension import Pull, bounds, pull
 from discretization.fitted.zeros import first_zero, followed
-from discretization.surfaces.protocol import At
 from energy.arrays import Array
 
 Pair = tuple[float, float]
@@ -36,18 +36,31 @@ class LineSearch:
 
     def closed(self, q: float, p: float, depth: float) -> bool:
         """Whether nothing holds a gap open: without adhesion, that the profile would pull there."""
-        if self.rests.scene.work_of_adhesion or math.isinf(q) or math.isinf(p):
-            return False
-        return not self.pulls(q, p, depth)
+        adheres = self.rests.scene.work_of_adhesion > 0
+        return not (adheres or math.isinf(q - p) or self.pulls(q, p, depth))
 
     def pulls(self, one: float, other: float, depth: float) -> bool:
         """Whether the profile pulls between two positions, so that a gap there stays open.
 
         One closes at clearly less than opens one, or it would open and close for ever.
         """
-        scene, profile, least = self.rests.scene, self.rests.profile, self.least_pull(depth)
-        torn = bool(self.torn(one, other, depth).size)
-        return torn or pull(scene, profile, one, other, depth).force > _SHUT * least
+        profile, least = self.rests.profile, _SHUT * self.least_pull(depth)
+        own = profile.beyond(one, other)
+        inner = (self._bounds[0, own.start : own.stop - 1] - depth) * np.diff(profile.x[own])
+        torn = (inner > least * self.rests.length).any() or self.torn(one, other, depth).size
+        return bool(torn or self.pull(one, other, depth).force > least)
+
+    @functools.cached_property
+    def _bounds(self) -> Array:
+        """Of the pull at depth 0 between samples."""
+        return bounds(self.rests.scene, self.rests.profile)
+
+    def pull(self, one: float, other: float, depth: float) -> Pull:
+        """The largest pull in contact between two positions, in either order."""
+        own = self.rests.profile.beyond(one, other)
+        if self._bounds[1, max(own.start - 1, 0) : own.stop].max(initial=-math.inf) < depth:
+            return Pull()
+        return pull(self.rests.scene, self.rests.profile, one, other, depth)
 
     def least_pull(self, depth: float) -> float:
         """The least pull at which a contact that does not adhere opens, over kl [length].
@@ -94,7 +107,7 @@ class LineSearch:
             if way > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
             ends = q, p
-            for exact in (True,) if math.isinf(q - p) else (False, True):
+            for exact in (True,) if math.isinf(q - p) or sweep % 2 else (False, True):
                 a = self._line(1, q, least, p, depth, way, exact)
                 b = None if a is None else self._line(-1, p, most, a, depth, way, exact)
                 if a is None or b is None:
@@ -118,20 +131,14 @@ class LineSearch:
         self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
     ) -> float | None:
         """Where one line rests beside the other, at most at the edge of the body; None: nowhere."""
-        profile = self.rests.profile
-        if math.isinf(x):
+        if math.isinf(x) or (way < 0 and x == limit):
             return x
-        if way > 0:
-            found = self._first_zero(side, x, facing, facing, depth, way, exact)
-            edge = profile.x[-1 if side > 0 else 0]
-            outside = found is None and math.isinf(facing) and edge in profile.indenter.walls
-            return float(edge) if outside else found
-        behind = profile.past(x, -side), *profile.at(x, -side)
-        rests = self.rests.rest_depth(side, *behind, self.rests.at(facing), self.rests.w(way))
-        if x == limit or rests - depth <= TIE * self.rests.size:
-            return x
-        found = self._first_zero(side, x, limit, facing, depth, way, exact)
-        return math.nextafter(limit, -side * math.inf) if found is None else found
+        end = facing if way > 0 else limit
+        found = self._first_zero(side, x, end, facing, depth, way, exact)
+        if found is not None or way < 0:
+            return math.nextafter(limit, -side * math.inf) if found is None else found
+        edge = float(self.rests.profile.x[-1 if side > 0 else 0])
+        return edge if math.isinf(facing) and edge in self.rests.profile.indenter.walls else None
 
     def _first_zero(
         self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
@@ -146,8 +153,8 @@ class LineSearch:
             f, f1 = (indenter.height(x), indenter.slope(x)) if f is None else (f, f1)
             return way * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
 
-        closed = way < 0 and math.isfinite(limit)
-        return first_zero(self.rests.profile, h, x, limit, closed, exact)
+        closed, tie = way < 0 and math.isfinite(limit), TIE * self.rests.size * (way < 0)
+        return first_zero(self.rests.profile, h, (x, limit), closed, exact, tie)
 
     def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
@@ -167,6 +174,7 @@ class LineSearch:
         """
         side = 1 if abs(step[0]) >= abs(step[1]) else -1
         (own, other), move = ((q, p), step[0]) if side > 0 else ((p, q), step[1])
+        indenter = self.rests.profile.indenter
         while move:
             x, move = own + 4 * move, 4 * move
             passed = self.rests.profile.beyond(own, x)
@@ -174,15 +182,11 @@ class LineSearch:
                 break
             limit = x if way > 0 else side * math.inf
             stop = self._first_zero(-side, other, limit, x, depth, way, exact=True)
-            if stop is None or not self._moves(side, (own, x), (other, stop), depth, way):
+            if stop is None:
                 break
+            z, facing = own + (x - own) * _ALONG, self.rests.at(other + (stop - other) * _ALONG)
+            place = side, z, indenter.height(z), indenter.slope(z), facing, self.rests.w(way)
+            if (way * (self.rests.rest_depth(*place) - depth) >= 0).any():
+                break  # on its way, with the other line moving with it, the line is at rest
             own, other = x, stop
         return (own, other) if side > 0 else (other, own)
-
-    def _moves(self, side: int, own: Pair, facing: Pair, depth: float, way: int) -> bool:
-        """Whether a line is nowhere at rest on its way, while the other one moves with it."""
-        x, other = (start + (end - start) * _ALONG for start, end in (own, facing))
-        rests, indenter = self.rests, self.rests.profile.indenter
-        beyond, f, f1 = At(other, indenter.height(other)), indenter.height(x), indenter.slope(x)
-        rest = rests.rest_depth(side, x, f, f1, beyond, rests.w(way))
-        return bool((way * (rest - depth) < 0).all())

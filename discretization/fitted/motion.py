@@ -22,7 +22,6 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.free_part import FreePart, Lines, pairs
 from discretization.fitted.line_search import MET, LineSearch, Pair
 from discretization.fitted.rest_depths import SIDES, TIE, ULPS, RestDepths, surfaces_of
-from discretization.fitted.tension import pull
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import Felt, Surfaces
 from energy import Scene
@@ -57,7 +56,7 @@ class Motion:
     @functools.cached_property
     def free_part(self) -> FreePart:
         """What moves the lines of one free surface."""
-        return FreePart(LineSearch(self.rests))
+        return FreePart(self.rests, LineSearch(self.rests))
 
     def adhered(self, depth: float) -> Lines:
         """The state of the path that touches first and then moves to this depth."""
@@ -108,7 +107,7 @@ class Motion:
         """Forces that would open contacts: where they do not adhere, and at corners."""
         scene, profile, x, ends = self.scene, self.profile, self.profile.corners, np.array(lines)
         unit, bare = scene.stiffness * scene.elastocapillary_length, self.bare(ends.reshape(-1, 2))
-        forces = [unit * pull(scene, profile, *part, depth).force for part in bare]
+        forces = [unit * self.free_part.search.pull(*part, depth).force for part in bare]
         if x.size and not scene.indenter.convex:
             inside = np.searchsorted(ends, x) & np.searchsorted(ends, x, "right")
             over = profile.falls(scene.slopes) - self.holds(x)
@@ -163,7 +162,7 @@ class Motion:
             aside = MET * self.scene.elastocapillary_length
             return float(torn[0]) - aside, float(torn[0]) + aside
         for start, end in self.bare(np.array([[left, right]])):
-            found = pull(self.scene, self.profile, start, end, depth)
+            found = self.free_part.search.pull(start, end, depth)
             if found.force > self.free_part.search.least_pull(depth):
                 return found.ends
         return ()

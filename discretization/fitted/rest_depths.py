@@ -73,9 +73,7 @@ class RestDepths:
         """What rounding of heights makes of D, of surfaces with lines (.., 2)."""
         q, p, slope = lines[..., 0], lines[..., 1], self.profile.indenter.slope
         with np.errstate(divide="ignore", invalid="ignore"):
-            if not np.isfinite(width := p - q).any():
-                return np.zeros(width.shape)
-            steep = self.length / np.maximum(width, 0.0)
+            steep = self.length / np.maximum(p - q, 0.0)
         found = np.asarray(self.size * steep**2)
         if (near := self._narrow(q, p)).any():
             ends = lines[near]
@@ -96,6 +94,8 @@ class RestDepths:
 
     def _rise(self, line: At, facing: At) -> Any:
         """By how much the profile is higher at the facing line; of narrow gaps as ∫f' dx."""
+        if np.min(abs(facing.x - line.x)) >= _NARROW * self.length:
+            return facing.f - line.f
         found, near = np.asarray(facing.f - line.f, float), self._narrow(line.x, facing.x)
         if near.any():
             start, end = (part[near] for part in np.broadcast_arrays(line.x, facing.x))
@@ -256,11 +256,9 @@ class RestDepths:
         rounding is of that.
         """
         width, x = lines[..., 1] - lines[..., 0], np.where(np.isfinite(lines), np.abs(lines), 0.0)
-        part: Any = DIFFERENCE
-        if np.isfinite(width).any():
-            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                steep = np.maximum(self.length / width, 0.0)
-                part = np.clip(np.cbrt(EPSILON * steep**4), DIFFERENCE, _WIDEST)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            steep = np.maximum(self.length / width, 0.0)
+            part = np.clip(np.cbrt(EPSILON * steep**4), DIFFERENCE, _WIDEST)
         furthest = x.max(axis=-1)
         if self.scene.axisymmetric:
             width = np.minimum(width, np.maximum(furthest, LEAST * self.length))
@@ -270,9 +268,6 @@ class RestDepths:
 
 def solved(rate: Array, off: Array, free: Mask) -> Array:
     """The solution (n, j, 2) of rate · step = off for the free lines of each surface, else 0."""
-    if not rate[..., [0, 1], [1, 0]].any():  # neither line feels the other one
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(free[:, None], off / rate[..., [0, 1], [0, 1]], 0.0)
     (a, b), (c, e), det = _of_free(rate, free)
     r, s = off.T
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -12,6 +12,7 @@ import numpy as np
 
 from discretization.certificate import EPSILON
 from discretization.profile import Resolved
+from discretization.surfaces.protocol import ANY
 from energy import Scene
 from energy.arrays import Array
 
@@ -30,9 +31,9 @@ class Pull(NamedTuple):
     nan if nowhere; force: at most so much it pulls there, over kl [length].
     """
 
-    worst: float
-    ends: tuple[float, float]
-    force: float
+    worst: float = 0.0
+    ends: tuple[float, float] = (math.nan, math.nan)
+    force: float = 0.0
 
 
 def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float) -> Pull:
@@ -41,8 +42,8 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     lo, hi = sorted((one, other))
     own = profile.beyond(lo, hi)
     x, slope = np.concatenate([[lo], profile.x[own], [hi]]), profile.slope[own]
-    left, right = [profile.at(lo, 1)[1], *slope], [*slope, profile.at(hi, -1)[1]]
-    cells = np.array([x[:-1], x[1:], left, right])
+    first, last = profile.beside(np.array([lo, hi]), (1, -1))[1]
+    cells = np.array([x[:-1], x[1:], [first, *slope], [*slope, last]])
     cells = cells[:, cells[1] - cells[0] > _SHORT * length]
     for _ in range(1 + _CLOSER if cells.size else 0):
         cells = _divided(profile, cells)
@@ -60,6 +61,17 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
         cells = cells.reshape(4, -1)[:, max(cell - 1, 0) : cell + 2]
     wide = min((ends[1] - ends[0]) / length, 1.0) if worst > 0 else 0.0
     return Pull(max(worst, 0.0), ends, max(worst, 0.0) * wide)
+
+
+def bounds(scene: Scene, profile: Resolved) -> Array:
+    """Safe bounds, lower and upper, of the pull at depth 0 between neighbouring samples (2, n)."""
+    x, slope = profile.x, profile.slope
+    parts = _divided(profile, np.array([x[:-1], x[1:], slope[:-1], slope[1:]]))
+    with np.errstate(divide="ignore", invalid="ignore"):  # at a corner
+        values = _along(parts, _pulls(scene, profile, parts, 0.0))[1].reshape(x.size - 1, -1)
+        rise = _RISES * np.ptp(values, axis=1)
+        found = np.array([values.min(axis=1) - rise, values.max(axis=1) + rise])
+    return np.where(np.diff(x) > _SHORT * scene.elastocapillary_length, found, ANY)
 
 
 def _divided(profile: Resolved, cells: Array) -> Array:

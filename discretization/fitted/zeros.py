@@ -37,15 +37,16 @@ _BACK = 1e-7  # of the position and l, as little as lines may move back by round
 
 
 def first_zero(
-    profile: Resolved, h: Function, start: float, limit: float, closed: bool, exact: bool
+    profile: Resolved, h: Function, ends: tuple[float, float], closed: bool, exact: bool, tie: float
 ) -> float | None:
-    """First x from `start` to `limit` with h >= 0, or a place just before; None if there is none.
+    """First x from a start to a limit with h >= 0, or a place just before; None if there is none.
 
-    closed: `limit` is asked as well, on this side of it; at another line it cannot be.
+    closed: the limit is asked as well, on this side of it; at another line it cannot be. tie: by so
+    much h may be less at the start.
     """
-    side = 1 if limit > start else -1
-    value = float(h(profile.past(start, side), *profile.at(start, side)))
-    if value >= 0:
+    (start, limit), side = ends, 1 if ends[1] > ends[0] else -1
+    value = float(h(profile.past(start, side), *profile.beside(np.array(start), side)))
+    if value >= -tie:
         return start
     samples, first, size = _samples(profile, start, limit, side), 0, _BLOCK
     last = np.array([start, start]), np.array([-math.inf, value])
@@ -59,7 +60,7 @@ def first_zero(
         first, size = first + size, 4 * size
     if not closed:
         return None
-    value = float(h(profile.past(limit, -side), *profile.at(limit, -side)))
+    value = float(h(profile.past(limit, -side), *profile.beside(np.array(limit), -side)))
     return _among(h, np.append(last[0], limit), np.append(last[1], value), exact)
 
 
@@ -89,8 +90,7 @@ def _among(h: Function, x: Array, values: Array, exact: bool) -> float | None:
         before, beyond = float(x[i - 1]), float(x[i + 1])
         if abs(beyond - before) <= _ULPS * math.ulp(before):
             continue  # both sides of an edge
-        fall = _NEAR * float(np.abs(np.diff(values[i - 1 : i + 2])).max())
-        top, low = least(lambda z: -h(z), before, beyond, 0.0, fall=fall)
+        top, low = least(lambda z: -h(z), before, beyond, 0.0, reach=_NEAR)
         if low <= 0:
             inside = float(x[i]) if abs(top - before) > abs(x[i] - before) else before
             return bracketed(h, inside, top) if exact else inside

@@ -30,7 +30,7 @@ _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, a
 _SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _TINY, _CLOSED = 1 / 64, 1e-8  # of the half-width below which adhesion rules: far below; closed up
 _SPARSE = 6.0  # of log₂ a: half-widths that are looked at where they are far below
-_SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
+_ROUNDS = 10  # of where D turns: D is known twice as well
 _TIE = 1e-12  # of depths and heights: depths that are the same
 _BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings
 _NEAR, _ALIKE, _FEW = 1e-2, 1e-7, 4  # a step of Newton's method, the last one, how many
@@ -79,7 +79,8 @@ class Lines:
             end, high, turned = x, value, rising and way * (value - last) < -_TIE * size
             if turned:
                 lo, hi = sorted((before, x))
-                turn = least(lambda y: -way * self.rest_depth(y, way), lo, hi, -way * to, _SECTIONS)
+                fall = np.vectorize(lambda y: -way * self.rest_depth(y, way))
+                turn = least(fall, lo, hi, -way * to, _ROUNDS)
                 end, high, a = turn[0], -way * turn[1], before
             if way * (high - to) >= 0:
                 return bracketed(short, a, end, self.close), to, "rests"

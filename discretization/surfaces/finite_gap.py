@@ -42,9 +42,9 @@ _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 _UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 _STEEPEST = math.sqrt(2) * (1 - _UPRIGHT)  # p, and the displacement of a tail, at most
-_CLOSE = 8e-16  # of T: what x and L may differ by
 _INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
 _INVERSE = 8  # steps of Newton's method to it
+_CLOSE = 8e-16  # of T: what x and L may differ by
 
 
 class Mesh(NamedTuple):
@@ -78,14 +78,15 @@ def _meshes(count: int) -> Mesh:
     return Mesh(ends, nodes, weights, own)
 
 
-def rate(p: Any) -> Any:
-    """h(p)."""
+def rate(p: Any) -> tuple[Any, Any]:
+    """h(p) and h'(p)."""
     square = np.minimum(p * p, _STEEPEST**2)
-    return (1 - square / 2) / np.sqrt(1 - square / 4)
+    root = np.sqrt(1 - square / 4)
+    return (1 - square / 2) / root, p * (square / 8 - 0.75) / (root * root * root)
 
 
-# p at both lines of gaps with these numbers (k,) and ranges T (k, 1)
-Ends = Callable[[Array, Indices], tuple[Array, Array]]
+# of gaps with these numbers (k,) and ranges T (k, 1): p at both lines, and ∂p/∂T there at a given τ
+Ends = Callable[[Array, Indices], tuple[Array, Array, Any, Array]]
 
 
 def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
@@ -95,15 +96,17 @@ def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
     from either line, L <= T <= L + 1 + 2 ln(steepest).
     """
 
-    def off(T: Array, own: Indices) -> Array:
-        """(x - L)/T."""
-        mesh, (start, end) = mesh_of(T), ends(T[:, None], own)
+    def off(T: Array, own: Indices) -> tuple[Array, Array]:
+        """(x - L)/T, and dx/dT = h(p_end) + ∫h'(p) ∂p/∂T dτ over T."""
+        mesh, (start, end, one, other) = mesh_of(T), ends(T[:, None], own)
         grown = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
-        return np.asarray(rate(start * grown[:, ::-1] + end * grown) @ mesh.weights - low[own] / T)
+        back = grown[:, ::-1]
+        h, bend = rate(start * back + end * grown)
+        moved = (bend * (one * back + other * grown)) @ mesh.weights
+        return h @ mesh.weights - low[own] / T, h[:, -1] / T + moved
 
     low = length[:, 0]
-    high = low + 1 + 2 * np.log(steepest)
-    return crossings(off, low, high, low, 1 / low, _CLOSE)[:, None]
+    return crossings(off, low, low + 1 + 2 * np.log(steepest), low, 1 / low, _CLOSE)[:, None]
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
@@ -115,10 +118,14 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
     p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, FAR))
 
-    def ends(T: Array, own: Indices) -> tuple[Array, Array]:
+    def ends(T: Array, own: Indices) -> tuple[Array, Array, Any, Array]:
         """At the other line at most upright: what would turn over falls short of it."""
-        end = rise[own] / np.tanh(T / 2) - p[own]
-        return p[own], np.minimum(np.maximum(end, -_STEEPEST), _STEEPEST)
+        start, half = p[own], np.tanh(T / 2)
+        end = rise[own] / half - start
+        free = np.abs(end) < _STEEPEST
+        end = np.minimum(np.maximum(end, -_STEEPEST), _STEEPEST)
+        u = (end * np.cosh(T) - start) / np.sinh(T)
+        return start, end, 0.0, free * rise[own] * (1 - half**-2) / 2 - u
 
     T = range_of(length, ends, 2.0)
     u = (ends(T, np.arange(len(T)))[1] - p * np.cosh(T)) / np.sinh(T)
@@ -130,15 +137,16 @@ def sine(p: Any) -> Any:
     return p * np.sqrt(np.maximum(1 - p * p / 4, 0.0))
 
 
-def _ends(left: Array, rise: Array, T: Array) -> tuple[Array, Array]:
-    """p at both lines of surfaces displaced by `left` and `left + rise` there."""
-    steep, tanh = rise / np.sinh(T), np.tanh(T / 2)
-    return steep - left * tanh, steep + (left + rise) * tanh
+def _ends(left: Array, rise: Array, T: Array) -> tuple[Array, Array, Any, Array]:
+    """Of surfaces displaced by `left` and `left + rise` at both lines, as above."""
+    sinh, tanh = np.sinh(T), np.tanh(T / 2)
+    start, end = rise / sinh - left * tanh, rise / sinh + (left + rise) * tanh
+    return start, end, -end / sinh, -end / np.tanh(T)
 
 
 def _exponentials(left: Array, rise: Array, T: Array, tau: Array) -> tuple[Array, Array]:
     """p and u - left of such surfaces at τ."""
-    start, end = _ends(left, rise, T)
+    start, end, *_ = _ends(left, rise, T)
     grown, shrunk = np.sinh(tau) / np.sinh(T), np.sinh(T - tau) / np.sinh(T)
     back = np.sinh(tau / 2) * np.sinh((T - tau) / 2) / np.cosh(T / 2)
     return start * shrunk + end * grown, rise * grown - 2 * left * back
@@ -157,20 +165,10 @@ class Gaps:
     u: Array
     rises: Array
 
-    @property
-    def mesh(self) -> Mesh:
-        """The elements."""
-        return mesh_of(self.T)
-
-    @functools.cached_property
-    def half(self) -> Array:
-        """Half the elements of the first one."""
-        return np.asarray(self.T[0, 0] * np.diff(self.mesh.ends)[:, None] / 2)
-
     @functools.cached_property
     def h(self) -> Array:
         """dx/dτ at the nodes."""
-        return np.asarray(rate(self.p))
+        return np.asarray(rate(self.p)[0])
 
     @functools.cached_property
     def upright(self) -> bool:
@@ -187,12 +185,12 @@ class Gaps:
         """F (n,)."""
         h, square = self.h, self.p * self.p
         density = h * (self.u * self.u / 2) + square / (np.sqrt(h * h + square) + h)
-        return np.asarray(self.T[:, 0] * (density @ self.mesh.weights))
+        return np.asarray(self.T[:, 0] * (density @ mesh_of(self.T).weights))
 
     @functools.cached_property
     def area(self) -> Array:
         """∫u dx (n,)."""
-        return np.asarray(self.T[:, 0] * ((self.h * self.u) @ self.mesh.weights))
+        return np.asarray(self.T[:, 0] * ((self.h * self.u) @ mesh_of(self.T).weights))
 
     @functools.cached_property
     def residual(self) -> float:
@@ -200,8 +198,10 @@ class Gaps:
 
         The imbalance of a node, of a reaction, of the constancy of u²/2 + cos φ.
         """
-        (_, weights, d), mesh, half, rises = rounded(DEGREE), self.mesh, self.half, self.rises[0]
-        h, u, inclined = self.h[0][mesh.own], self.u[0], rises[mesh.own] @ d.T
+        (_, weights, d), mesh = rounded(DEGREE), mesh_of(self.T)
+        half = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2
+        h, u, rises = self.h[0][mesh.own], self.u[0], self.rises[0]
+        inclined = rises[mesh.own] @ d.T
         steep = inclined / np.sqrt(half * half * h * h + inclined * inclined)
         pull = half * weights * h * u[mesh.own] + (weights * steep) @ d
         s, t = self.pulls[:, 0].tolist()
@@ -215,8 +215,9 @@ class Gaps:
     @functools.cached_property
     def places(self) -> Array:
         """x of the nodes of the first one: on an element d x = h."""
-        d, h = rounded(DEGREE)[2], self.h[0][self.mesh.own]
-        parts = np.linalg.solve(d[1:, 1:], (self.half * h)[:, 1:].T).T
+        d, mesh = rounded(DEGREE)[2], mesh_of(self.T)
+        h = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2 * self.h[0][mesh.own]
+        parts = np.linalg.solve(d[1:, 1:], h[:, 1:].T).T
         starts = np.append(0.0, np.cumsum(parts[:-1, -1]))
         return np.append(0.0, parts + starts[:, None])
 
@@ -225,19 +226,19 @@ class Gaps:
 
         Where they are further apart than here, the nearer one counts.
         """
-        (T,), left, mesh, places = self.T, self.u[0, :1], self.mesh, self.places
+        (T,), left, mesh, places = self.T, self.u[0, :1], mesh_of(self.T), self.places
         shape = left, self.rises[0, -1:], T
         half = places[-1] / 2
         x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
         tau = np.interp(x, places, T * mesh.nodes)
         for _ in range(_INVERSE):
             off = on_elements(T * mesh.ends, places, tau)[0] - x
-            step = off / rate(_exponentials(*shape, tau)[0])
+            step = off / rate(_exponentials(*shape, tau)[0])[0]
             tau = np.clip(tau - step, 0.0, T)
             if (np.abs(step) <= _INSIDE).all():
                 break
         steep, rises = _exponentials(*shape, tau)
-        return left + rises, steep / rate(steep)
+        return left + rises, steep / rate(steep)[0]
 
 
 def surfaces(u: Array, rise: Array, width: Array) -> Gaps:

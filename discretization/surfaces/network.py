@@ -174,7 +174,8 @@ def modes(degree: int) -> tuple[list[list[float]], list[list[float]]]:
 
 def piece(degree: int, length: Any) -> Network:
     """A part of a line contact's surface, of this length > 0 (a number or an array)."""
-    times = max(0, math.ceil(math.log2(np.max(np.real(length)) / _LONGEST)))
+    longest = length.real.max() if isinstance(length, np.ndarray) else length.real
+    times = max(0, math.ceil(math.log2(longest / _LONGEST)))
     eta = length / 2 ** (times + 1)  # doubled so often, elements are not too long
     square = eta * eta
     even, odd = (
@@ -209,7 +210,8 @@ class Line(NamedTuple):
         one = not isinstance(width, np.ndarray)
         if one and width.real > FAR:
             return Network(endless(self.degree), 0.0, endless(self.degree))
-        half = (_remembered if one else piece)(self.degree, np.minimum(width, FAR) / 2)
+        find, width = (_remembered, width) if one else (piece, np.minimum(width, FAR))
+        half = find(self.degree, width / 2)
         return half.then(half)
 
     def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:

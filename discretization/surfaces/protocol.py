@@ -89,7 +89,8 @@ class Surfaces:
         """
         length, width, rise = self.scene.elastocapillary_length, math.inf, 0.0
         if facing is not None:
-            width = np.maximum(side * (facing.x - x) / length, NARROWEST)
+            width = side * (facing.x - x) / length
+            width = max(width, NARROWEST) if np.ndim(width) == 0 else np.maximum(width, NARROWEST)
             rise = (f - facing.f) / length
         work = w / self.scene.gamma1
         return f + length * self.at_rest(side, x / length, width, rise, side * f1, work)
