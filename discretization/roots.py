@@ -116,8 +116,7 @@ def crossings(
             new = at - value / slope
         inside = (new >= lo) & (new <= hi) & ~slow
         new = np.where(inside, new, (lo + hi) / 2)
-        last, step = step, np.abs(new - at)
-        least = _CLOSE * np.abs(new)
+        last, step, least = step, np.abs(new - at), _CLOSE * np.abs(new)
         known = near | (step <= least) | (newton & (step**3 <= least * last * last))
         x[own] = np.where(near, at, new)
         if known.any():

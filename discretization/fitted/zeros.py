@@ -155,8 +155,7 @@ def followed(
         moved = way * np.diff(np.concatenate([lines[:, None], x], axis=1), axis=1) * (1.0, -1.0)
     slack = (_BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0))[:, None]
     good &= ~(moved < -slack[..., None]).any(axis=(1, 2))
-    if depths.size > 1:  # the first one is that of the start
-        good &= ~(moved[:, 0] > slack).any(axis=1)
+    good &= (depths.size == 1) | ~(moved[:, 0] > slack).any(axis=1)  # the first is the start's
     held = inner & ~free
     if held.any():  # they must be so at the end, too
         left = way * (rests.ahead(x[:, -1], way) - depths[-1])
