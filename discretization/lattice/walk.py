@@ -24,7 +24,7 @@ from energy.arrays import Array
 
 End = int | None  # the contact node on one side of a free surface; None: none there
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
-_LOOKED = 1 << 10  # links at a time
+_LOOKED = 1 << 10  # links whose depths are asked for at once
 
 
 class Change(NamedTuple):
@@ -92,7 +92,7 @@ class Walk:
         return ((touch, touch),) if depth >= self.row.lowest else ()
 
     def _ahead(self, nodes: Contacts, sign: int) -> Sequence[tuple[range, int]]:
-        """The nodes on this side of the links that both lines of one contact pass, and the side."""
+        """For each line of one contact the nodes before the links it passes next, and its side."""
         ((first, last),) = nodes
         if sign > 0:
             return (range(first, 0, -1), -1), (range(last, self.row.size - 1), 1)
@@ -105,9 +105,9 @@ class Walk:
         return np.maximum.accumulate(sign * rules.outwards(nodes, side))
 
     def _links(self, ahead: range, side: int, sign: int, depth: float) -> int:
-        """How many of them it passes on the way to a depth.
+        """How many of these links the line passes on the way to a depth.
 
-        Pressed in a line contact, each at a depth beyond the one before: only some are looked at.
+        A line contact that is pressed passes them in the order of their depths: some are enough.
         """
         stride = 1 if sign < 0 or self.row.lattice.axis == 0 else 1 + len(ahead) // _LOOKED
         passed = self._passed(ahead[::stride], side, sign)

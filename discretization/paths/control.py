@@ -24,10 +24,10 @@ from energy.arrays import Array, Indices
 from energy.checks import positive
 
 _DEGREE = 12  # of the polynomials by which C is drawn
-_DRAWN = 1e-6  # of the range of P: a part of a leg whose highest coefficients are less is drawn
+_DRAWN = 1e-6  # of the range of P: what C, as it is drawn on a part of a leg, may be off by
 _FINEST = 1 / 256  # of a leg: parts that short are not halved again
 _LEAST = 128  # samples of a leg where P is only known between nodes
-_RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
+_RESOLVED = 1e-12  # of the range of C around a peak: what it may be off by there
 _ZOOMS = 40  # rounds, each of which narrows a peak or finds it
 _NARROWER = 0.15  # of the last, somewhat more than its Gauss-Lobatto points are apart
 _WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
@@ -108,7 +108,7 @@ class Curve(NamedTuple):
         return cls(leg, control, t, np.append(nodal, more)[first], ends, nodal, rounding)
 
     def peak(self, side: int) -> int:
-        """The first sample after which C truly falls (side 1) or rises (-1); the last if none."""
+        """The first sample after which exact C falls (side 1) or rises (-1); the last if none."""
         for i in np.flatnonzero(side * np.diff(self.value) < -_NOISE * self.rounding).tolist():
             start, after = side * _values(self.leg, self.control, self.t[i : i + 2])
             if after - start < -_NOISE * self.rounding:
@@ -118,7 +118,7 @@ class Curve(NamedTuple):
     def refined(self, i: int, side: int) -> Point:
         """The peak at an inner sample, to rounding, by polynomials on less and less around it.
 
-        At first as far as C is not less by more than it is known, and does not pass the peak again.
+        At first where C is less by no more than it may be off, before it passes the peak again.
         """
         known = _DRAWN * np.ptp(self.value) if self.ends.size else _NOISE * self.rounding
         t, more = self.t, side * (self.value - self.value[i])
@@ -141,7 +141,7 @@ class Curve(NamedTuple):
         return self.leg.points(self.leg.depths(np.array([top])))[0]
 
     def reached(self, values: Array, side: int, first: int, stop: int | None = None) -> list[Point]:
-        """Where C first reaches values (n,) between samples: as many points as are reached."""
+        """Where C first reaches values (n,) from one sample to another, as many as it reaches."""
         highest = np.maximum.accumulate(side * self.value[first:stop])
         before = side * self.value[max(first - 1, 0)]  # a peak from which C falls
         k = np.searchsorted(highest, np.maximum(side * values, before))

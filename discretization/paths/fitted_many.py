@@ -188,8 +188,7 @@ class FittedMany(Branch):
         """NotCertifiedError unless the contacts are in equilibrium."""
         if not point.lines:
             return
-        lone = self.events.alone.get(1) if len(point.lines) == 2 else None
-        contacts = Contacts(lone or self.motion, point.lines, point.depth)
+        contacts = Contacts(self.motion, point.lines, point.depth)  # by the sizes of the whole path
         certify(contacts, contacts.totals()).demand(
             f"the state at depth = {point.depth!r}",
             "the path stops before it; try other depths, or method='lattice'",

@@ -42,9 +42,9 @@ _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 _UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 _STEEPEST = math.sqrt(2) * (1 - _UPRIGHT)  # p, and the displacement of a tail, at most
+_CLOSE = 8e-16  # of T: what x and L may differ by
 _INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
 _INVERSE = 8  # steps of Newton's method to it
-_CLOSE = 8e-16  # of T: what x and L may differ by
 
 
 class Mesh(NamedTuple):

@@ -59,6 +59,6 @@ def adhesion_force(mesh: Mesh) -> Found:
 
 
 def _strongest_pull(mesh: Mesh, scene: Scene) -> float:
-    """Least force of a punch, raised to where each detaches and a little further."""
+    """Least force of a punch, raised to the depth at which any detaches and a little further."""
     raised = np.array([0.0, 0.5, 1.0, 1.001]) * brink(mesh, gel(PUNCH))
     return float(mesh.sweep(scene, raised, "force").min())
