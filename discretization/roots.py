@@ -19,18 +19,20 @@ _CLOSE = 2.0**-52  # of the position: steps of one rounding
 _UNSURE = 1 / 16  # of how the slope varies between two places: what the least value is off by
 
 
-def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST) -> float:
+def bracketed(
+    h: Function, inside: float, outside: float, close: float = CLOSEST, fraction: float = 0.5
+) -> float:
     """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
 
     Inverse quadratic steps where three points support them, halving otherwise, until the bracket
-    is no wider than this part of the zero. T. R. Chandrupatla, Advances in Engineering Software 28
-    (1997) 145.
+    is no wider than this part of the zero; from a wider one by the straight line through its ends.
+    fraction: where it looks first. T. R. Chandrupatla, Advances in Engineering Software 28 (1997)
+    145.
     """
     a, b = inside, outside
     fa, fb = min(h(a), 0.0), h(b)
     if not fb > 0:  # a corner whose slope is read from the other side
         fb = -fa or 1.0
-    fraction = 0.5
     for _ in range(200):
         x = a + fraction * (b - a)
         fx = h(x)
@@ -41,7 +43,8 @@ def bracketed(h: Function, inside: float, outside: float, close: float = CLOSEST
         best = a if abs(fa) < abs(fb) else b
         least = close * abs(best) / (abs(b - a) or 1.0)
         if fa == 0 or least > 0.5 or a == b:
-            return a if fa == 0 else best
+            straight = close > CLOSEST and a != b and fa != 0
+            return a - fa * (b - a) / (fb - fa) if straight else a if fa == 0 else best
         xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
         fraction = 0.5
         if phi * phi < xi and (1 - phi) ** 2 < 1 - xi:

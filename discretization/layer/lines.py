@@ -22,7 +22,7 @@ from numpy.polynomial.legendre import legval
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact
 from discretization.profile import unknown
-from discretization.roots import CLOSEST, bracketed, least
+from discretization.roots import bracketed, least
 from discretization.surfaces.network import rounded, to_legendre
 from energy.arrays import Array
 
@@ -33,7 +33,7 @@ _SPARSE = 6.0  # of log₂ a: half-widths that are looked at where they are far 
 _ROUNDS = 10  # of the search for where D turns: D is known twice as well as the place
 _TIE = 1e-12  # of depths and heights: depths that are the same
 _BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings
-_NEAR, _ALIKE, _FEW = 1e-2, 1e-7, 4  # a step of Newton's method, the last one, how many
+_CLOSE = 1e-8  # of the half-width: D is straight over that
 _DEGREE = 10
 _NARROW = 2.0**-9  # of log₂ a: a panel that is halved no more
 _KNOWN = 0.1  # of the tolerance: last coefficients of a panel
@@ -46,14 +46,13 @@ class Lines:
     """The line of a body against a work of adhesion, excess: √(2w/γ₁).
 
     reaction: σ, s₀, and maybe more, of one or many half-widths; step: of log₂ a, in which D turns
-    once at most; close: relative, where a line at rest is looked for no longer.
+    once at most.
     """
 
     body: Body
     reaction: Callable[[Any], Array]
     excess: float
     step: float
-    close: float = CLOSEST
 
     def rest_depth(self, a: Any, side: Any) -> Any:
         """D, at a corner on that side of it; a number or an array."""
@@ -83,7 +82,8 @@ class Lines:
                 turn = least(fall, lo, hi, -way * to, _ROUNDS)
                 end, high, a = turn[0], -way * turn[1], before
             if way * (high - to) >= 0:
-                return bracketed(short, a, end, self.close), to, "rests"
+                first = max(0.1, min(0.9, (to - last) / ((high - last) or 1.0)))
+                return bracketed(short, a, end, _CLOSE, first), to, "rests"
             if turned and not past:
                 return end, high, "turns"
             before, a, last, rising = a, x, value, way * (value - last) > 0
@@ -128,24 +128,6 @@ class Lines:
     def rate(self, a: float, here: float) -> float:
         """dD/da outside a line that rests at this depth."""
         return float(self.rest_depth(a + _BESIDE * a, 1) - here) / (_BESIDE * a)
-
-    def beside(self, a: float, depth: float) -> tuple[float, float] | None:
-        """A line at rest next to one that nearly is, by Newton's method, and dD/da there.
-
-        None beside a corner, and where it is not found at once.
-        """
-        if any(abs(x - a) <= 2 * _NEAR * a for x in (*self.body.corners, self.body.edge)):
-            return None
-        here = self.rest_depth(a, 1)
-        rate = self.rate(a, here)
-        for _ in range(_FEW):
-            move = (depth - here) / rate if rate > 0 else math.inf
-            if abs(move) > _NEAR * a:
-                break
-            if abs(move) <= _ALIKE * a:
-                return a + move, rate
-            a, here = a + move, self.rest_depth(a + move, 1)
-        return None
 
     def _small(self, depth: float) -> float:
         """A half-width so small, by slope and height, that a line there advances, if any does."""

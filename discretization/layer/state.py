@@ -25,7 +25,6 @@ from energy.arrays import Array
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
 _LOOSEST = 5e-5  # tolerance up to which what poles leave is told by coarser ones
 _STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
-_ROUGH, _PLACE = 1e-2, 1e-3  # of poles by which a line is looked for first, and of its place
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
 _OTHER = 0.7  # of the way to the line, where elements of another set begin
@@ -156,19 +155,10 @@ class Layer(Contact):
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), min(_SAFE * rtol, _LOOSEST)
-    excess = scene.surfaces.small_slope_deficit
-
-    def lines(known: float, *looked: float) -> Lines:
-        reaction = functools.cache(lambda a: Contact(body, a, known).reaction)
-        return Lines(body, reaction, excess, *looked)
-
-    fine, rough = lines(tolerance, _STEP), lines(_ROUGH, _STEP, _PLACE)
-    a, _, how = rough.settled(depth)
-    beside = fine.beside(a, depth) if how == "rests" else None
-    if beside is None:
-        a, _, how = fine.settled(depth)
-        beside = a, fine.rate(a, depth) if how == "rests" else math.inf
-    a, rate = beside
+    reaction = functools.cache(lambda a: Contact(body, a, tolerance).reaction)
+    lines = Lines(body, reaction, scene.surfaces.small_slope_deficit, _STEP)
+    a, _, how = lines.settled(depth)
+    rate = lines.rate(a, depth) if how == "rests" else math.inf
     found = None if how == "lost" else Layer(depth, rate, body, a, tolerance)
     return certified(scene, depth, found, branch, math.nan)
 
