@@ -63,9 +63,9 @@ class State:
     @functools.cached_property
     def size(self) -> float:
         """δ: the largest of |d|, |u| at the lines and δ₀."""
-        lines = np.abs(self.u[np.flatnonzero(self.model.contact)[[0, -1]]])
+        lines = self.depth - self.row.f[[self.nodes[0][0], self.nodes[-1][1]]]
         delta0 = math.sqrt(2 * max(self.row.works) / self.row.lattice.k)
-        return max(abs(self.depth), float(lines.max()), delta0)
+        return max(abs(self.depth), float(np.abs(lines).max()), delta0)
 
     def pull(self, noise: float) -> float:
         """The largest pull per weight, above noise, on nodes whose opening lowers the energy.
@@ -74,16 +74,19 @@ class State:
         node has no adhesion, unless it is a spring without tension.
         """
         model, forces, lat = self.model, self.balance.forces, self.model.lattice
-        pulled = np.flatnonzero(model.contact & (forces * -lat.cell > noise * model.cells))
         held, (closing, opening) = np.concatenate([[False], model.contact, [False]]), self.row.works
-        before, after, more = held[pulled], held[pulled + 2], opening / closing if closing else 1.0
+        more, bound = opening / closing if closing else 1.0, lat.w if model.adhesion is None else 0
+        stiff = lat.gamma1 / lat.spacing**2 * (lat.slopes == "small")  # of two links, at least
+        hard = forces < -math.sqrt(2 * (lat.k + 2 * stiff) * more * bound) * model.cells
+        pulled = np.flatnonzero(model.contact & (hard | ~(held[2:] & held[:-2])))
+        pulled = pulled[forces[pulled] * -lat.cell > noise * model.cells[pulled]]
+        before, after = held[pulled], held[pulled + 2]
         opens = pulled[~(before | after)].tolist() if lat.gamma1 else []
         inner = pulled[before & after]
-        bonds = model.bonds[inner] + (model.bonds[inner - 1] if lat.gamma1 else 0.0)
-        stiff = lat.gamma1 / lat.spacing**2 * (lat.slopes == "small")  # of two links, at least
+        bonds = model.bonds(inner) + (model.bonds(inner - 1) if lat.gamma1 else 0.0)
         least = lat.k * model.cells[inner] + stiff * (model.links[inner] + model.links[inner - 1])
         for i in inner[forces[inner] ** 2 > 2 * least * more * bonds].tolist():
-            u, bound = self.u[i - 1 : i + 2], more * model.bonds[i - 1 : i + 1]
+            u, bound = self.u[i - 1 : i + 2], more * model.bonds(slice(i - 1, i + 1))
             whole, less = (
                 NodalEnergy(lat, (True, middle, True), model.first + i - 1, bound, (False, False))
                 for middle in (True, False)
@@ -95,7 +98,8 @@ class State:
     def certificate(self) -> Certificate:
         """See the module. Gaps are those of the node a line comes to or leaves; nan: it cannot."""
         model, lat, balance, delta = self.model, self.row.lattice, self.balance, self.size
-        held, free, links = model.contact, ~model.contact, [-LINKS[0], -LINKS[0] - 1]
+        held, links = model.contact, [-LINKS[0], -LINKS[0] - 1]
+        free = np.flatnonzero(~held)
         gap, stored, _, bonds = (part[0].T[links] for part in self.passed)  # to close, and to open
         gap[0, ~self.closes], work = math.nan, np.reshape(self.row.works, (2, 1)) * bonds
         size = max(delta, abs(self.depth - self.row.lowest))
@@ -111,7 +115,8 @@ class State:
         beside = np.flatnonzero(held[1:] != held[:-1])
         ties = lat.gamma1 / lat.spacing**2 * model.links[beside] @ np.abs(self.u[beside + 1])
         rounding = EPSILON * (4 * balance.tension + 2 * float(ties))
-        apart = abs(balance.force - float(balance.forces[held].sum())) - rounding
+        pressed = balance.forces.sum() - balance.forces[free].sum()  # on the nodes in contact
+        apart = abs(balance.force - float(pressed)) - rounding
         return Certificate(
             penetration=float(np.fmax.reduce(below, initial=0.0)) / (delta or size),
             stationarity=max(0.0, float(left.max(initial=0.0)) - noise) / unit,

@@ -28,6 +28,9 @@ from energy import Indenter, Scene
 from energy.arrays import Array
 from energy.checks import positive
 
+PIECE = 1 << 15  # nodes at a time, few enough for the processor's cache
+np.empty((1 << 22) - 1024)  # freed at once: glibc keeps up to twice as much for reuse from now on
+
 
 def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
     """a, b and 1 - a - b of the free surface u = a left + b right, p from left and q from right.
@@ -133,6 +136,11 @@ class Lattice:
     def weight(self, at: Any) -> Any:
         """Weights of nodes, or of links by their middles: 1."""
         return 1.0
+
+    def sizes(self, first: float, count: int) -> Array:
+        """Lengths or areas of nodes from the first on (n,), or of links by their middles."""
+        places = first + np.arange(count if self.axis == 0 else 1)
+        return np.broadcast_to(self.cell * self.weight(places), count)
 
     def pull(self, nodes: Any, side: int) -> Any:
         """Force of tails beyond these nodes on them over u, their springs' own being the same."""

@@ -2,18 +2,17 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solveh_banded
 
 from discretization.certificate import NotCertifiedError
-from discretization.nodes.lattice import Lattice
+from discretization.nodes.lattice import PIECE, Lattice
 from energy import terms
 from energy.arrays import Array
 
-_PIECE = 1 << 13  # nodes at a time, few enough for the processor's cache
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 _SETTLED = 5  # steps that do not lower the energy are the last, too
@@ -59,17 +58,20 @@ class NodalEnergy:
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
     ) -> None:
-        self.lattice, self.first = lattice, first
+        self.lattice, self.first, self.adhesion = lattice, first, adhesion
         self.contact = np.asarray(contact, bool)
-        nodes, cell = np.arange(first, first + self.contact.size), lattice.cell
-        pulls = lattice.pull(nodes[0], -1), lattice.pull(nodes[-1], 1)
+        size = self.contact.size
+        pulls = lattice.pull(first, -1), lattice.pull(first + size - 1, 1)
         self.pulls = np.array(pulls, float) * tails  # of the tails, over u
-        self.cells = np.full(nodes.size, cell * lattice.weight(nodes))
-        self.links = np.full(nodes.size - 1, cell * lattice.weight(nodes[:-1] + 0.5))
-        bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
-        self.bonds = bonds * (self.contact[1:] & self.contact[:-1])  # adhesion of each link
-        if not lattice.gamma1:  # or of each spring
-            self.bonds = lattice.w * self.cells * self.contact
+        self.cells, self.links = lattice.sizes(first, size), lattice.sizes(first + 0.5, size - 1)
+
+    def bonds(self, at: Any = np.s_[:]) -> Array:
+        """Adhesion of these links, or without tension of these nodes' springs."""
+        lat, held = self.lattice, self.contact
+        if not lat.gamma1:
+            return np.asarray(lat.w * self.cells[at] * held[at])
+        own = lat.w * self.links[at] if self.adhesion is None else np.asarray(self.adhesion)[at]
+        return np.asarray(own * (held[1:][at] & held[:-1][at]))
 
     @staticmethod
     def spring(lattice: Lattice, u: ArrayLike) -> terms.Density:
@@ -79,30 +81,31 @@ class NodalEnergy:
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
         lat, u = self.lattice, np.asarray(u, float)
-        pulled, forces, sums = self.pulls * u[[0, -1]], [], []
-        for start in range(0, u.size, _PIECE):
-            end, new = start + _PIECE, int(start > 0)  # and the link before
+        pulled, forces, sums = self.pulls * u[[0, -1]], np.empty(u.size), []
+        for start in range(0, u.size, PIECE):
+            end, new = start + PIECE, int(start > 0)  # and the link before
             own, spring = slice(start, end), self.spring(lat, u[start:end])
             slopes = np.diff(u[start - new : end + 1]) / lat.spacing
             stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
             tension = self._tension(slice(start - new, end)) * stretch.first
             springs = self.cells[own] * spring.first
             across = np.concatenate([pulled[: 1 - new], tension, -pulled[2 - (end >= u.size) :]])
-            forces.append(springs - np.diff(across))
-            bound = self.bonds[own] * (np.hypot(1, slopes[new:]) if lat.slopes == "finite" else 1)
-            stored = self.cells[own] @ spring.value, self.links[own] @ stretch.value[new:]
-            pressed = springs.sum(), np.abs(springs).sum(), tension[new:] @ tension[new:]
-            sums.append([*map(float, (*stored, -bound.sum(), *pressed))])
+            np.subtract(springs, across[1:] - across[:-1], out=forces[own])
+            bound = self.bonds(own) * (np.hypot(1, slopes[new:]) if lat.slopes == "finite" else 1)
+            stored = (self.cells[own] * spring.value).sum(), self.links[own] * stretch.value[new:]
+            pressed = springs.sum(), np.abs(springs).sum(), np.square(tension[new:]).sum()
+            sums.append([*map(float, (stored[0], stored[1].sum(), -bound.sum(), *pressed))])
         sums.append([0.0, 0.0, 0.0, float(pulled.sum()), float(np.abs(pulled).sum()), 0.0])
         springs, surface, adhesion, force, sizes, squares = map(math.fsum, zip(*sums, strict=True))
         values = {"springs": springs, "surface": lat.gamma1 * surface, "adhesion": adhesion}
         values["tails"] = float(pulled @ u[[0, -1]]) / 2
-        return Balance(values, np.concatenate(forces), force, sizes, math.sqrt(squares))
+        return Balance(values, forces, force, sizes, math.sqrt(squares))
 
     def _tension(self, links: slice = np.s_[:]) -> Array:
         """Horizontal, of each link; with finite slopes those in contact have γ₁ - w."""
-        bound = self.bonds[links] if self.lattice.slopes == "finite" else 0.0
-        return np.asarray((self.lattice.gamma1 * self.links[links] - bound) / self.lattice.spacing)
+        free = self.lattice.gamma1 / self.lattice.spacing * self.links[links]
+        small = self.lattice.slopes == "small"
+        return np.asarray(free if small else free - self.bonds(links) / self.lattice.spacing)
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""

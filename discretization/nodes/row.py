@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from discretization import profile
-from discretization.nodes.lattice import Lattice
+from discretization.nodes.lattice import PIECE, Lattice
 from discretization.nodes.rules import Rules
 from energy import Indenter, Scene
 from energy.arrays import Array, Nodes
@@ -134,8 +134,11 @@ class Row:
         if self.size > MOST:
             many = f"spacing = {self.lattice.spacing!r} puts more than {MOST} nodes in contact"
             raise ValueError(many + "; give a larger spacing")
-        nodes = self.first + np.arange(float(self.size))
-        return heights(self.lattice, self.scene.indenter, nodes)
+        f = np.arange(self.first, self.first + self.size, dtype=float)
+        for start in range(0, self.size, PIECE):
+            own = f[start : start + PIECE]
+            own[:] = heights(self.lattice, self.scene.indenter, own)
+        return f
 
     @property
     def lowest(self) -> float:
@@ -145,9 +148,10 @@ class Row:
     @functools.cached_property
     def bonds(self) -> Array:
         """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
-        middles, pattern = self.first + np.arange(self.size - 1) + 0.5, self.scene.pattern
-        own = np.full(middles.shape, self.lattice.cell * self.lattice.weight(middles))
-        return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
+        own, pattern = self.lattice.sizes(self.first + 0.5, self.size - 1), self.scene.pattern
+        if pattern is None:
+            return own
+        return own * pattern.factor(self.lattice.x(self.first + 0.5 + np.arange(own.size)))
 
     @functools.cached_property
     def rules(self) -> tuple[Rules, Rules]:
