@@ -137,7 +137,7 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
 
 def corners(row: Row, nodes: Nodes) -> Corners:
     """The corners beside lines at these nodes (s, 2m)."""
-    if not row.breaks.size:
+    if not row.corners.size:
         return Corners(np.full(nodes.shape, math.nan), np.full(nodes.shape, True))
     known = np.append(row.breaks, math.nan)
     first, beyond = known.searchsorted(nodes - 1, "right"), known.searchsorted(nodes + 1)
