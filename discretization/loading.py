@@ -104,9 +104,8 @@ def load_path(
         _continues(after, history)
         history = after
     deepest = float(np.append(history.values, values).max())
-    hold = history.hold
-    branch = branch_of(scene, rtol, spacing, lambda: _deepest(scene, hold, deepest))
-    path = LoadPath(branch, hold, Point(-math.inf, None))
+    branch = branch_of(scene, rtol, spacing, lambda: _deepest(scene, history.hold, deepest))
+    path = LoadPath(branch, history.hold, Point(-math.inf, None))
     if after is not None:
         path.resume(after.at(-1), len(after), float(after.values[-1]))
     path.go(values)

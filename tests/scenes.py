@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from discretization.paths.branch import Point, legs
+from discretization.paths.branch import Point
 from energy import ElasticLayer, FlatPunch, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
 ROOT = Path(__file__).parents[1]
@@ -29,8 +29,8 @@ def adhesive(indenter, *, k=130.0, gamma1=0.07, w=0.002, opening=None, slopes="s
 
 def moved(branch, point, depth):
     """The point to which a branch of load paths comes at another depth."""
-    for leg in legs(branch, point, depth):
-        point = leg.end if leg.after is None else leg.after
+    while point.depth != depth and point.lines is not None:
+        point = (leg := branch.leg(point, depth)).after or leg.end
     return Point(depth, None) if point.lines is None else point
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.line_search import LineSearch, Pair
-from discretization.fitted.rest_depths import TIE, RestDepths
+from discretization.fitted.rest_depths import TIE
 from discretization.profile import unknown
 from discretization.roots import crossings, minima
 
@@ -35,7 +35,6 @@ _LEVEL = 1e-6  # of how v' varies around a minimum of v: v' there
 class FreePart:
     """Free surfaces that are pressed."""
 
-    rests: RestDepths
     search: LineSearch
 
     def advance(self, left: float, right: float, start: float, end: float) -> Lines:
@@ -60,7 +59,7 @@ class FreePart:
         if negative, did not; room, dip: the clearance at both depths, for the Illinois method
         (M. Dowell, P. Jarratt, BIT 11 (1971) 168).
         """
-        size, depth, high, room, dip, run = self.rests.size, low, end, 0.0, math.nan, _AGAIN
+        size, depth, high, room, dip, run = self.search.rests.size, low, end, 0.0, math.nan, _AGAIN
         for _ in range(_MOST):
             moved = self.search.advance(q, p, depth)
             plain = moved is not None and not self.overtakes(q, p, moved, low, depth)
@@ -74,7 +73,7 @@ class FreePart:
                 return [(moved[0], place), (place, moved[1])], depth, False
             elif depth - low <= _STEP * size:
                 if moved is None and math.isinf(q - p):
-                    edge = float(self.rests.profile.x[0 if math.isinf(q) else -1])
+                    edge = float(self.search.rests.profile.x[0 if math.isinf(q) else -1])
                     raise unknown(depth, edge)
                 return pairs(self._creeping(q, p, depth, moved)), depth, False
             else:
@@ -95,7 +94,7 @@ class FreePart:
         line was and is, that is taken which asks for more care. Without adhesion the state does not
         depend on the way: whether the profile pulls there at the end, which it must not.
         """
-        profile, rests, (left, right) = self.rests.profile, self.rests, moved
+        profile, rests, (left, right) = self.search.rests.profile, self.search.rests, moved
         for side, x, new, old, facing in ((1, q, left, p, right), (-1, p, right, q, left)):
             own = profile.beyond(x, new)
             if own.stop == own.start:
@@ -117,7 +116,7 @@ class FreePart:
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least(end, depth)[1]
             return q, place, place, p
-        (left, right), profile = end or (p, q), self.rests.profile
+        (left, right), profile = end or (p, q), self.search.rests.profile
         lefts = [*profile.x[profile.beyond(q, left)].tolist(), left]
         rights = [*profile.x[profile.beyond(p, right)].tolist()[::-1], right]
         for i in range(max(len(lefts), len(rights))):
@@ -125,7 +124,7 @@ class FreePart:
             if step[0] >= step[1]:
                 break
             clear, place = self.least(step, depth)
-            if clear < -TIE * self.rests.size:
+            if clear < -TIE * self.search.rests.size:
                 return q, place, place, p
             q, p = step
         return end or ()
@@ -138,10 +137,10 @@ class FreePart:
         is no minimum. As the surface is nowhere lower than at both lines and far away, samples of
         the profile that are higher by a part of δ₀ do not count.
         """
-        left, right = (self.rests.at(x) for x in lines)
-        profile, shape = self.rests.profile, self.rests.surfaces.shape
+        left, right = (self.search.rests.at(x) for x in lines)
+        profile, shape = self.search.rests.profile, self.search.rests.surfaces.shape
         own, level = profile.beyond(*lines), max([depth, *(z.f for z in (left, right) if z)])
-        low = profile.f[own] <= level + _HIGHER * self.rests.scene.opened.critical_separation
+        low = profile.f[own] <= level + _HIGHER * self.search.rests.scene.opened.critical_separation
         if not low.any():
             return math.inf, math.nan
         low[1:] |= low[:-1]  # and the samples beside those

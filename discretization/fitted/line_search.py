@@ -96,11 +96,9 @@ class LineSearch:
 
         If nowhere, a line rests just beyond that.
         """
-        found = self._turns(q, p, (least, most), depth, -1)
-        assert found is not None, "only lines that advance meet"
-        return found
+        return self._turns(q, p, (least, most), depth, -1)  # only lines that advance meet
 
-    def _turns(self, q: float, p: float, limits: Pair, depth: float, way: int) -> Pair | None:
+    def _turns(self, q: float, p: float, limits: Pair, depth: float, way: int) -> Any:
         """Both lines move in turns until they rest; limits: of lines that recede."""
         least, most = limits
         for sweep in range(_SWEEPS):

@@ -56,7 +56,7 @@ class Motion:
     @functools.cached_property
     def free_part(self) -> FreePart:
         """What moves the lines of one free surface."""
-        return FreePart(self.rests, LineSearch(self.rests))
+        return FreePart(LineSearch(self.rests))
 
     def adhered(self, depth: float) -> Lines:
         """The state of the path that touches first and then moves to this depth."""

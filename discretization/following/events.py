@@ -63,7 +63,8 @@ class Events:
         if found.failed:  # by a shorter way than the others
             return self.part(lines, start, (start + low.depth) / 2)
         found.lines[sorted(own)] = low.lines[sorted(own)]
-        part = Part(high.depth, _flat(found.lines), None, low.pieces + found.pieces)
+        pieces = *(piece.of(own) for piece in low.pieces), *found.pieces
+        part = Part(high.depth, _flat(found.lines), None, pieces)
         return self._beyond(part, own, low.depth, end) if high.failed else part
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
@@ -90,7 +91,7 @@ class Events:
             smooth = self.trials.smooth
             back, good = smooth.balanced(*smooth.over((), there[new], depth, part.depth))
             if good.all():
-                there[new] = self.motion.rests.snapped(back.lines[:, -1])
+                there[new] = self.motion.rests.snapped(back.lines[:, -1, -1])
                 found = _flat(there)
                 deep = self.motion.penetration(found, part.depth)
                 if deep <= 2 * TIE * size and found == self.motion.unpulled(found, part.depth):

@@ -53,8 +53,8 @@ class LoneTrack:
             alone.solve(side, x, end)
         return cls(alone, start, end, first, last)
 
-    def lines(self, depths: Array, *, roughly: bool = False) -> Array:
-        """Lines (k, 2, 2) of both free surfaces at depths (k,) on the way, always exact."""
+    def lines(self, depths: Array) -> Array:
+        """Lines (k, 2, 2) of both free surfaces at depths (k,) on the way."""
         sides, count = np.array(self.alone.sides), depths.size
         side, goal = np.repeat(sides, count), np.tile(depths, sides.size)
         one, other = np.repeat(self.first, count), np.repeat(self.last, count)

@@ -12,6 +12,7 @@ d = start + (end - start)(2t - t²) at Gauss-Lobatto points t: next to where an 
 disappears a line moves as the root of the distance in depth, which is smooth in t.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,14 +26,13 @@ from discretization.surfaces.network import rounded, to_legendre
 from energy.arrays import Array, Mask
 
 DEGREE = 12  # of the Lobatto rule in t
-_SHORTEST = 2.0**-10  # of a way: parts of it whose energy does not balance are halved to that
-_MOST = 512  # such parts
+_HALVED, _MOST = 10, 512  # times a part is halved whose energy does not balance, and such parts
 _EVEN = 4e-15  # of the size of depths: a depth is not known better
 BALANCED = 1e-12  # of the energy's terms
 
 
 class Piece(NamedTuple):
-    """Lines (n, p * j, 2) of some free surfaces at depths (p, j) of a way, in p parts (Smooth)."""
+    """Lines (n, p, j, 2) of some free surfaces at depths (p, j) of a way, in p parts (Smooth)."""
 
     which: tuple[int, ...]
     depths: Array
@@ -48,18 +48,23 @@ class Piece(NamedTuple):
         """Where the way ends."""
         return float(self.depths[-1, -1])
 
+    def of(self, own: set[int]) -> "Piece":
+        """Of some of these surfaces."""
+        kept = [i for i, which in enumerate(self.which) if which in own]
+        return Piece(tuple(self.which[i] for i in kept), self.depths, self.lines[kept])
+
     def drawn(self, depths: Array, way: int) -> Array:
         """Lines (n, k, 2) at depths on the way, as polynomials of t on each part tell."""
-        (n, _, _), (p, j), first = self.lines.shape, self.depths.shape, self.lines[:, :1]
+        (n, _, j, _), first = self.lines.shape, self.lines[:, 0, :1]
         parts = np.searchsorted(way * self.depths[:-1, -1], way * depths)
-        known = np.where(np.isfinite(self.lines), self.lines, 0.0).reshape(n, p, j, 2)
+        known = np.where(np.isfinite(self.lines), self.lines, 0.0)
         guess = np.empty((n, depths.size, 2))
         for part in np.unique(parts).tolist():
             own, (start, end) = parts == part, self.depths[part, [0, -1]].tolist()
             t = 1 - 2 * np.sqrt((end - depths[own]) / (end - start))
             series = known[:, part].transpose(0, 2, 1).reshape(-1, j) @ to_legendre(DEGREE)
             guess[:, own] = legval(t, series.T).reshape(n, 2, -1).transpose(0, 2, 1)
-        moves = (self.lines != first).any(axis=1, keepdims=True)
+        moves = (self.lines != first[:, None]).any(axis=(1, 2))[:, None]
         return np.where(moves, guess, first)
 
 
@@ -84,7 +89,7 @@ class Smooth:
         """Lines (n, 2) of these surfaces, at rest at one depth, to another; which move smoothly."""
         lines, depths = self.rests.snapped(lines), way_of(start, end)
         x, good = followed(self.rests, lines, depths, 1 if end >= start else -1)
-        return Piece(which, depths[None], x), good
+        return Piece(which, depths[None], x[:, None]), good
 
     def balanced(self, piece: Piece, good: Mask) -> tuple[Piece, Mask]:
         """The same in parts on which energies balance; where they do not, a part is halved.
@@ -93,37 +98,48 @@ class Smooth:
         """
         if not good.any():
             return piece, good
-        own, start, end, every = np.flatnonzero(good), piece.start, piece.end, good.copy()
-        first, smooth, way = piece.lines[own, 0], good[own], 1 if end >= start else -1
-        todo, done = [(piece.depths[0], piece.lines[own])], list[tuple[Array, Array]]()
-        while todo:
-            depths, lines = todo.pop()
-            even = self._balance(lines, depths, way) | ~smooth
-            short = abs(depths[-1] - depths[0]) <= _SHORTEST * abs(end - start)
-            if even.all() or short or len(todo) + len(done) > _MOST:
-                smooth &= even
-                done.append((depths, lines))
-                continue
-            halves = way_of(depths[0], depths[-1], 2)
-            guess = Piece((), depths[None], lines).drawn(halves, way)
+        own, every, way = np.flatnonzero(good), good.copy(), 1 if piece.end >= piece.start else -1
+        first, smooth, done = piece.lines[own, 0, 0], good[own], list[tuple[Array, Array]]()
+        lines, depths = piece.lines[own], piece.depths
+        for turn in range(_HALVED + 1):
+            uneven = ~self._balance(lines, depths, way) & smooth[:, None]
+            if turn == _HALVED or uneven.any(axis=0).sum() > _MOST:
+                smooth, uneven = smooth & ~uneven.any(axis=1), np.zeros_like(uneven)
+            rough = uneven.any(axis=0)
+            done += zip(depths[~rough], lines[:, ~rough].swapaxes(0, 1), strict=True)
+            if not rough.any():
+                break
+            halves = np.concatenate([way_of(cut[0], cut[-1], 2) for cut in depths[rough]])
+            guess = Piece((), depths[rough], lines[:, rough]).drawn(halves, way)
             guess = np.concatenate([first[:, None], guess], axis=1)
-            x, good = followed(self.rests, first, np.append(start, halves), way, guess)
+            x, good = followed(self.rests, first, np.append(piece.start, halves), way, guess)
             smooth, x[~good] = smooth & good, first[~good, None]
-            half = DEGREE + 1
-            todo += [(halves[half:], x[:, 1 + half :]), (halves[:half], x[:, 1 : 1 + half])]
-        whole = np.repeat(piece.lines[:, :1], len(done) * (DEGREE + 1), axis=1)
-        whole[own] = np.concatenate([lines for _, lines in done], axis=1)
+            depths = halves.reshape(-1, DEGREE + 1)
+            lines = x[:, 1:].reshape(own.size, *depths.shape, 2)
+        done.sort(key=lambda part: way * float(part[0][0]))
+        whole = np.tile(piece.lines[:, :1, :1], (1, len(done), DEGREE + 1, 1))
+        whole[own] = np.stack([lines for _, lines in done], axis=1)
         every[own] = smooth
         return Piece(piece.which, np.array([depths for depths, _ in done]), whole), every
 
     def _balance(self, lines: Array, depths: Array, way: int) -> Mask:
-        """Whether energies balance (n,), lines (n, j, 2) at the depths (j,) of a part."""
+        """Whether energies balance (n, p), lines (n, p, j, 2) at the depths (p, j) of parts."""
+        energy, size, force, work = self._sums(lines, depths, way)
+        rounding = _EVEN * self.rests.size * np.abs(force).max(axis=2)
+        off = np.abs(energy[..., -1] - energy[..., 0] - work)
+        return np.asarray(off <= BALANCED * size.max(axis=2) + rounding)
+
+    def _sums(self, lines: Array, depths: Array, way: int) -> tuple[Array, ...]:
+        """What `parts` tells (n, p, j) of lines (n, p, j, 2) at depths (p, j), and ∫P dd (n, p)."""
         points, weights, _ = rounded(DEGREE)
-        energy, size, force = self.parts(lines, depths, way)
-        work = force @ (weights * (1 - points) / 2) * (depths[-1] - depths[0])
-        rounding = _EVEN * self.rests.size * np.abs(force).max(axis=1)
-        off = np.abs(energy[:, -1] - energy[:, 0] - work)
-        return np.asarray(off <= BALANCED * size.max(axis=1) + rounding)
+        found = self.parts(lines.reshape(len(lines), -1, 2), depths.ravel(), way)
+        energy, size, force = found.reshape(3, *lines.shape[:3])
+        steps = depths[:, -1] - depths[:, 0]
+        return energy, size, force, force @ (weights * (1 - points) / 2) * steps
+
+    def work(self, pieces: Sequence[Piece]) -> float:
+        """∫P dd on the way of pieces, on the parts of them on which energies balance."""
+        return sum(float(self._sums(part.lines, part.depths, 1)[3].sum()) for part in pieces)
 
     def many(self, lines: Array, depths: Array) -> Array:
         """Energy and force (2, k) of states with as many surfaces (k, n, 2) at depths (k,)."""

@@ -29,7 +29,6 @@ _FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is know
 _WORTH = 1 / 8  # of the range: an aim that may be off by more is not worth a trial
 _OFF = 1 / 8  # of what is left until something runs out: at most so much it may be off
 _MOST = 400  # trials
-_PATIENCE = 3  # trials after which more must be known, else the middle is tried
 
 
 class Tried(NamedTuple):
@@ -68,14 +67,14 @@ class Trials:
         if low.depth == end or not kept:
             return Tried(low.depth, lines, {}, pieces=low.pieces)
         piece, smooth = self.smooth.over(tuple(kept), low.lines[kept], low.depth, end)
-        lines[kept] = self.motion.rests.snapped(piece.lines[:, -1])
+        lines[kept] = self.motion.rests.snapped(piece.lines[:, -1, -1])
         lost = set(np.array(kept)[~smooth].tolist())
         reach, reserves = self.motion.rests.reach(lines[kept], end, way), Reserves()
         for i, both in zip(kept, reach.tolist(), strict=True):
             reserves["left", i], reserves["right", i] = both
         failed = self._touching(low, lines, which - lost, end, reserves) if way > 0 else set()
         failed |= self._ending(lines, which - lost - failed, end, reserves)
-        turn = turning(piece.depths[0], piece.lines[smooth])
+        turn = turning(piece.depths[0], piece.lines[smooth, 0])
         if not (lost or failed):
             piece, smooth = self.smooth.balanced(piece, smooth)
             lost = set(np.array(kept)[~smooth].tolist())
@@ -113,8 +112,7 @@ class Enclosing:
 
     older: the trial before `low`; involved: the surfaces to which it happens; passed: whether
     nothing happened at the last trial; aim: the depth where something runs out, which may be `off`
-    by so much; known: how well the event was known before each trial so far; first: the share of
-    the range that is tried as long as nothing has passed.
+    by so much; first: the share of the range that is tried as long as nothing has passed.
     """
 
     trials: Trials
@@ -125,8 +123,7 @@ class Enclosing:
     off: float = math.nan
 
     def __post_init__(self) -> None:
-        self.older, self.start, self.known = self.low, self.low.depth, [math.inf] * _PATIENCE
-        self.first = _FIRST
+        self.older, self.start, self.first = self.low, self.low.depth, _FIRST
         self.least = _CLOSE * self.trials.motion.rests.size
         self.involved = self._involved(self.high)
 
@@ -174,17 +171,17 @@ class Enclosing:
         if low == self.start:
             return low + math.copysign(max(abs(width) * self.first, self.least / 2), width)
         share, part = (self.aim - low) / width, self.off / abs(width)
-        self.known.append(min(abs(width), self.off))
+        last = max(abs(low - self.older.depth), self.least)  # it may be as near, or far
+        middle = low + width * min(0.5, math.sqrt(last / abs(width)))
         if not 0 < share < 2:  # unknown, or far: from here nothing may happen
-            return high if self.passed and not self.high.known else low + width / 2
-        slow = self.known[-1] > self.known[-1 - _PATIENCE] / 2
+            return high if self.passed and not self.high.known else middle
         share = min(share, 1.0)
         if share > 2 * part:
             found = low + width * (share - part)
         else:
             found, self.off = low + width * (share + 2 * part), 4 * self.off
         near = part < _WORTH and min(low, high) < found < max(low, high)
-        return found if near and not slow else low + width / 2
+        return found if near else middle
 
     def _released(self) -> bool:
         """Whether lines of these surfaces that were held on the way come free at its end."""

@@ -32,7 +32,6 @@ _TINY, _CLOSED = 1 / 64, 1e-8  # of the half-width below which adhesion rules: f
 _SPARSE = 6.0  # of log₂ a: half-widths that are looked at where they are far below
 _ROUNDS = 10  # of the search for where D turns: D is known twice as well as the place
 _TIE = 1e-12  # of depths and heights: depths that are the same
-_BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings
 _CLOSE = 1e-8  # of the half-width: D is straight over that
 _DEGREE = 10
 _NARROW = 2.0**-9  # of log₂ a: a panel that is halved no more
@@ -124,10 +123,6 @@ class Lines:
         if depth < self.body.touch and (here := self.rest_depth(found[0], -1)) > depth:
             return self.walk(found[0], here, depth, -1)
         return found
-
-    def rate(self, a: float, here: float) -> float:
-        """dD/da outside a line that rests at this depth."""
-        return float(self.rest_depth(a + _BESIDE * a, 1) - here) / (_BESIDE * a)
 
     def _small(self, depth: float) -> float:
         """A half-width so small, by slope and height, that a line there advances, if any does."""

@@ -24,6 +24,7 @@ from energy.arrays import Array
 
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
 _LOOSEST = 5e-5  # tolerance up to which what poles leave is told by coarser ones
+_BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings
 _STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
@@ -158,7 +159,8 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
     reaction = functools.cache(lambda a: Contact(body, a, tolerance).reaction)
     lines = Lines(body, reaction, scene.surfaces.small_slope_deficit, _STEP)
     a, _, how = lines.settled(depth)
-    rate = lines.rate(a, depth) if how == "rests" else math.inf
+    beside = a + _BESIDE * a
+    rate = (lines.rest_depth(beside, 1) - depth) / (beside - a) if how == "rests" else math.inf
     found = None if how == "lost" else Layer(depth, rate, body, a, tolerance)
     return certified(scene, depth, found, branch, math.nan)
 

@@ -266,14 +266,6 @@ class Branch(Protocol):
         """NotCertifiedError unless the contacts are in equilibrium."""
 
 
-def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
-    """The legs from a point to a depth where a path has passed, while in contact."""
-    while here.depth != depth and here.lines is not None:
-        leg = branch.leg(here, depth)
-        yield leg
-        here = leg.after or leg.end
-
-
 def alike(points: Sequence[Point]) -> Iterator[list[int]]:
     """Which points have as many lines as each other."""
     counts = np.array([len(point.lines or ()) for point in points])

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from discretization.fitted.rest_depths import TIE
 from discretization.fitted.zeros import followed
 from discretization.following.events import Events
 from discretization.following.lone import LoneTrack
-from discretization.following.smooth import Piece, Smooth
+from discretization.following.smooth import Piece
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
 from discretization.routes import one_contact
@@ -29,48 +30,50 @@ from energy import Scene
 from energy.arrays import Array, Mask
 
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
-_AT_ONCE = 1024  # depths
 _NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to where they disappear
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
-    """Smooth motion of all free surfaces in pieces, on which lines are polynomials of t."""
+@dataclass(eq=False)
+class Tracked(Leg):
+    """A leg of lines that move smoothly, in pieces on which they are polynomials of t; or alone."""
 
-    smooth: Smooth
-    first: Array
     pieces: tuple[Piece, ...]
+    lone: LoneTrack | None
+
+    smooth = property(lambda self: self.branch.events.trials.smooth)
 
     def lines(self, depths: Array, *, roughly: bool = False) -> Array:
         """Lines (k, n, 2) at depths (k,) on the way; roughly: as polynomials tell."""
-        found = np.repeat(self.first[None], depths.size, axis=0)
+        if self.lone:
+            return self.lone.lines(depths)
+        found = np.tile(np.array(free_parts(self.start.lines or ())), (depths.size, 1, 1))
         for piece in self.pieces:
             way, which = (1 if piece.end >= piece.start else -1), np.array(piece.which)
             beyond, inside = way * (depths - piece.start) > 0, way * (depths - piece.end) < 0
             # the end is known, and not followed to again: where an equilibrium disappears there,
             # rounding may put its lines beyond that
-            found[np.ix_(beyond, which)] = piece.lines[:, -1]
+            found[np.ix_(beyond, which)] = piece.lines[:, -1, -1]
             at = np.flatnonzero(beyond & inside)
             at = at[np.argsort(way * depths[at], kind="stable")]
-            for own in np.split(at, range(_AT_ONCE, at.size, _AT_ONCE)) if at.size else ():
-                read = self._read(piece, depths[own], way, roughly)
-                found[np.ix_(own, which)] = read.transpose(1, 0, 2)
+            if at.size:
+                read = self._read(piece, depths[at], way, roughly)
+                found[np.ix_(at, which)] = read.transpose(1, 0, 2)
         if self.smooth.rests.scene.axisymmetric:  # where it is lost, rounding is all there is
             found = np.where(np.isfinite(found), np.maximum(found, 0.0), found)
         return found
 
     def _read(self, piece: Piece, depths: Array, way: int, roughly: bool) -> Array:
         """Lines (n, k, 2) at depths on the way of a piece, in their order."""
-        lines, guess = piece.lines, piece.drawn(depths, way)
+        first, guess = piece.lines[:, 0, 0], piece.drawn(depths, way)
         # lines that come free of a corner or an edge stay on the side they leave it to
-        ends = lines.min(axis=1)[:, None], lines.max(axis=1)[:, None]
+        ends = piece.lines.min(axis=(1, 2))[:, None], piece.lines.max(axis=(1, 2))[:, None]
         guess = np.clip(guess, *ends)
         if roughly:
             return guess
         whole = np.append(piece.start, depths)
-        guess = np.concatenate([lines[:, :1], guess], axis=1)
-        x, good = followed(self.smooth.rests, lines[:, 0], whole, way, guess.copy())
+        guess = np.concatenate([first[:, None], guess], axis=1)
+        x, good = followed(self.smooth.rests, first, whole, way, guess.copy())
         lost = np.flatnonzero(~good)
         if lost.size:  # next to where an equilibrium disappears rounding may make it unstable
             near = np.where(np.isfinite(x), np.clip(x, *ends), guess)[lost]
@@ -81,7 +84,7 @@ class Track:
                     f"the contacts between depth = {piece.start!r} and {float(depths[-1])!r} do "
                     "not come to rest; try other depths, or method='lattice'"
                 )
-        return self.smooth.rests.snapped(x[:, 1:])
+        return np.asarray(self.smooth.rests.snapped(x[:, 1:]))
 
     def _at_rest(self, lines: Array, depths: Array, way: int) -> Mask:
         """Whether lines (n, k, 2) that move are at rest at depths (k,), as far as that is known."""
@@ -91,33 +94,30 @@ class Track:
         known = _NEAR * rests.size + rests.noise(lines)[..., None]
         return np.asarray((np.abs(off) <= known).all(axis=(1, 2)))
 
-
-@dataclass(eq=False)
-class Tracked(Leg):
-    """A leg of lines that move smoothly."""
-
-    track: LoneTrack | Track
-
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
+        rows = self.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
         return [Point(d, tuple(row) or None) for d, row in zip(depths.tolist(), rows, strict=True)]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
         if not roughly:
             return super().forces(depths)
-        lines = self.track.lines(depths, roughly=True)
-        return np.asarray(self.branch.events.trials.smooth.many(lines, depths)[1])
+        return np.asarray(self.smooth.many(self.lines(depths, roughly=True), depths)[1])
+
+    def external_work(self) -> float:
+        """∫P dd from the start to the end; of several contacts from what has been followed."""
+        return super().external_work() if self.lone else float(self.smooth.work(self.pieces))
 
 
 @dataclass(frozen=True, eq=False)
 class FittedMany(Branch):
-    """Any number of contacts under a prescribed depth."""
+    """Any number of contacts under a prescribed depth; known: legs, by where they begin."""
 
     scene: Scene
     motion: Motion
     events: Events
+    known: dict[Any, Tracked] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> FittedMany:
@@ -141,14 +141,18 @@ class FittedMany(Branch):
 
     def leg(self, point: Point, goal: float) -> Tracked:
         """The way from a point towards another depth, up to the first event or free line."""
+        way, at, known = 1 if goal > point.depth else -1, (point.lines, point.depth), self.known
+        if (*at, way) not in known or way * (known[*at, way].end.depth - goal) > 0:
+            known[*at, way] = self._followed(point, goal)
+        return known[*at, way]
+
+    def _followed(self, point: Point, goal: float) -> Tracked:
         part = self.events.part(point.lines or (), point.depth, goal)
         end, after = Point(part.depth, part.lines or None), None
         if part.after is not None:
             after = Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
-        first = np.array(free_parts(point.lines or ()))
-        track = part.lone or Track(self.events.trials.smooth, first, part.pieces)
-        return Tracked(self, point, end, after, jumps, track)
+        return Tracked(self, point, end, after, jumps, part.pieces, part.lone)
 
     def pinned(self, point: Point) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from discretization import plots, readings
-from discretization.paths.branch import Branch, Event, Leg, PullOff, Snapshot, legs
+from discretization.paths.branch import Branch, Event, Leg, PullOff, Snapshot
 from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
@@ -138,9 +138,8 @@ class History:
 
     def at(self, step: int) -> Snapshot:
         """The state at a step."""
-        depth, force, energy, left, right = self.table[step, 1:].tolist()
-        turned = self.scene.axisymmetric
-        return Snapshot(depth, force, energy, left, right, self.inner[step], turned)
+        values = self.table[step, 1:].tolist()
+        return Snapshot(*values, self.inner[step], self.scene.axisymmetric)
 
     def work(self) -> float:
         """∫P dd of the path from the forces alone, where the state jumps that of the applied load.
@@ -214,9 +213,10 @@ class History:
         """The legs of all parts that go one way, as far as they are in contact."""
         for part in self.parts:
             run = [s for s in part if not math.isnan(s.left)] if isinstance(part, list) else []
-            if run:
-                start = self._branch.contact(run[0].depth, *run[0].lines)
-                yield from legs(self._branch, start, run[-1].depth)
+            here = self._branch.contact(run[0].depth, *run[0].lines) if run else None
+            while here and here.lines is not None and here.depth != run[-1].depth:
+                yield (leg := self._branch.leg(here, run[-1].depth))
+                here = leg.after or leg.end
 
     def _turns(self) -> Iterator[Snapshot]:
         """The states at which P is least on the way from one recorded state to the next."""
