@@ -138,8 +138,9 @@ class History:
 
     def at(self, step: int) -> Snapshot:
         """The state at a step."""
-        values = self.table[step, 1:].tolist()
-        return Snapshot(*values, self.inner[step], self.scene.axisymmetric)
+        depth, force, energy, left, right = self.table[step, 1:].tolist()
+        turned = self.scene.axisymmetric
+        return Snapshot(depth, force, energy, left, right, self.inner[step], turned)
 
     def work(self) -> float:
         """∫P dd of the path from the forces alone, where the state jumps that of the applied load.
