@@ -60,7 +60,8 @@ class LoneTrack:
         one, other = np.repeat(self.first, count), np.repeat(self.last, count)
 
         def off(x: Array, own: Indices) -> Array:
-            return np.asarray(self.alone.rest_depth(side[own], x) - goal[own])
+            aside = np.sign(span) * (x == one[own])  # the first may be a corner
+            return np.asarray(self.alone.rest_depth(side[own], x, aside) - goal[own])
 
         span, size = self.end - self.start, self.alone.size(self.start, self.end)
         with np.errstate(divide="ignore", invalid="ignore"):  # where nothing moves

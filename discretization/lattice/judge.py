@@ -80,8 +80,6 @@ class State:
         hard = forces < -math.sqrt(2 * (lat.k + 2 * stiff) * more * work) * model.cells
         pulled = np.flatnonzero(model.contact & (hard | ~(held[2:] & held[:-2])))
         pulled = pulled[forces[pulled] * -lat.cell > noise * model.cells[pulled]]
-        if not pulled.size:
-            return 0.0
         before, after = held[pulled], held[pulled + 2]
         opens = pulled[~(before | after)].tolist() if lat.gamma1 else []
         inner = pulled[before & after]
