@@ -38,8 +38,7 @@ ULPS = 4.0  # roundings of its position: so near to where it is, or to a corner,
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _SIGNS = np.array([[[1, 1], [1, -1]]])  # of what D of both lines is off by
 _NARROW = 1e-2  # of l
-_ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
-# slope on a crest is a small sum of larger terms
+_ROUNDED = 64  # roundings of what ties the lines of a gap: a slope may be a small sum of large terms
 _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(4))
 
 
@@ -80,7 +79,7 @@ class RestDepths:
             f1 = np.asarray(slope(ends.ravel()), float).reshape(ends.shape)
             bend = np.abs(np.diff(f1) / np.diff(ends))[..., 0]
             rounded = np.abs(f1).sum(axis=-1) + np.abs(ends).max(axis=-1) * bend
-            found[near] = _ROUNDED[self.scene.axisymmetric] * self.length * rounded * steep[near]
+            found[near] = _ROUNDED * self.length * rounded * steep[near]
         return np.asarray(EPSILON * found)
 
     def _narrow(self, q: Any, p: Any) -> Mask:
