@@ -38,7 +38,7 @@ ULPS = 4.0  # roundings of its position: so near to where it is, or to a corner,
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _SIGNS = np.array([[[1, 1], [1, -1]]])  # of what D of both lines is off by
 _NARROW = 1e-2  # of l
-_ROUNDED = 64  # roundings of what ties the lines of a gap: a slope may be a small sum of large terms
+_ROUNDED = 64  # of what ties the lines of a gap: a slope may be a small sum of large terms
 _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(4))
 
 
