@@ -67,6 +67,14 @@ def test_lines_leave_the_corners_of_a_polygon_where_they_do_as_states(w):
         assert minimise(scene, float(depth)).force == pytest.approx(load, rel=1e-10)
 
 
+def test_a_polygon_is_pulled_off_where_a_line_leaves_a_corner():
+    x = np.sort(np.r_[np.random.default_rng(37).uniform(-6, 6, 10), -6.0, 6.0])
+    scene = plain(Sampled(x, 0.01 * x**2 + 0.003 * x, kind="linear"), w=2e-3)
+    pull = load_path(scene, forces=[0.02, 0.25, -1.0]).events[-1]  # the load falls from there on
+    pulls = [minimise(scene, pull.depth + off).force for off in (-1e-4, 0.0, 1e-4)]
+    assert pulls[1] == pytest.approx(pull.force, rel=1e-10) and pulls[1] == min(pulls)
+
+
 def test_a_body_that_is_all_but_flat_is_pulled_off_by_the_largest_pull_of_its_states():
     """The known profile ends 10²³ times as high as any state is deep."""
     surfaces = SurfaceEnergies.from_work(12276.2, 122762.3)
