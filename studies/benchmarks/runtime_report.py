@@ -161,7 +161,8 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
         if known:
             axes.set_xlim(LEAST / 3, max(axes.get_xlim()[1], 100 * LEAST))
         else:
-            plain_ticks(axes.xaxis, steps=(1.0, 3.0))
+            low, high = axes.get_xlim()
+            plain_ticks(axes.xaxis, steps=(1.0, 3.0) if high > 10 * low else (1.0, 2.0, 5.0))
         axes.grid(alpha=0.25)
     for axes in panels[::columns]:
         axes.set_ylabel("time of one answer")
