@@ -32,7 +32,7 @@ _FIRST = 512  # samples of the first pass
 _TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
 _PART = 1 / 64  # of √(2w/γ₁), which a slope must change by for a contact line to notice
 _OF_RANGE = 1 / 256  # of how much the slope varies within an interval
-_NOISE = 1e-12  # of the steepest slope: it is not known better
+_NOISE = 1e-12  # of the steepest slope, and of an interval: they are not known better
 _FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
 _ROUNDS = 48  # of halving, more than _FINEST allows
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
@@ -260,5 +260,6 @@ def _extremes(samples: Resolved) -> Array:
         own = (lo < hi) & (rise > 0)
         part = lo[own], hi[own], guess[own], sign * rise[own]
         x = crossings(lambda x, _: np.asarray(samples.indenter.slope(x), float), *part, 0.0)
-        found.append(x[(part[0] < x) & (x < part[1])])
+        tie = _NOISE * (part[1] - part[0])  # so near to a sample it is that
+        found.append(x[(part[0] + tie < x) & (x < part[1] - tie)])
     return np.concatenate(found)

@@ -130,7 +130,8 @@ def _mirrored(indenter: Indenter) -> Indenter:
     if not isinstance(indenter, Sampled):
         return Mirrored(indenter)
     x, z = indenter.x, indenter.z
-    return replace(indenter, x=np.concatenate([-x[:0:-1], x]), z=np.concatenate([z[:0:-1], z]))
+    whole = replace(indenter, x=np.concatenate([-x[:0:-1], x]), z=np.concatenate([z[:0:-1], z]))
+    return whole if whole.kind == "linear" else whole.level_at(x.size - 1)
 
 
 def check_rings(pattern: Patches) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from scipy.linalg import solve_banded
 from energy.checks import array, option
 from energy.indenter import Array, Indenter
 
+_SAME = 1e-12  # of an interval: a lowest point so near to a sample is that
 _ROUNDING = 1e-12
 
 
@@ -74,6 +75,12 @@ class Sampled(Indenter):
             values.flags.writeable = False
             object.__setattr__(self, name, values)
 
+    def level_at(self, sample: int) -> Sampled:
+        """The same with f' = 0 at a sample, as symmetry has it there but for rounding."""
+        found, slopes = replace(self), np.where(np.arange(self.x.size) == sample, 0, self._slopes)
+        object.__setattr__(found, "_slopes", slopes)
+        return found
+
     @property
     def extent(self) -> tuple[float, float]:  # type: ignore[override]
         return (float(self.x[0]), float(self.x[-1]))
@@ -110,7 +117,9 @@ class Sampled(Indenter):
         bend = 6 * (self.z[i + 1] - self.z[i]) / h - 4 * m[i] - 2 * m[i + 1]
         curl = 3 * (m[i] + m[i + 1] - 2 * (self.z[i + 1] - self.z[i]) / h)
         root = math.sqrt(max(bend * bend / 4 - curl * m[i], 0.0))
-        return float(self.x[i] - h * m[i] / (bend / 2 + root))  # m + bend s + curl s² = 0
+        at = float(self.x[i] - h * m[i] / (bend / 2 + root))  # m + bend s + curl s² = 0
+        near = float(self.x[np.abs(self.x - at).argmin()])
+        return near if abs(near - at) <= _SAME * h else at
 
     def height(self, x: ArrayLike | float) -> Array:
         return self._read(x, self._heights, math.inf)
