@@ -6,7 +6,8 @@ event is enclosed as close as depths are known. What runs out there is known in 
 clearance of a surface, the width of a contact, and how far its line is from a corner are all but
 linear in the depth; where an equilibrium disappears, the line turns back, and the depth as a
 function of its position is a smooth one that has an extreme value. So the next depth to try is
-where that would be; one in the middle, where that does not help.
+where that would be. Where that does not help it is the geometric mean of the last step and of what
+is left, or the middle, as the event may be as near as that step, or far.
 """
 
 import functools
@@ -171,7 +172,7 @@ class Enclosing:
         if low == self.start:
             return low + math.copysign(max(abs(width) * self.first, self.least / 2), width)
         share, part = (self.aim - low) / width, self.off / abs(width)
-        last = max(abs(low - self.older.depth), self.least)  # it may be as near, or far
+        last = max(abs(low - self.older.depth), self.least)
         middle = low + width * min(0.5, math.sqrt(last / abs(width)))
         if not 0 < share < 2:  # unknown, or far: from here nothing may happen
             return high if self.passed and not self.high.known else middle

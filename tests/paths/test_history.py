@@ -46,7 +46,7 @@ def test_a_file_keeps_every_bit(scene, tmp_path):
     path.to_csv(tmp_path / "path.csv")
     again = History.from_csv(tmp_path / "path.csv")
     assert identical(path, again)
-    check([*again.pull_off, again.work()], [*path.pull_off, path.work()], 1e-9)  # found once more
+    check([*again.pull_off, again.work()], [*path.pull_off, path.work()], 1e-10)  # found again
     assert repr(again.scene.layer) == repr(scene.layer)
     text = (tmp_path / "path.csv").read_text("utf-8")
     assert "force P [force] > 0 compressive" in text and '"scene"' in text
