@@ -116,7 +116,7 @@ class Equilibrium:
             return "detached"
         if self.neutral:
             return "neutral"
-        if scene.opening is not None or scene.pattern is not None:
+        if scene.path_dependent:
             return "adhered"
         if self.branch == "global" or not scene.work_of_adhesion:
             return "global"

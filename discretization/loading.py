@@ -98,7 +98,7 @@ def load_path(
     """
     spacing = usable(scene, rtol, method, METHODS, spacing)
     name, values = _programme(machine_stiffness, depths=depths, forces=forces, drives=drives)
-    tell(resolution(scene, spacing or math.nan, np.empty(0)), stacklevel=2)
+    tell(resolution(scene, spacing or math.nan), stacklevel=2)
     history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if after is not None:
         _continues(after, history)

@@ -9,7 +9,7 @@ from discretization.lattice.state import looked_at_on_lattice, on_lattice
 from discretization.layer.nodes import on_layer_nodes
 from discretization.layer.state import on_layer
 from discretization.paths.springs import on_springs
-from discretization.readings import tell
+from discretization.readings import resolution, tell
 from discretization.routes import LOWEST, route, usable
 from energy import Scene
 from energy.checks import finite, option
@@ -101,9 +101,10 @@ def minimise(
             state = on_layer_nodes(scene, depth, spacing, branch=branch)
         else:
             state = looked_at_on_lattice(scene, depth, spacing, branch=branch, method=method)
-        tell(state.resolution, stacklevel=2)
+        if way != "plane":  # every spacing gives the same answer
+            tell(resolution(scene, spacing), stacklevel=2)
         return state
-    if way == "plane":  # every spacing gives the same answer
+    if way == "plane":
         any_length = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
         return on_lattice(scene, depth, any_length, branch=branch)
     if way == "layer":

@@ -22,6 +22,7 @@ from html import escape
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from discretization.certificate import AccuracyWarning
 from discretization.quadrature import in_contact, summed
@@ -134,7 +135,7 @@ def of_nodes(state: Any) -> tuple[Assumption, ...]:
     return resolution(state.scene, state.spacing, half_widths(state)[own])
 
 
-def resolution(scene: Scene, spacing: float, widths: Array) -> tuple[Assumption, ...]:
+def resolution(scene: Scene, spacing: float, widths: ArrayLike = ()) -> tuple[Assumption, ...]:
     """What nodes `spacing` apart assume of l and of contacts with these half-widths (m,).
 
     Nothing on a mesh (spacing: nan), of l without tension or for the exact response of a layer, and
@@ -144,8 +145,8 @@ def resolution(scene: Scene, spacing: float, widths: Array) -> tuple[Assumption,
     if spacing > 0 and scene.gamma1 and not scene.layer.exact:
         ratio, far = spacing / scene.elastocapillary_length, "the free surface has too few nodes"
         found.append(Assumption("Δx/l", ratio, LINKS, far + more))
-    if spacing > 0 and widths.size:
-        least = float(widths.min())
+    if spacing > 0 and np.size(widths):
+        least = float(np.min(widths))
         ratio, few = spacing / least if least else math.inf, "a contact has too few nodes"
         found.append(Assumption("Δx/a", ratio, FEWEST, few + more))
     return tuple(found)

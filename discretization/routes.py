@@ -74,14 +74,9 @@ def one_contact(scene: Scene) -> bool:
     )
 
 
-def _held_twice(scene: Scene) -> bool:
-    """Whether where a line rests depends on the way it came."""
-    return scene.opening is not None or scene.pattern is not None
-
-
 def route(scene: Scene, question: str, *, nodes: bool) -> str:
     """What answers a question of a scene. ValueError where nothing does."""
-    exact, held = scene.layer.exact, _held_twice(scene)
+    exact, held = scene.layer.exact, scene.path_dependent
     for why, beyond in (_of_layer if exact else _of_springs)(scene, question, nodes).items():
         if beyond:
             raise ValueError(why.format(scene=scene))
@@ -115,7 +110,7 @@ def _of_layer(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
     return {
         **{what + _LAYER + _OTHERWISE: so for what, so in beyond.items()},
         "branch = 'global'" + _LAYER + _LOWER: question in ("global", "search"),
-        _PATH: question == "adhered" and _held_twice(scene),
+        _PATH: question == "adhered" and scene.path_dependent,
         _LAYER_NODES: question == "path" and nodes,
     }
 
@@ -125,7 +120,7 @@ def _of_springs(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
 
     The lowest state is searched for where it may be another than that of the path, or none.
     """
-    turned, convex, held = scene.axisymmetric, scene.indenter.convex, _held_twice(scene)
+    turned, convex, held = scene.axisymmetric, scene.indenter.convex, scene.path_dependent
     tense, plane = scene.gamma1 > 0, isinstance(scene.indenter, Plane)
     steep, few = scene.slopes == "finite" and tense, question in ("search", "path")
     unsure = tense and scene.work_of_adhesion > 0 and not one_contact(scene)

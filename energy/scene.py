@@ -174,6 +174,11 @@ class Scene:
         """δ₀ = √(2w/k), Eq. (20)."""
         return math.sqrt(2 * self.work_of_adhesion / self.stiffness)
 
+    @property
+    def path_dependent(self) -> bool:
+        """Whether where a line rests depends on the way it came: by its work, or a pattern."""
+        return self.opening is not None or self.pattern is not None
+
     @functools.cached_property
     def hysteretic(self) -> bool:
         """Whether a contact line resists both ways: two works of adhesion, or springs alone."""

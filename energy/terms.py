@@ -17,7 +17,10 @@ GEOMETRIES = ("line", "axisymmetric")
 
 
 class Density(NamedTuple):
-    """An energy density with its first and second derivative by the displacement or slope."""
+    """An energy density with its first and second derivative by the displacement or slope.
+
+    Of densities that are quadratic the second is one number.
+    """
 
     value: np.ndarray
     first: np.ndarray
@@ -27,7 +30,7 @@ class Density(NamedTuple):
 def spring(u: ArrayLike, *, k: float) -> Density:
     """Winkler foundation: k u²/2, k u, k. Source of Eqs. (5) and (9)."""
     u = np.asarray(u, float)
-    return Density(k / 2 * u * u, k * u, np.broadcast_to(float(k), u.shape))
+    return Density(k / 2 * u * u, k * u, np.asarray(float(k)))
 
 
 def surface(slope: ArrayLike, *, gamma1: float, slopes: str = "small") -> Density:
@@ -38,7 +41,7 @@ def surface(slope: ArrayLike, *, gamma1: float, slopes: str = "small") -> Densit
     """
     s = np.asarray(slope, float)
     if slopes == "small":
-        return Density(gamma1 / 2 * s * s, gamma1 * s, np.broadcast_to(float(gamma1), s.shape))
+        return Density(gamma1 / 2 * s * s, gamma1 * s, np.asarray(float(gamma1)))
     root = np.sqrt(1 + s * s)
     return Density(gamma1 * s * s / (1 + root), gamma1 * s / root, gamma1 / root**3)
 

@@ -109,10 +109,8 @@ def looked_at(
     states = [*states] if x.size else []
     if not states:
         return
-    missed = np.max(
-        [np.where(one.inside(x), off, one.depth - f - one.displacement(x)) for one in states],
-        axis=0,
-    )
+    each = [np.where(one.inside(x), off, one.depth - f - one.displacement(x)) for one in states]
+    missed = np.max(each, axis=0)
     worst = int(np.argmax(missed))
     size = max(states[0].scene.critical_separation, *(abs(state.depth) for state in states))
     if missed[worst] > _MISSED * size:

@@ -75,9 +75,10 @@ class State:
         """
         model, forces, lat = self.model, self.balance.forces, self.model.lattice
         held, (closing, opening) = np.concatenate([[False], model.contact, [False]]), self.row.works
-        more, work = opening / closing if closing else 1.0, lat.w if model.adhesion is None else 0.0
+        more, work = opening / closing if closing else 1.0, 0.0 if self.row.scene.pattern else lat.w
         stiff = lat.gamma1 / lat.spacing**2 * (lat.slopes == "small")  # of two links, at least
-        hard = forces < -math.sqrt(2 * (lat.k + 2 * stiff) * more * work) * model.cells
+        strength = math.sqrt(2 * (lat.k + 2 * stiff) * more * work)
+        hard = forces < lat.sizes(model.first, forces.size, -strength)
         pulled = np.flatnonzero(model.contact & (hard | ~(held[2:] & held[:-2])))
         pulled = pulled[forces[pulled] * -lat.cell > noise * model.cells[pulled]]
         before, after = held[pulled], held[pulled + 2]

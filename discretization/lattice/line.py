@@ -90,8 +90,8 @@ class Corners(NamedTuple):
             own = (middle[None, ..., None] + links) % LINKS.size
             parts, links = np.take_along_axis(parts, own, -1), np.arange(4)
         first, inner, outer, last = (parts[..., i] for i in links)
-        rise, mean = outer - inner, np.fmax(inner, outer) / 2 + np.fmin(inner, outer) / 2
-        rise = np.where(np.isnan(rise), 0.0, rise)
+        inner, outer = (np.where(np.isnan(i), j, i) for i, j in ((inner, outer), (outer, inner)))
+        rise, mean = outer - inner, (inner + outer) / 2
         one = np.where(np.isnan(first), last - 3 * rise, first)
         other = np.where(np.isnan(last), first + 3 * rise, last)
         bend, turn = (one + other - 2 * mean) / 4, (other - one - 3 * rise) / 6
@@ -180,9 +180,8 @@ def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
     """
     middle = corner.middle(zeta > corner.zeta)
     mean, rise, bend, turn = corner.cubic(steps, middle)
-    whole = np.where(np.isnan(steps), 0.0, steps).cumsum(axis=-1)
-    at, t = middle[None, ..., None] - LINKS[0] - 1, zeta - middle
-    start = np.take_along_axis(whole, at, -1)[..., 0] - whole[..., -LINKS[0] - 1]
+    t, passed = zeta - middle, (middle[..., None] > LINKS) * 1 - (LINKS < 0)
+    start = (np.where(np.isnan(steps), 0.0, steps) * passed).sum(axis=-1)
     found = mean + rise / 2 * t + (t * t - 1) * (bend / 3 + turn / 4 * t)
     return start + np.where(np.isnan(found), 0.0, t * found)
 
@@ -254,7 +253,8 @@ def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
     x = row.lattice.x(row.first + nodes + sides * (told + row.lattice.edge))
     if held.any():
         x[held] = row.corners[np.abs(row.corners - x[held][:, None]).argmin(axis=1)]
-    return np.clip(x, *row.scene.indenter.extent)
+    lo, hi = row.scene.indenter.extent
+    return np.minimum(np.maximum(x, lo), hi)
 
 
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:

@@ -69,7 +69,7 @@ def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     within = zero[:-2] & zero[1:-1] & zero[2:]  # contacts that are certain
     least, contact = _cheapest(lattice, h, (h <= lattice.deepest_contact) & ~within)
     u = np.where(contact, g, surface(lattice, np.flatnonzero(contact), g[contact], every))
-    terms = np.array([*NodalEnergy(lattice, contact).terms(u).values()])
+    terms = np.array([*NodalEnergy(lattice, contact).balance(u).terms.values()])
     proof = Proof(float(force @ g[held]) / 2 + least, float(terms.sum()), float(abs(terms).sum()))
     return runs(contact), proof
 

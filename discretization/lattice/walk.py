@@ -107,9 +107,9 @@ class Walk:
     def _links(self, ahead: range, side: int, sign: int, depth: float) -> int:
         """How many of these links the line passes on the way to a depth.
 
-        A line contact that is pressed passes them in the order of their depths: some are enough.
+        A line that is pressed passes them in the order of their depths: some are enough.
         """
-        stride = 1 if sign < 0 or self.row.lattice.axis == 0 else 1 + len(ahead) // _LOOKED
+        stride = 1 if sign < 0 else 1 + len(ahead) // _LOOKED
         passed = self._passed(ahead[::stride], side, sign)
         count = int(passed.searchsorted(sign * depth, "right" if sign > 0 else "left"))
         if stride == 1:

@@ -58,20 +58,24 @@ class NodalEnergy:
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
     ) -> None:
-        self.lattice, self.first, self.adhesion = lattice, first, adhesion
+        self.lattice, self.first = lattice, first
         self.contact = np.asarray(contact, bool)
         size = self.contact.size
         pulls = lattice.pull(first, -1), lattice.pull(first + size - 1, 1)
         self.pulls = np.array(pulls, float) * tails  # of the tails, over u
         self.cells, self.links = lattice.sizes(first, size), lattice.sizes(first + 0.5, size - 1)
+        even = lattice.sizes(first + 0.5, size - 1, lattice.w)
+        self.adhesion = even if adhesion is None else np.asarray(adhesion)
+        self.tension = lattice.sizes(first + 0.5, size - 1, lattice.gamma1 / lattice.spacing)
+        if lattice.slopes == "finite":  # horizontal; that of links in contact is γ₁ - w
+            self.tension = self.tension - self.bonds() / lattice.spacing
 
     def bonds(self, at: Any = np.s_[:]) -> Array:
         """Adhesion of these links, or without tension of these nodes' springs."""
-        lat, held = self.lattice, self.contact
-        if not lat.gamma1:
-            return np.asarray(lat.w * self.cells[at] * held[at])
-        own = lat.w * self.links[at] if self.adhesion is None else np.asarray(self.adhesion)[at]
-        return np.asarray(own * (held[1:][at] & held[:-1][at]))
+        held = self.contact
+        if not self.lattice.gamma1:
+            return np.asarray(self.lattice.w * self.cells[at] * held[at])
+        return np.asarray(self.adhesion[at] * (held[1:][at] & held[:-1][at]))
 
     @staticmethod
     def spring(lattice: Lattice, u: ArrayLike) -> terms.Density:
@@ -85,31 +89,26 @@ class NodalEnergy:
         for start in range(0, u.size, PIECE):
             end, new = start + PIECE, int(start > 0)  # and the link before
             own, spring = slice(start, end), self.spring(lat, u[start:end])
-            slopes = np.diff(u[start - new : end + 1]) / lat.spacing
+            slopes = np.diff(u[start - new : end + 1])
+            slopes /= lat.spacing
             stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
-            tension = self._tension(slice(start - new, end)) * stretch.first
-            springs = self.cells[own] * spring.first
-            across = np.concatenate([pulled[: 1 - new], tension, -pulled[2 - (end >= u.size) :]])
+            springs, bound = self.cells[own] * spring.first, self.bonds(own)
+            across = np.empty(springs.size + 1)
+            across[0], across[-1] = pulled * (1, -1)
+            tension = across[1 - new : slopes.size + 1 - new]
+            np.multiply(self.tension[start - new : end], stretch.first, out=tension)
             np.subtract(springs, across[1:] - across[:-1], out=forces[own])
-            bound = self.bonds(own) * (np.hypot(1, slopes[new:]) if lat.slopes == "finite" else 1)
-            stored = (self.cells[own] * spring.value).sum(), self.links[own] * stretch.value[new:]
-            pressed = springs.sum(), np.abs(springs).sum(), np.square(tension[new:]).sum()
-            sums.append([*map(float, (stored[0], stored[1].sum(), -bound.sum(), *pressed))])
+            if lat.slopes == "finite":
+                bound *= np.hypot(1, slopes[new:])
+            stored, spread = self.cells[own] * spring.value, self.links[own] * stretch.value[new:]
+            parts = stored.sum(), spread.sum(), -bound.sum(), springs.sum()
+            more = np.abs(springs, out=springs).sum(), tension[new:] @ tension[new:]
+            sums.append([*map(float, (*parts, *more))])
         sums.append([0.0, 0.0, 0.0, float(pulled.sum()), float(np.abs(pulled).sum()), 0.0])
         springs, surface, adhesion, force, sizes, squares = map(math.fsum, zip(*sums, strict=True))
         values = {"springs": springs, "surface": lat.gamma1 * surface, "adhesion": adhesion}
         values["tails"] = float(pulled @ u[[0, -1]]) / 2
         return Balance(values, forces, force, sizes, math.sqrt(squares))
-
-    def _tension(self, links: slice = np.s_[:]) -> Array:
-        """Horizontal, of each link; with finite slopes those in contact have γ₁ - w."""
-        free = self.lattice.gamma1 / self.lattice.spacing * self.links[links]
-        small = self.lattice.slopes == "small"
-        return np.asarray(free if small else free - self.bonds(links) / self.lattice.spacing)
-
-    def terms(self, u: ArrayLike) -> dict[str, float]:
-        """Value of each term [energy/length] at displacements u (n,)."""
-        return self.balance(u).terms
 
     def value(self, u: ArrayLike) -> float:
         """U[u] [energy/length]."""
@@ -126,7 +125,7 @@ class NodalEnergy:
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
-        stiffness = self._tension() / lat.spacing * stretch.second
+        stiffness = self.tension / lat.spacing * stretch.second
         beside = np.concatenate([self.pulls[:1], stiffness, self.pulls[1:]])
         springs = self.cells * self.spring(lat, u).second
         return np.array([springs + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])

@@ -46,7 +46,8 @@ from energy.axis import Radial
 
 _AXIS = 1 / 8  # weight of the node on the axis
 _KNOWN = 1 << 14  # nodes that are kept; those further out take the integrals
-_NEGLIGIBLE, _POINTS = 40.0, 65  # exponent beyond which the integrands are left out; points
+_NEGLIGIBLE = 40.0  # exponent beyond which the integrands are left out
+_FEWEST, _DENSE = 16, 4  # steps in t: at least, and per unit of t
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,8 @@ def _far(kappa: float, nodes: Array) -> Array:
     m, sinh = nodes[..., None] + 0.5, math.sqrt(kappa * (1 + kappa / 4))
     least = kappa / 2 + sinh  # z - 1 at t = 0
     reach = np.arccosh(1 + np.expm1(_NEGLIGIBLE / m) * (1 + least) / sinh)
-    rise = least + sinh * (np.cosh(reach * np.linspace(0, 1, _POINTS)) - 1)
+    steps = max(_FEWEST, math.ceil(_DENSE * float(reach.max())))
+    rise = least + sinh * (np.cosh(reach * np.linspace(0, 1, steps + 1)) - 1)
     weight = np.exp(m * (math.log1p(least) - np.log1p(rise)))
     weight[..., 0] /= 2
     return np.asarray(m[..., 0] * (weight * rise / (1 + rise)).sum(-1) / weight.sum(-1))

@@ -25,7 +25,7 @@ MOST = 10**7  # nodes that are looked through, or kept
 _WINDOW = 1 << 10  # nodes, the first half window of an endless profile
 _ENDLESS = 1 << 31  # nodes of a profile without ends
 _SPARE = 8  # links beyond the last that may hold, for interpolation
-_AHEAD = np.unique((1.1 ** np.arange(226)).astype(np.int64))  # links further and further apart
+_AHEAD = np.append(0, np.unique((1.1 ** np.arange(226)).astype(np.int64)))  # links, ever more
 
 
 def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
@@ -94,8 +94,7 @@ class Row:
         """
         first, last, lowest = region(lattice, scene.indenter, depth)
         if scene.indenter.convex:
-            ends = ((-1, lowest - first), (1, last - lowest))
-            first, last = (_outermost(scene, lattice, lowest, *end, depth) for end in ends)
+            first, last = _outermost(scene, lattice, [[first], [last]], lowest, depth)
         return cls(lattice, scene, first, last - first + 1, lowest - first)
 
     @functools.cached_property
@@ -134,10 +133,10 @@ class Row:
         if self.size > MOST:
             many = f"spacing = {self.lattice.spacing!r} puts more than {MOST} nodes in contact"
             raise ValueError(many + "; give a larger spacing")
-        f = np.arange(self.first, self.first + self.size, dtype=float)
+        f, nodes = np.empty(self.size), np.arange(min(self.size, PIECE), dtype=float)
         for start in range(0, self.size, PIECE):
-            own = f[start : start + PIECE]
-            own[:] = heights(self.lattice, self.scene.indenter, own)
+            own, first = f[start : start + PIECE], self.first + start
+            own[:] = heights(self.lattice, self.scene.indenter, first + nodes[: own.size])
         return f
 
     @property
@@ -145,22 +144,21 @@ class Row:
         """f at the node that touches first."""
         return float(self.f[self.touch])
 
-    @functools.cached_property
-    def bonds(self) -> Array:
-        """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
-        own, pattern = self.lattice.sizes(self.first + 0.5, self.size - 1), self.scene.pattern
+    def adhesion(self, work: float) -> Array:
+        """Of links (n - 1,), link i after node i: work times length or area, and the pattern."""
+        own, pattern = self.lattice.sizes(self.first + 0.5, self.size - 1, work), self.scene.pattern
         if pattern is None:
             return own
         return own * pattern.factor(self.lattice.x(self.first + 0.5 + np.arange(own.size)))
+
+    bonds = functools.cached_property(lambda self: self.adhesion(1.0))
 
     @functools.cached_property
     def rules(self) -> tuple[Rules, Rules]:
         """The rules of contacts that are being closed, and of those that are being opened."""
         closing, opening = self.works
-        first = Rules(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
-        if opening == closing:
-            return first, first
-        return first, replace(first, work=opening * self.bonds)
+        first = Rules(self.lattice, self.f, self.adhesion(closing), self.clear, self.first)
+        return first, replace(first, work=self.adhesion(opening)) if opening != closing else first
 
     @functools.cached_property
     def sums(self) -> tuple[Array, Array]:
@@ -205,22 +203,24 @@ class Row:
 
 
 def _outermost(
-    scene: Scene, lattice: Lattice, lowest: int, side: int, most: int, depth: float
-) -> int:
-    """The last node on one side of a convex profile: some beyond a link that does not hold."""
-    body, ahead = scene.indenter, np.append(0, _AHEAD[most > _AHEAD])
+    scene: Scene, lattice: Lattice, ends: list[list[int]], lowest: int, depth: float
+) -> list[int]:
+    """The last nodes on both sides of a convex profile: some beyond a link that does not hold."""
+    body, sides, most = scene.indenter, np.array([[-1], [1]]), np.abs(np.subtract(ends, lowest))
+    ahead = np.minimum(_AHEAD, most)
     strongest = lattice.w * (max(scene.pattern.factors) if scene.pattern else 1.0)
-    top = max(depth, float(heights(lattice, body, np.array([lowest]))[0]))
-    nodes = lowest + side * ahead
+    nodes = lowest + sides * ahead
     with np.errstate(over="ignore", invalid="ignore"):
-        own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + side))
+        own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + sides))
+        top = max(depth, float(own[0, 0]))
         holds = after <= top + scene.critical_separation * (1 + 1e-9)
         if lattice.slopes == "small":
-            _, remainder, stiffness = lattice.beside(nodes, side)
-            bonds = strongest * lattice.cell * lattice.weight(nodes + side / 2)
+            _, remainder, stiffness = lattice.beside(nodes, sides)
+            bonds = strongest * lattice.cell * lattice.weight(nodes + sides / 2)
             holds = own + (after - own - np.sqrt(2 * bonds / stiffness)) / remainder <= top
-    i = int(np.append(holds, False).argmin())
-    return lowest + side * min(most, int(np.append(ahead, most)[i]) + _SPARE)
+    holds[:, -1] = False
+    last = ahead[[0, 1], holds.argmin(axis=1), None] + _SPARE
+    return list((lowest + sides * np.minimum(last, most))[:, 0].tolist())
 
 
 def _running(parts: Array, start: int) -> Array:

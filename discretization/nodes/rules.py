@@ -57,10 +57,10 @@ class Rules:
 
     def _passed(self, node: Any, side: int, work: Any, other: int | None = None) -> Any:
         """Where lines at nodes pass the next link, or the last two to another one, of this work."""
-        f, apart = self.f, math.inf if other is None else abs(other - node)
+        own, apart = self.f[node], math.inf if other is None else abs(other - node)
         far, remainder, stiffness = self.lattice.beside(self.first + node, side, apart)
-        rise = f[node + side] - f[node] + far * (f[node] - f[node if other is None else other])
-        return f[node] + (rise - np.sqrt(2 * work / stiffness)) / remainder
+        rise = self.f[node + side] - own + far * (own - (own if other is None else self.f[other]))
+        return own + (rise - np.sqrt(2 * work / stiffness)) / remainder
 
     @functools.cached_property
     def torn(self) -> Array:

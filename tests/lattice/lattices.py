@@ -133,7 +133,7 @@ def enumerated(lattice, g):
     matrix = np.where(held, np.eye(n), hessian / lattice.spring)
     u = np.linalg.solve(matrix, np.where(sets, g, 0.0)[:, :, None])[:, :, 0]
     pairs = [NodalEnergy(lattice, (np.arange(n) - i) // 2 == 0) for i in range(n - 1)]
-    bonds = np.array([pair.terms(np.zeros(n))["adhesion"] for pair in pairs])
+    bonds = np.array([pair.balance(np.zeros(n)).terms["adhesion"] for pair in pairs])
     energy = np.einsum("si,ij,sj->s", u, hessian, u) / 2
     energy += (sets[:, 1:] & sets[:, :-1]) @ bonds
     feasible = (u >= g - 1e-12 * np.abs(g).max()).all(axis=1)

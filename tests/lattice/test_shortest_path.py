@@ -28,7 +28,7 @@ def least(lattice, g, sets, energy):
     """The least energy, that of its relaxed surface, and the sum of the sizes of its terms."""
     model = NodalEnergy(lattice, sets[np.argmin(energy)])
     u = model.relaxed(g)
-    size = sum(map(abs, model.terms(u).values()))
+    size = sum(map(abs, model.balance(u).terms.values()))
     return energy.min(), model.value(u), size or lattice.spring * np.max(g**2)
 
 
