@@ -86,15 +86,15 @@ class Events:
                 after = self.motion.pressed(part.lines, low, depth, still)
             else:
                 after = self.motion.relaxed(part.lines, depth, still)
-            there = np.array(free_parts(after))
+            there, smooth = np.array(free_parts(after)), self.trials.smooth
             new = ~(there[:, None] == surfaces).all(axis=2).any(axis=1)
-            smooth = self.trials.smooth
             back, good = smooth.balanced(*smooth.over((), there[new], depth, part.depth))
             if good.all():
                 there[new] = self.motion.rests.snapped(back.lines[:, -1, -1])
                 found = _flat(there)
-                deep = self.motion.penetration(found, part.depth)
-                if deep <= 2 * TIE * size and found == self.motion.unpulled(found, part.depth):
+                gaps, least = there[new].tolist(), self.motion.free_part.least
+                clear = min((least(gap, part.depth, exact=True)[0] for gap in gaps), default=0.0)
+                if clear >= -2 * TIE * size and found == self.motion.unpulled(found, part.depth):
                     return part._replace(after=found)  # nothing else has happened on the way back
         return part._replace(after=after)
 
