@@ -25,7 +25,7 @@ LARGEST, SMALLEST = 1 / 8, 1 / 400  # of the depth scale: steps on the way
 CLOSE = 1e-9  # of the depth scale: what happens at once
 KINK = 1e-6  # of the depth scale: where a line leaves a corner, or comes to one
 JUMPED = 1e-4  # of the feature: lines that move farther within that have jumped
-TOP = 1e-6  # of the depth scale: how well a top of C is located
+TOP = 1e-6  # of the depth scale: how well a top of C is located, with few steps
 SMOOTH = 0.01  # of the feature: how far lines may be from the mean of those beside
 MOST = 20_000
 
@@ -74,7 +74,7 @@ class Reading:
 
     def __init__(self, path, control, scale, finer=1.0):
         self.path, self.control, self.scale, self.finer = path, control, scale, finer
-        self.value, self.place = -math.inf, Place(-math.inf)
+        self.value, self.place, self.close = -math.inf, Place(-math.inf), CLOSE * scale / finer
         self.jumps, self.step = [], 0
 
     def go(self, value, guess=None):
@@ -164,7 +164,7 @@ class Reading:
     def _lost(self, top, here, there, way):
         """The contact closes before C comes back to its top."""
         value, held, depth = way * top.height, here.place, there.place.depth
-        while abs(held.depth - depth) > CLOSE * self.scale:
+        while abs(held.depth - depth) > self.close:
             middle = self.path.moved(here.place, (held.depth + depth) / 2)
             held, depth = (middle, depth) if middle.lines else (held, middle.depth)
         self.place = Place(value if self.control.stiffness else held.depth)
@@ -191,9 +191,9 @@ class Reading:
         """
         a, b = here.place, there.place
         alike, apart = self.path.passed(a) == self.path.passed(b), _apart(a.lines, b.lines)
-        least = KINK if apart <= JUMPED * self.path.feature else CLOSE
+        least = KINK * self.scale if apart <= JUMPED * self.path.feature else self.close
         smooth = alike and apart <= SMOOTH * self.path.feature
-        if smooth or abs(b.depth - a.depth) <= least * self.scale:
+        if smooth or abs(b.depth - a.depth) <= least:
             return []
         middle = self._sample(a, (a.depth + b.depth) / 2, way)
         if alike and len(a.lines) == len(b.lines):
@@ -221,23 +221,24 @@ class Reading:
 
     def _at_once(self, a, b):
         """Whether lines jump between two places."""
-        if not self.path.jumps or abs(b.depth - a.depth) > CLOSE * self.scale:
+        if not self.path.jumps or abs(b.depth - a.depth) > self.close:
             return False
         return _apart(a.lines, b.lines) > JUMPED * self.path.feature
 
     def _top(self, before, here, there, way):
         """The top of C between two samples, of which the one in between is higher."""
-        start, ends = before.place, sorted((before.place.depth, there.place.depth))
-        if abs(there.place.depth - here.place.depth) <= 2 * CLOSE * self.scale:  # at once
+        start, depth = before.place, here.place.depth
+        ends = sorted((start.depth - depth, there.place.depth - depth))
+        if abs(there.place.depth - here.place.depth) <= 2 * self.close:  # at once
             return Sample(*here)
         tried, least = [here], here.height - self._rate(start) * (ends[1] - ends[0])
 
-        def below(depth):
-            tried.append(self._sample(start, depth, way))
+        def below(off):
+            tried.append(self._sample(start, depth + off, way))
             return -max(tried[-1].height, least)
 
-        given = {"bounds": ends, "method": "bounded", "options": {"xatol": TOP * self.scale}}
-        minimize_scalar(below, **given)
+        near = {"xatol": TOP * self.scale / self.finer**4}
+        minimize_scalar(below, bounds=ends, method="bounded", options=near)
         return Sample(*max(tried, key=lambda sample: sample.height))
 
 
@@ -252,7 +253,6 @@ class Unique(Reading):
     """Without adhesion: C rises with the depth, each value has one place, and nothing jumps."""
 
     def beyond(self, value, window):
-        """Nothing jumps."""
         return []
 
     def go(self, value, guess=None):
@@ -272,7 +272,7 @@ class Unique(Reading):
         guess = touch if guess is None or not guess >= touch else guess
         if abs(above(guess)) > CLOSE * rate * self.scale:
             high = touch + off / rate * (1 + 1e-9)  # C rises by no less than rate
-            above(brentq(above, touch, high, xtol=CLOSE * self.scale))
+            above(brentq(above, touch, high, xtol=self.close))
         return self.place
 
 
