@@ -253,14 +253,14 @@ def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
     x = row.lattice.x(row.first + nodes + sides * (told + row.lattice.edge))
     if held.any():
         x[held] = row.corners[np.abs(row.corners - x[held][:, None]).argmin(axis=1)]
-    lo, hi = row.scene.indenter.extent
-    return np.minimum(np.maximum(x, lo), hi)
+    return np.clip(x, *row.scene.indenter.extent)
 
 
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
     """How far the lines at these positions are from their nodes, in links outwards."""
     off = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
-    return _stretched(outwards(nodes.shape[1]) * off, 1 / _SHORT)
+    off = outwards(nodes.shape[1]) * off
+    return np.where(np.isin(lines, row.corners), off, _stretched(off, 1 / _SHORT))
 
 
 def _stretched(zeta: Array, factor: float) -> Array:

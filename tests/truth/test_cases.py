@@ -178,7 +178,7 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_pattern", 187),  # a line 1e-7 beside a corner, whose side is not known by its heights
     ("machine_pattern", 152),  # a surface that has touched a little before its line came free
     ("machine_opening", 217),
-    ("machine_opening", 17),  # beside a corner a line comes free again and again
+    ("machine_opening", 20418),  # on nodes, a line at a corner more than half a link from its node
     ("machine_pattern", 498),  # a patch that is narrower than two of the nodes it was asked on
     ("machine_opening", 379),  # on nodes, a top of C that is found to rounding at once
     ("machine_opening", 382),  # a contact that closes just beyond the end of the programme
