@@ -101,10 +101,9 @@ def minimise(
             state = on_layer_nodes(scene, depth, spacing, branch=branch)
         else:
             state = looked_at_on_lattice(scene, depth, spacing, branch=branch, method=method)
-        if way != "plane":  # every spacing gives the same answer
-            tell(resolution(scene, spacing), stacklevel=2)
+        tell(() if way == "plane" else resolution(scene, spacing), stacklevel=2)
         return state
-    if way == "plane":
+    if way == "plane":  # every spacing gives the same answer
         any_length = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
         return on_lattice(scene, depth, any_length, branch=branch)
     if way == "layer":

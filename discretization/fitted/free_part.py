@@ -39,8 +39,7 @@ class FreePart:
 
     def advance(self, left: float, right: float, start: float, end: float) -> Lines:
         """The lines of a free surface with those of contacts that begin in it; () if it closes."""
-        done: list[float] = []
-        todo = [(left, right, start)]
+        done, todo = list[float](), [(left, right, start)]
         for _ in range(_MOST):
             if not todo:
                 return tuple(done)

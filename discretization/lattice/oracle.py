@@ -75,8 +75,7 @@ def _refuse(lattice: Lattice, g: Array) -> None:
     if not lattice.w:
         return
     if g.size > MOST_INTEGERS:
-        most = f"use at most {MOST_INTEGERS}"
-        raise ValueError(f"nodes = {g.size!r} is too many for integers: {most}")
+        raise ValueError(f"nodes = {g.size!r} is too many for integers: at most {MOST_INTEGERS}")
     import cvxpy
 
     if "SCIP" not in cvxpy.installed_solvers():

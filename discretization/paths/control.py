@@ -11,6 +11,7 @@ the push.) Where the running extreme is flat the indenter jumps.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -92,13 +93,15 @@ class Curve(NamedTuple):
             return cls(leg, control, t, _values(leg, control, t), none, none, rounding)
         parts = list[tuple[Array, Array, Legendre]]()
         while todo:
-            low, high = todo.pop()
-            t, value, series, off = _drawn(leg, control, low, high, roughly=True)
-            pushed = value - control.value(leg.depths(t), 0.0)
-            if high - low > _FINEST and off > _DRAWN * np.ptp(pushed) + _FELT * rounding:
-                todo += [((low + high) / 2, high), (low, (low + high) / 2)]
-            else:
-                parts.append((t, value, series))
+            drawn, halves = _drawn(leg, control, todo, roughly=True), list[tuple[float, float]]()
+            for (low, high), (t, value, series, off) in zip(todo, drawn, strict=True):
+                pushed = value - control.value(leg.depths(t), 0.0)
+                if high - low > _FINEST and off > _DRAWN * np.ptp(pushed) + _FELT * rounding:
+                    halves += [(low, (low + high) / 2), ((low + high) / 2, high)]
+                else:
+                    parts.append((t, value, series))
+            todo = halves
+        parts.sort(key=lambda part: float(part[0][0]))
         ends = np.array([0.0, *(at[-1] for at, _, _ in parts)])
         nodal = np.append(parts[0][1][0], [value[1:] for _, value, _ in parts])
         turns = np.concatenate([_turns(fit) for *_, fit in parts])
@@ -126,7 +129,7 @@ class Curve(NamedTuple):
         low = t[:i][more[:i] < -known].max(initial=0.0)
         high = t[i:last][more[i:last] < -known].min(initial=t[last])
         for _ in range(_ZOOMS):
-            t, value, series, off = _drawn(self.leg, self.control, low, high)
+            ((t, value, series, off),) = _drawn(self.leg, self.control, [(low, high)])
             top, turns = float(t[np.argmax(side * value)]), _turns(series)
             if turns.size and off <= _RESOLVED * np.ptp(value) + _FELT * self.rounding:
                 top = float(turns[np.argmin(np.abs(turns - top))])
@@ -182,13 +185,14 @@ def _at_changes(leg: Any) -> Array:
 
 
 def _drawn(
-    leg: Leg, control: Control, low: float, high: float, *, roughly: bool = False
-) -> tuple[Array, Array, Legendre, float]:
-    """t at Gauss-Lobatto points of a part, C there, the polynomial, and what it may be off by."""
-    t = np.interp(rounded(_DEGREE)[0], [-1.0, 1.0], [low, high])
-    value = _values(leg, control, t, roughly=roughly)
-    series = Legendre(value @ to_legendre(_DEGREE), domain=[low, high])
-    return t, value, series, 2 * float(np.abs(series.coef[-2:]).max())
+    leg: Leg, control: Control, parts: list[tuple[float, float]], *, roughly: bool = False
+) -> Iterator[tuple[Array, Array, Legendre, float]]:
+    """t at Gauss-Lobatto points of parts, C there, the polynomial, and what it may be off by."""
+    t = np.array([np.interp(rounded(_DEGREE)[0], [-1.0, 1.0], ends) for ends in parts])
+    values = _values(leg, control, t.ravel(), roughly=roughly).reshape(t.shape)
+    for at, value, ends in zip(t, values, parts, strict=True):
+        series = Legendre(value @ to_legendre(_DEGREE), domain=ends)
+        yield at, value, series, 2 * float(np.abs(series.coef[-2:]).max())
 
 
 def _turns(series: Legendre) -> Array:

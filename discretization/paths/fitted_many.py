@@ -148,9 +148,8 @@ class FittedMany(Branch):
 
     def _followed(self, point: Point, goal: float) -> Tracked:
         part = self.events.part(point.lines or (), point.depth, goal)
-        end, after = Point(part.depth, part.lines or None), None
-        if part.after is not None:
-            after = Point(part.depth, part.after or None)
+        end = Point(part.depth, part.lines or None)
+        after = None if part.after is None else Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
         return Tracked(self, point, end, after, jumps, part.pieces, part.lone)
 
@@ -183,9 +182,8 @@ class FittedMany(Branch):
         """The length that opens between two points, weighted with the pattern's factor."""
         if not before.lines or not after.lines:
             return 0.0
-        bound = [
-            self.events.trials.smooth.integrals.at(np.array(p.lines))[4] for p in (before, after)
-        ]
+        sums = self.events.trials.smooth.integrals
+        bound = [sums.at(np.array(point.lines))[4] for point in (before, after)]
         return float(np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0).sum())
 
     def certify(self, point: Point) -> None:
