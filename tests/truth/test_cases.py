@@ -183,6 +183,7 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_opening", 379),  # on nodes, a top of C that is found to rounding at once
     ("machine_opening", 382),  # a contact that closes just beyond the end of the programme
     ("load_opening", 146),  # a jump so short that the reference steps over it at first
+    ("load_opening", 20189),  # a step from a gap so narrow that all D is rounding there
     ("load_pattern", 31),  # a contact as wide as the rounding of its tip
     ("load_pattern", 128),  # a top of C where a line has just come free of an edge
     ("load_pattern", 158),  # and of a corner

@@ -27,7 +27,6 @@ KINK = 1e-6  # of the depth scale: where a line leaves a corner, or comes to one
 JUMPED = 1e-4  # of the feature: lines that move farther within that have jumped
 TOP = 1e-6  # of the depth scale: how well a top of C is located, with few steps
 SMOOTH = 0.01  # of the feature: how far lines may be from the mean of those beside
-MOST = 20_000
 
 
 class Control(NamedTuple):
