@@ -188,7 +188,7 @@ def _newton(rests: RestDepths, x: Array, on: Way, last: Array, active: Mask) -> 
         past = moves & ((aim < lo) | (aim > hi)) & ~exact  # that a corner leaves no room is no rest
         stuck = (past & (new == x[own])).any(axis=(1, 2))
         wide = (x[own, :, 1] - x[own, :, 0]).min(axis=1)
-        even = exact.all(axis=(1, 2)) & (now <= wide)  # from a gap that is left nothing is known
+        even = exact.all(axis=(1, 2)) & (now <= wide)  # a step wider than its gap is no rounding
         x[own] = new
         before = last[own]  # this step, after others, is rounding, or the next one will be
         done = even | (now <= _ROUNDED * size * 4.0 ** worse[own])

@@ -138,7 +138,7 @@ class Lattice:
         return 1.0
 
     def sizes(self, first: float, count: int, unit: float = 1.0) -> Array:
-        """Of nodes from the first on (n,), or of links by their middles: length or area x unit."""
+        """Of nodes from the first on (n,), or links by their middles: length or area times unit."""
         if self.axis == 0:
             return np.asarray(unit * self.cell * self.weight(first + np.arange(count)))
         return np.ndarray(count, buffer=np.float64(unit * self.cell).tobytes(), strides=(0,))

@@ -25,7 +25,7 @@ MOST = 10**7  # nodes that are looked through, or kept
 _WINDOW = 1 << 10  # nodes, the first half window of an endless profile
 _ENDLESS = 1 << 31  # nodes of a profile without ends
 _SPARE = 8  # links beyond the last that may hold, for interpolation
-_AHEAD = np.append(0, np.unique((1.1 ** np.arange(226)).astype(np.int64)))  # links, ever more
+_AHEAD = np.append(0, np.unique((1.1 ** np.arange(226)).astype(np.int64)))  # links: growing steps
 
 
 def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
