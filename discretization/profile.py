@@ -198,12 +198,13 @@ def unknown(depth: float, x: float) -> ValueError:
 
 
 def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
-    """Whether lines at x, of contacts on their left (side 1) or right (-1), are at the body's edge.
+    """Whether there is nothing of the body beside lines at x, as they are at its edge.
 
-    Read just outwards (aside 1) of the contact, where there is nothing to be touched.
+    Lines of contacts on their left (side 1) or right (-1), read just outwards (aside 1) or inwards.
     """
     left, right = (end if end in indenter.walls else math.nan for end in indenter.extent)
-    return np.equal(x, np.where(np.greater(side, 0), right, left)) & np.greater(aside, 0)
+    outwards = np.multiply(side, aside)
+    return np.equal(x, np.where(outwards > 0, right, left)) & (outwards != 0)
 
 
 def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool]:

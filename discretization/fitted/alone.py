@@ -74,7 +74,7 @@ class Alone:
         found = self.surfaces.rest_depth(side, x, indenter.height(x), beyond, None, w)
         if beside is None or not indenter.walls:
             return found
-        return np.where(past_wall(indenter, x, side, beside), math.inf, found)
+        return np.where(past_wall(indenter, x, side, beside), np.copysign(math.inf, beside), found)
 
     def solve(self, side: int, x: float, depth: float) -> Free:
         """The free surface beyond a line. ValueError where it would turn over."""

@@ -110,14 +110,15 @@ class LineSearch:
                 b = None if a is None else self._line(-1, p, most, a, depth, way, exact)
                 if a is None or b is None:
                     return None
-                ends, near = (a, b), None if exact else self._nearby((a, b), depth, way)
+                ends, lost = (a, b), a < least or b > most
+                near = None if exact or lost else self._nearby((a, b), depth, way)
                 if near is not None and near[0] >= least and near[1] <= most:
                     return near
             a, b = ends
             # where an equilibrium is about to disappear lines tremble for ever: more is rounding
             least_step = _STILL * (1 + sweep * sweep)
             still = abs(a - q) <= least_step * abs(q) and abs(b - p) <= least_step * abs(p)
-            if still or math.isinf(a - b) or a < least or b > most:
+            if still or math.isinf(a - b) or lost:
                 return a, b
             step, (q, p) = (a - q, b - p), (a, b)
             further = self._further(q, p, step, depth, way)

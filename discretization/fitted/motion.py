@@ -203,7 +203,8 @@ class Motion:
                     surfaces[i] = self.free_part.search.recede(q, p, least, most, depth)
             held: list[float] = []
             for left, right in pairs(surfaces.ravel().tolist()[1:-1]):
-                corners = [x for x in (left, right) if x in self.profile.corners]
+                sharp = *self.profile.corners, *self.profile.indenter.walls
+                corners = [x for x in (left, right) if x in sharp]
                 held += (left, right) if left <= right else 2 * corners[:1]  # narrowed to a corner
             kept = self.unpulled(tuple(held), depth)
             if len(kept) == len(lines):

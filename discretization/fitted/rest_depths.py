@@ -63,10 +63,7 @@ class RestDepths:
     surfaces: Surfaces
     size: float
 
-    @functools.cached_property
-    def length(self) -> float:
-        """l."""
-        return self.scene.elastocapillary_length
+    length = functools.cached_property(lambda self: self.scene.elastocapillary_length)
 
     def noise(self, lines: Array) -> Array:
         """What rounding of heights makes of D, of surfaces with lines (.., 2)."""
@@ -172,7 +169,7 @@ class RestDepths:
 
         Read just outwards (aside 1) or inwards (-1) of the contact. facing: the lines beyond their
         free surfaces, infinite if there is none; adheres: False without adhesion. Beyond the edge
-        of the body nothing can be touched, D = ∞; so it is of a line at infinity.
+        of the body nothing can be touched, D = ∞, or left, D = -∞; D = ∞ of a line at infinity.
         """
         side = np.asarray(side)
         indenter, outwards = self.profile.indenter, side * aside
@@ -183,7 +180,8 @@ class RestDepths:
         place = self.profile.past(x, outwards), f, f1
         rest = self._of(side, *place, beyond, self.w(way) * adheres)
         if indenter.walls:
-            rest = np.where(past_wall(indenter, x, side, aside), math.inf, rest)
+            past = past_wall(indenter, x, side, aside)
+            rest = np.where(past, np.copysign(math.inf, aside), rest)
         return rest
 
     def ahead(self, lines: Array, way: int) -> Array:

@@ -31,7 +31,7 @@ _STILL = 1e-15  # of the position and l: a step that is rounding
 _GUESSED = 1e-4  # of the same: so far polynomials through neighbouring lines may be off
 _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
 _LOCAL = 1e-5  # of the same, and of the least gap: the changes of D are those of the step before
-_EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
+EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
 _HELD = 1e-11  # of the size of depths: lines so far from rest are held until they come free
 _BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
 
@@ -159,7 +159,7 @@ def followed(
     held = inner & ~free
     if held.any():  # they must be so at the end, too
         left = way * (rests.ahead(x[:, -1], way) - depths[-1])
-        even = _EVEN * rests.size + rests.noise(x[:, -1])
+        even = EVEN * rests.size + rests.noise(x[:, -1])
         good &= ~(held & (left < -even[:, None])).any(axis=1)
     return x, good
 
@@ -184,7 +184,7 @@ def _newton(rests: RestDepths, x: Array, on: Way, last: Array, active: Mask) -> 
         new = np.where(moves, np.clip(aim, lo, hi), x[own])
         with np.errstate(invalid="ignore"):
             now = np.where(moves, np.abs(new - x[own]), 0.0).max(axis=(1, 2))
-        exact = np.abs(off) <= (_EVEN * rests.size + rests.noise(x[own]))[..., None]
+        exact = np.abs(off) <= (EVEN * rests.size + rests.noise(x[own]))[..., None]
         past = moves & ((aim < lo) | (aim > hi)) & ~exact  # that a corner leaves no room is no rest
         stuck = (past & (new == x[own])).any(axis=(1, 2))
         wide = (x[own, :, 1] - x[own, :, 0]).min(axis=1)

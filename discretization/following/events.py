@@ -37,15 +37,14 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """Motion from event to event; alone: of a contact that stays so, closing (1) and opening."""
+    """Motion from event to event; alone: of a contact that stays so, closing (1) and opening.
+
+    trials: what follows lines between events.
+    """
 
     motion: Motion
     alone: dict[int, Alone] = field(default_factory=dict)
-
-    @functools.cached_property
-    def trials(self) -> Trials:
-        """What follows lines between events."""
-        return Trials(self.motion)
+    trials = functools.cached_property(lambda self: Trials(self.motion))
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""

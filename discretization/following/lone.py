@@ -14,7 +14,7 @@ from energy.arrays import Array, Indices
 
 _LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
 _KNOWN = 1e-16  # of the same: a D - d that is rounding; a line need not be known better
-_NEAR = 1e-11  # of the same: D - d of lines that are read next to where they disappear
+NEAR = 1e-11  # of the same: D - d of lines that are read next to where they disappear
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class LoneTrack:
             rise = np.where(other == one, 1.0, span / (other - one))
         low, high = np.minimum(one, other), np.maximum(one, other)
         x = crossings(off, low, high, guess, rise, _KNOWN * size)
-        if (np.abs(off(x, np.arange(x.size))) > _NEAR * size).any():
+        if (np.abs(off(x, np.arange(x.size))) > NEAR * size).any():
             raise NotCertifiedError(
                 f"the contact between depth = {self.start!r} and {self.end!r} does not come to "
                 "rest; try other depths, or method='lattice'"

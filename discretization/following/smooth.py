@@ -20,14 +20,13 @@ import numpy as np
 from numpy.polynomial.legendre import legval
 
 from discretization.fitted.rest_depths import RestDepths
-from discretization.fitted.zeros import followed
+from discretization.fitted.zeros import EVEN, followed
 from discretization.quadrature import Integrals
 from discretization.surfaces.network import rounded, to_legendre
 from energy.arrays import Array, Mask
 
 DEGREE = 12  # of the Lobatto rule in t
 _HALVED, _MOST = 10, 512  # times a part is halved whose energy does not balance, and such parts
-_EVEN = 4e-15  # of the size of depths: a depth is not known better
 BALANCED = 1e-12  # of the energy's terms
 
 
@@ -125,7 +124,7 @@ class Smooth:
     def _balance(self, lines: Array, depths: Array, way: int) -> Mask:
         """Whether energies balance (n, p), lines (n, p, j, 2) at the depths (p, j) of parts."""
         energy, size, force, work = self._sums(lines, depths, way)
-        rounding = _EVEN * self.rests.size * np.abs(force).max(axis=2)
+        rounding = EVEN * self.rests.size * np.abs(force).max(axis=2)
         off = np.abs(energy[..., -1] - energy[..., 0] - work)
         return np.asarray(off <= BALANCED * size.max(axis=2) + rounding)
 

@@ -122,7 +122,8 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
         f = row.f[nodes]
     else:
         ends[:, 1:-1] += sides * zeta
-        f = row.scene.indenter.height(lattice.x(row.first + ends[:, 1:-1]))
+        indenter, x = row.scene.indenter, lattice.x(row.first + ends[:, 1:-1])
+        f = indenter.height(np.clip(x, *indenter.extent))
     ends[:, 0], ends[:, -1], u[:, 1:-1] = -math.inf, math.inf, depth[:, None] - f
     u[:, 0] = u[:, -1] = 0.0
     faced = columns + sides

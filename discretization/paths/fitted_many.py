@@ -21,7 +21,7 @@ from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import TIE
 from discretization.fitted.zeros import followed
 from discretization.following.events import Events
-from discretization.following.lone import LoneTrack
+from discretization.following.lone import NEAR, LoneTrack
 from discretization.following.smooth import Piece
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
@@ -30,7 +30,6 @@ from energy import Scene
 from energy.arrays import Array, Mask
 
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
-_NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to where they disappear
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
 
@@ -91,7 +90,7 @@ class Tracked(Leg):
         rests = self.smooth.rests
         off = rests.ahead(lines.reshape(-1, 2), way).reshape(lines.shape) - depths[:, None]
         off[~np.isfinite(lines) | (lines == lines[:, :1])] = 0.0  # those that do not move
-        known = _NEAR * rests.size + rests.noise(lines)[..., None]
+        known = NEAR * rests.size + rests.noise(lines)[..., None]
         return np.asarray((np.abs(off) <= known).all(axis=(1, 2)))
 
     def between(self, depths: Array) -> list[Point]:
@@ -133,11 +132,7 @@ class FittedMany(Branch):
         return _FELT * self.scene.elastocapillary_length
 
     touch = property(lambda self: self.motion.profile.touch)
-
-    @functools.cached_property
-    def first(self) -> Point:
-        """The contacts at first touch."""
-        return Point(self.touch, self.motion.first())
+    first = functools.cached_property(lambda self: Point(self.touch, self.motion.first()))
 
     def leg(self, point: Point, goal: float) -> Tracked:
         """The way from a point towards another depth, up to the first event or free line."""

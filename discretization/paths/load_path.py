@@ -10,7 +10,8 @@ from discretization.paths.branch import Branch, Event, Leg, Pinned, Point, Snaps
 from discretization.paths.control import Control, Curve
 from energy.arrays import Array
 
-_LONGER = 2.0  # legs than the one before
+_LONGER = 2.0  # legs than the one before,
+_AGAIN = 1 / 4  # and than what was asked of it, where it is cut short
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
 _SHORTEST = 2.0**-39  # of a leg that is refused: beyond the known profile there is none
 _CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
@@ -96,7 +97,8 @@ class LoadPath:
         if self.imposed and least == 0:
             self._add([self.point])
             return 1
-        leg, turns = self._leg(self.point, side * self._distance(values), least), False
+        asked, turns = self._distance(values), False
+        leg = self._leg(self.point, side * asked, least)
         if self.imposed:
             left, touch = side * (values - leg.end.depth), self.branch.touch
             stays = leg.after is None or (leg.after.lines is None and leg.end.depth == touch)
@@ -105,7 +107,8 @@ class LoadPath:
             curve = Curve.of(leg, self.control)
             top = curve.peak(side)
             turns, points = top < curve.t.size - 1, curve.reached(values, side, 0, top + 1)
-        self.reach = _LONGER * abs(leg.end.depth - leg.start.depth) or math.inf
+        done = abs(leg.end.depth - leg.start.depth)
+        self.reach = max(_LONGER * done, _AGAIN * asked) if done else math.inf
         self._add(points)
         if len(points) < values.size and turns:
             self._turn(curve, top, side)

@@ -32,7 +32,7 @@ from discretization.surfaces.protocol import ANY, Free, Surfaces
 from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, rough, stiffness
 from energy.arrays import Array
 
-DEGREE = 16  # of the polynomials on an element
+DEGREE = 12  # of the polynomials on an element
 STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind resolves them
 LEAST = {1: 2.0**-40, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is known
 _SOLVED = 2.0**-20  # l: beside smaller radii springs do not matter next to the line
@@ -42,7 +42,7 @@ _SQUARES = np.sin(np.array([0.0, _MILD, STEEPEST]) / 2) ** 2
 _RANGE = 3.0  # octaves of radii in a piece
 _RADII, _INCLINATIONS = 20, 14  # points of a piece
 _FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each over the one before
-_HALVINGS = (2, 7)  # of the first element, next to mild and to steep lines
+_HALVINGS = (2, 8)  # of the first element, next to mild and to steep lines
 _INSIDE = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # of a disc, or of 8 l of it
 _ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
 _STILL = 1e-16  # of the energy: after a step that lowers it by less, one more is the last

@@ -77,16 +77,12 @@ def test_nodes_are_of_second_order(geometry, nu):
     """By the worst error of three offsets of the nodes from the line."""
     scene = scene_of(Parabola(40.0), nu, geometry=geometry)
     fitted = minimise(scene, 0.03, rtol=1e-7)
-    errors = [
-        np.max(
-            [
-                off(on_nodes(scene, 0.03, fitted.half_width, n + part), fitted)
-                for part in (0.0, 0.3, 0.6)
-            ],
-            axis=0,
-        )
-        for n in (15, 60)
-    ]
+
+    def worst(n):
+        nodes = (on_nodes(scene, 0.03, fitted.half_width, n + part) for part in (0.0, 0.3, 0.6))
+        return np.max([off(each, fitted) for each in nodes], axis=0)
+
+    errors = worst(15), worst(60)
     order = np.log(errors[0] / errors[1]) / math.log(4)
     assert (order >= 1.6).all() and (errors[1] <= 4e-3).all()
 

@@ -121,6 +121,7 @@ SCENES = {
     "wedge": adhesive(Wedge(0.05).shifted(0.0123)),
     "punch": adhesive(FlatPunch(0.03)),
     "tilted punch": adhesive(FlatPunch(0.03).tilted(0.05)),
+    "sharp edge": adhesive(FlatPunch(0.03).tilted(0.3)),
     "opening": adhesive(Parabola(0.02), w=0.001, opening=0.003),
     "opening alone": adhesive(Parabola(0.02), w=0.0, opening=0.002),
     "springs": adhesive(Parabola(0.02), gamma1=0.0),
@@ -157,6 +158,7 @@ MORE = {  # lines after an event less those before it; a jump keeps them or join
     "closing": (-2, -4),
     "coalescence": (-2, -4),
     "edge depinning": (0,),
+    "edge pinning": (0,),
 }
 ON_NODES = {  # with the options of nodes: a tip lets go while links are as wide as its contact
     name: {"method": "lattice", "spacing": L / (60 if scene.axisymmetric else 240)}
@@ -212,7 +214,8 @@ def test_a_loop_loses_what_is_put_in_and_is_the_same_on_nodes(name, control):
     assert [event.kind for event in ours] == [event.kind for event in theirs]
     for here, there in zip(ours, theirs, strict=True):
         assert here.before.depth == pytest.approx(there.before.depth, rel=0, abs=0.1 * DELTA0)
-    assert nodes.dissipated == pytest.approx(mesh.dissipated, rel=0.1, abs=0)
+    size = 1e-11 * np.abs(mesh.energy).max()
+    assert nodes.dissipated == pytest.approx(mesh.dissipated, rel=0.1, abs=size)
 
 
 def assert_balanced(path, name, control):

@@ -46,6 +46,7 @@ REFERENCE = {
     "no_adhesion": alone(obstacle),
     "no_tension": alone(springs),
     "global": alone(lowest),
+    "edges": walked,
 }
 
 

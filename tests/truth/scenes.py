@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from energy import ElasticLayer, Profile, Sampled, Scene, SurfaceEnergies
+from energy import ElasticLayer, FlatPunch, Profile, Sampled, Scene, SurfaceEnergies
 
 HIGH = 6.0  # above its lowest point, a profile's ends must be out of reach
 
@@ -173,7 +173,7 @@ def rough(rng):
 SHAPES = (
     ripples, strong_ripples, fine_ripples, cosines, bumps, cup, tiny, wedge, rough,
 )  # fmt: skip
-KINDS = ("small", "finite", "no_adhesion", "no_tension", "global")
+KINDS = ("small", "finite", "no_adhesion", "no_tension", "global", "edges")  # of the body
 
 
 def built(shape, length, rise):
@@ -187,6 +187,11 @@ def built(shape, length, rise):
         extent=(-shape.reach * length, shape.reach * length),
         corners=[c * length for c in shape.corners],
     )
+
+
+def ended(rng, shape):
+    """Half the width of a body that ends where it may be in contact."""
+    return float(min(10 ** rng.uniform(-0.7, 0.7), 0.9 * shape.reach))
 
 
 def case_of(kind, seed):
@@ -205,6 +210,8 @@ def case_of(kind, seed):
     draw = SHAPES[rng.integers(len(SHAPES))]
     shape, scale = draw(rng), alpha * length
     indenter = built(shape, length, scale)
+    if kind == "edges":
+        indenter += FlatPunch(ended(rng, shape) * length)
     tension = 0.0 if kind == "no_tension" else gamma1
     scene = Scene(
         layer,

@@ -38,6 +38,8 @@ def polished(lines, depth, ground, surface, near=NEAR):
     for _ in range(4):
         value = imbalance(x, depth, ground, surface)
         J = jacobian(x, depth, ground, surface)[np.ix_(loose, loose)]
+        if not np.isfinite(J).all():
+            break  # an end of the body is next to a line
         x = x.copy()
         x[loose] -= np.linalg.lstsq(J, value[loose], rcond=None)[0]
         if np.abs(x - lines).max() > near * ground.feature or (np.diff(x) < 0).any():

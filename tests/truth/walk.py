@@ -218,7 +218,7 @@ class Walk:
         limit, facing = self._facing(i, side)
         if start == limit and facing is None:
             return 0.0
-        rest, met = limit, True
+        rest, met = limit, facing is not None
         if abs(limit - start) > MET * self.feature:
             rest, met = self._rest(i, side, start, limit, +1)
         if abs(rest - start) > MOVE * self.feature:

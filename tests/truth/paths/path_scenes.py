@@ -10,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from energy import ElasticLayer, Patches, Scene, SurfaceEnergies
+from energy import ElasticLayer, FlatPunch, Patches, Scene, SurfaceEnergies
 
 from .. import scenes
 from ..scenes import HIGH, Shape, built
 
 FORCES = ("small", "opening", "pattern", "no_adhesion", "no_tension")
 PATH_KINDS = tuple(f"{hold}_{what}" for hold in ("load", "machine") for what in FORCES)
+PATH_KINDS += ("load_edges", "machine_edges")  # of the body
 STEPS = (6, 4, 4, 7)  # values on each way
 
 
@@ -125,10 +126,12 @@ def path_case(kind, seed):
     indenter = built(shape, length, scale)
     if draw is polygon:
         indenter = replace(indenter, kind="linear")
+    if what == "edges":
+        indenter += FlatPunch(scenes.ended(rng, shape) * length)
     surfaces = SurfaceEnergies.from_work
     tension, held = gamma1 * (what != "no_tension"), w * (what != "no_adhesion")
     scene = Scene(layer, surfaces(tension, held), indenter)
-    if what == "opening":
+    if what == "opening" or (what == "edges" and rng.random() < 0.3):
         scene = replace(scene, opening=surfaces(gamma1, w * 10 ** rng.uniform(0.02, 0.7)))
     if what == "pattern":
         scene = replace(scene, pattern=_patches(rng, length))
