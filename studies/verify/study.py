@@ -200,9 +200,10 @@ def table(record: Record) -> Table:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write; 1 if any check failed."""
-    start, quick = time.perf_counter(), "one case and one shift of the nodes; nothing drawn"
+    start = time.perf_counter()
+    quick = "one case and one shift of the nodes, in one process; nothing drawn"
     preset, jobs, out = command.start("verify", __doc__, argv, quick, FULL, QUICK)
-    record = run(preset, show=command.say, jobs=jobs)
+    record = run(preset, show=command.say, jobs=jobs if preset is FULL else 1)
     drawn = plot(record)
     out.figures(drawn)
     out.table("verify.csv", preset, *table(record))
