@@ -25,7 +25,8 @@ def bracketed(
     """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
 
     Inverse quadratic steps where three points support them, halving otherwise, until the bracket
-    is no wider than this part of the zero; from a wider one by the straight line through its ends.
+    is no wider than this part of the zero; or, of a larger part, its ends are no further from the
+    zero of the straight line through them in the geometric mean: that is then the answer.
     fraction: where it looks first. T. R. Chandrupatla, Advances in Engineering Software 28 (1997)
     145.
     """
@@ -42,8 +43,9 @@ def bracketed(
             c, fc, b, a, fb, fa = b, fb, a, x, fa, fx
         best = a if abs(fa) < abs(fb) else b
         least = close * abs(best) / (abs(b - a) or 1.0)
-        if fa == 0 or least > 0.5 or a == b:
-            straight = close > CLOSEST and a != b and fa != 0
+        straight = close > CLOSEST and a != b and fa != 0
+        near = straight and -fa * fb / (fb - fa) ** 2 <= least * least
+        if fa == 0 or least > 0.5 or a == b or near:
             return a - fa * (b - a) / (fb - fa) if straight else a if fa == 0 else best
         xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
         fraction = 0.5

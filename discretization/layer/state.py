@@ -39,12 +39,12 @@ _CLOSER = 401  # of them in a step in which the gap is least
 class Layer(Contact):
     """A contact at a depth; rate: dD/da of its line, infinite where that is pinned.
 
-    contact: of what, as of `Contact`; both: u(a) and 1; size: of u and what slope and adhesion lift
-    a line; touches: with the lowest point alone, and nothing is pressed.
+    contact: which one; both: u(a) and 1; size: of u and what slope and adhesion lift a line;
+    touches: with the lowest point alone, and nothing is pressed.
     """
 
-    def __init__(self, depth: float, rate: float, *contact: Any) -> None:
-        super().__init__(*contact)
+    def __init__(self, depth: float, contact: Contact, rate: float = math.inf) -> None:
+        vars(self).update(vars(contact))
         self.depth, self.rate, self.pinned, self.outermost = depth, rate, rate == math.inf, self.a
         self.both = np.array([depth - self.f, 1.0])
         self.opening = self.body.scene.opened.surfaces.small_slope_deficit
@@ -90,7 +90,7 @@ class Layer(Contact):
         within = body.rest_depth(a, felt, self.opening, -1) - self.depth
         if not self.opening and a > body.tip:
             pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
-        other = Layer(self.depth, math.inf, body, a, self.tolerance, _OTHER).found
+        other = Layer(self.depth, Contact(body, a, self.tolerance, _OTHER)).found
         pressed, form, decays = self.scales["force"] or 1.0, self.form, self.poles.decays
         near, far = _NEAREST / float(np.abs(decays).max()), _FAR / float(decays.real.min())
         x = np.exp(np.arange(math.log(near), math.log(far) + _LOOK, _LOOK))
@@ -117,7 +117,7 @@ class Layer(Contact):
         if self.touches:
             return dict.fromkeys(QUANTITIES, 0.0)
         excess, fit = self.body.scene.surfaces.small_slope_deficit, self.poles.error
-        coarse = Layer(self.depth, math.inf, self.body, self.a, _COARSER * self.tolerance)
+        coarse = Layer(self.depth, Contact(self.body, self.a, _COARSER * self.tolerance))
         one, other = (self.body.rest_depth(self.a, x.reaction, excess, -1) for x in (coarse, self))
         move, least = abs(float(one - other) / self.rate), self.certificate.force + _LUCKY * fit
         force = abs(coarse.force - self.force) + move * excess * float(self.lines[0])
@@ -156,12 +156,12 @@ class Layer(Contact):
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), min(_SAFE * rtol, _LOOSEST)
-    reaction = functools.cache(lambda a: Contact(body, a, tolerance).reaction)
-    lines = Lines(body, reaction, scene.surfaces.small_slope_deficit, _STEP)
+    solved = functools.cache(lambda a: Contact(body, a, tolerance))
+    lines = Lines(body, lambda a: solved(a).reaction, scene.surfaces.small_slope_deficit, _STEP)
     a, _, how = lines.settled(depth)
     beside = a + _BESIDE * a
     rate = (lines.rest_depth(beside, 1) - depth) / (beside - a) if how == "rests" else math.inf
-    found = None if how == "lost" else Layer(depth, rate, body, a, tolerance)
+    found = None if how == "lost" else Layer(depth, solved(a), rate)
     return certified(scene, depth, found, branch, math.nan)
 
 

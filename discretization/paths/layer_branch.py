@@ -7,14 +7,13 @@ opening it is held; and where D turns, it jumps to the next a with the same D.
 """
 
 import functools
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from discretization.certificate import TOLERANCE
 from discretization.layer.body import Body
-from discretization.layer.contact import at_depth
+from discretization.layer.contact import Contact, at_depth
 from discretization.layer.lines import Lines, Table
 from discretization.layer.state import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -129,6 +128,6 @@ class LayerBranch(Branch):
         """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
             tolerance = self.table.tolerance
-            found = Layer(point.depth, math.inf, self.body, point.memory, tolerance).certificate
+            found = Layer(point.depth, Contact(self.body, point.memory, tolerance)).certificate
             found = found._replace(tolerance=max(TOLERANCE, tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")

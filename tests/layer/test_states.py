@@ -272,7 +272,7 @@ def test_a_surface_that_hardly_dips_into_the_indenter_is_seen_as_deep_as_it_is(g
     def inside(rise, depth=0.01):
         """Looked at everywhere, and by the certificate; over |d| and u."""
         body = Body(scene_of(FlatTo(2.0, rise), 0.5, gamma, 0.0, geometry))
-        state, x = Layer(depth, math.inf, body, 2.0, 1e-6), np.exp(np.linspace(-22, 3, 15001))
+        state, x = Layer(depth, Contact(body, 2.0, 1e-6)), np.exp(np.linspace(-22, 3, 15001))
         deep = depth - body.height(2.0 + x) - state.displaced(x)
         return float(deep.max()) / (depth + state.size), state.certificate.penetration
 
