@@ -6,11 +6,13 @@ spacing, where neither is close to a jump.
 
 import math
 import time
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from discretization import load_path
+from energy import Profile
 
 from ..compare import Verdict, asked
 from ..ground import Outside
@@ -63,7 +65,7 @@ def path_verdicts(kind, seed, methods=METHODS):
     other, surer = time.process_time() - start - sum(a[-1] for a in answers.values()), False
     for method, (history, word, why, seconds) in answers.items():
         nodes = nodes_of(case, method)
-        faults = differences(case, history, truth, nodes) if word == "right" else []
+        faults = _faults(case, values, history, truth, nodes, nodes) if word == "right" else []
         if faults and not surer:
             truth, surer = reference(case, values, guesses, SURER), True
             faults = differences(case, history, truth, nodes)
@@ -71,9 +73,20 @@ def path_verdicts(kind, seed, methods=METHODS):
         for finer in (1, CLOSER):
             if faults and nodes:
                 history, word, why, seconds = answer(case, values, finer * asked)
-                faults = differences(case, history, truth, asked) if word == "right" else []
+                faults = []
+                if word == "right":
+                    faults = _faults(case, values, history, truth, finer * asked, asked)
         word, why = ("wrong", "; ".join(faults)) if faults else (word, why)
         found[method] = Verdict(word, why, history, truth, seconds, other)
+    return found
+
+
+def _faults(case, values, history, truth, nodes, asked):
+    """What is wrong with a path, on nodes by the profile that they see as well."""
+    found = differences(case, history, truth, asked)
+    faceted = seen(case, least_length(case) / nodes) if found and nodes else None
+    if faceted:
+        return differences(case, history, reference(faceted, values, history.depth), asked)
     return found
 
 
@@ -149,8 +162,6 @@ def differences(case, history, truth, nodes):
         if len(scene.indenter.corners) or scene.pattern is not None:
             tolerance += FIRST / nodes
     end = _unsure(truth, window)
-    if nodes:
-        end = min(end, _blunt(case, truth, least_length(case) / nodes))
     at = [jump.value for jump in truth.jumps]
     faults = []
     for i in range(end):
@@ -173,38 +184,33 @@ def _unsure(truth, window):
     return end
 
 
-def _off_nodes(case, spacing):
-    """The corners that are no nodes. On nodes these are flat facets, however close they are."""
-    corners = np.asarray(case.scene.indenter.corners, float)
-    return corners[np.abs(corners / spacing - np.round(corners / spacing)) > 1e-9]
+def seen(case, spacing):
+    """The case with the profile that nodes see, straight where there is a corner between two.
 
-
-def _blunt(case, truth, spacing):
-    """The first step at which a corner between two nodes may hold a contact of no width.
-
-    On nodes that corner holds longer, most with two works of adhesion. A dead load does its work
-    up to where the last contact is lost.
+    None if there is no such corner. However close the nodes are, such a facet may hold a contact
+    longer than the corner does.
     """
-    off = _off_nodes(case, spacing)
-    lost = [jump for jump in truth.jumps if jump.before.lines and not jump.after.lines]
-    if case.stiffness or case.scene.opening is None:
-        lost = [j for j in lost if j.first.half_width < spacing]
-        lost = [j for j in lost if (np.abs(off - j.before.lines[0]) < spacing).any()]
-    return min((jump.step for jump in lost if off.size), default=len(truth.values))
+    body = case.scene.indenter
+    at = np.asarray(body.corners, float) / spacing
+    low = np.floor(at[np.abs(at - np.round(at)) > 1e-9]) * spacing
+    off = [x for x in low.tolist() if body.extent[0] <= x and x + spacing <= body.extent[1]]
+    ends = np.array([off, np.add(off, spacing)])
+    (f, f1), middle = body.height(ends), ends.mean(axis=0)
 
+    def told(x, inside, other):
+        i = np.abs(middle - np.asarray(x, float)[..., None]).argmin(axis=-1)
+        return np.where(np.abs(x - middle[i]) <= spacing / 2, inside(x, i), other(x))
 
-def _facets(case, jumps, spacing):
-    """The work that dead loads may do more on nodes.
+    def height(x):
+        return told(x, lambda x, i: f[i] + (f1 - f)[i] * (x - ends[0, i]) / spacing, body.height)
 
-    At any spacing, the facet that is a corner between two nodes is lost where it has come to
-    u = -δ₀, δ₀ = √(2w/k), while a contact that ends on the corner itself may be lost before.
-    """
-    if case.stiffness or not _off_nodes(case, spacing).size:
-        return 0.0
-    scene = case.scene
-    most = 1.0 if scene.pattern is None else max(scene.pattern.factors)
-    held = math.sqrt(2 * most * scene.work_of_adhesion / scene.stiffness)
-    return sum(held * abs(j.value) for j in jumps if j.before.lines and not j.after.lines)
+    def slope(x):
+        return told(x, lambda x, i: (f1 - f)[i] / spacing, body.slope)
+
+    kept = [x for x in body.corners if not (np.abs(middle - x) <= spacing / 2).any()]
+    known = sorted({*kept, *ends.ravel().tolist()})
+    faceted = Profile(height, slope, extent=body.extent, corners=known)
+    return case._replace(scene=replace(case.scene, indenter=faceted)) if off else None
 
 
 def _step(case, history, truth, i, tolerance, nodes):
@@ -243,8 +249,7 @@ def _jumps(case, history, truth, end, nodes):
         return [f"an event releases {min(e.energy_released for e in events) / largest:.2g}"]
     if nodes:
         window = FIRST / nodes * float(np.ptp(truth.values))
-        more = _facets(case, jumps, least_length(case) / nodes)
-        bound = 3 * FIRST / nodes * largest * (1 + len(jumps)) + more
+        bound = 3 * FIRST / nodes * largest * (1 + len(jumps))
         own, other = sum(e.energy_released for e in events), sum(j.released for j in jumps)
         if abs(own - other) > bound:  # of all, as one that is just lost may be two
             return [f"jumps release {own:.6g} instead of {other:.6g}"]
