@@ -144,12 +144,16 @@ class Sampled(Indenter):
 
     def _read(self, x: Any, rows: Array, outside: float) -> Array:
         """What has these coefficients between the samples; a value for what is outside of them."""
-        x = np.asarray(x, float)
-        i = np.minimum(np.maximum(self.x.searchsorted(x, side="right") - 1, 0), self.x.size - 2)
+        x, last = np.asarray(x, float)[()], self.x.size - 2  # numbers, not arrays of one: faster
+        i = self.x.searchsorted(x, side="right") - 1
+        i = np.minimum(np.maximum(i, 0), last) if x.ndim else min(max(i, 0), last)
         t, value = x - self.x[i], rows[-1][i]
         for row in rows[-2::-1]:
             value = value * t + row[i]
-        return np.where((x >= self.x[0]) & (x <= self.x[-1]), value, outside)
+        known = (x >= self.x[0]) & (x <= self.x[-1])
+        if not x.ndim:
+            return np.asarray(value if known else outside)
+        return np.where(known, value, outside)
 
 
 def _spline_slopes(x: Array, z: Array) -> Array:

@@ -227,7 +227,8 @@ def test_every_state_is_that_of_the_young_laplace_equation(shape):
     assert abs(state.angle_deficit - scene.surfaces.angle_deficit) <= 1e-9
 
 
-PINNED = [*itertools.product((3e-3, 7.0, 300.0), (5.0, 80.0)), (3e-3, 40.0), (0.2, 80.0)]
+PINNED = [*itertools.product((7.0, 300.0), (5.0, 80.0)), (3e-3, 40.0), (0.2, 80.0)]
+PINNED += [pytest.param(3e-3, 80.0, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize(("ratio", "degrees"), PINNED)

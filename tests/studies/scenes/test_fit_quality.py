@@ -54,6 +54,7 @@ def test_the_noise_of_few_points_is_not_known():
     assert "nan" not in str(found)
 
 
+@pytest.mark.slow
 def test_an_estimate_on_a_bound_is_called_so():
     punch = Scene(SCENE.layer, SCENE.surfaces, FlatPunch(1e-4))
     curve = measured(punch, [0.2, 1.1, 0.2], 0.01)
