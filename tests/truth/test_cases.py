@@ -150,17 +150,18 @@ def right_or_refused(found, refused, skipped, few):
     return len(seeds.get("right", ()))
 
 
-ONCE_WRONG = (  # the path or the reference, or refused
+ONCE_WRONG = (  # the path or the reference, or refused; those that take longest first
+    ("machine_pattern", 13),  # a fold of C next to its peak, hardly drawn
+    ("machine_opening", 20418),  # on nodes, a line at a corner more than half a link from its node
+    ("load_opening", 20189),  # a step from a gap so narrow that all D is rounding there
+    ("load_pattern", 31),  # a contact as wide as the rounding of its tip
+    ("load_opening", 146),  # a jump so short that the reference steps over it at first
     ("machine_pattern", 187),  # a line 1e-7 beside a corner, whose side is not known by its heights
     ("machine_pattern", 152),  # a surface that has touched a little before its line came free
     ("machine_opening", 217),
-    ("machine_opening", 20418),  # on nodes, a line at a corner more than half a link from its node
     ("machine_pattern", 498),  # a patch that is narrower than two of the nodes it was asked on
     ("machine_opening", 379),  # on nodes, a top of C that is found to rounding at once
     ("machine_opening", 382),  # a contact that closes just beyond the end of the programme
-    ("load_opening", 146),  # a jump so short that the reference steps over it at first
-    ("load_opening", 20189),  # a step from a gap so narrow that all D is rounding there
-    ("load_pattern", 31),  # a contact as wide as the rounding of its tip
     ("load_pattern", 128),  # a top of C where a line has just come free of an edge
     ("load_pattern", 158),  # and of a corner
     ("load_pattern", 318),  # on nodes a corner between two of them holds longer
@@ -172,7 +173,6 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_small", 106),  # lines that face each other and hardly come to rest
     ("machine_no_adhesion", 1010),  # a way that begins at a corner, told by a place beyond that
     ("machine_no_adhesion", 20033),  # a gap that closes where a slope is a sum of large terms
-    ("machine_pattern", 13),  # a fold of C next to its peak, hardly drawn
     ("machine_no_tension", 62),  # a sharp tooth of C in every wave of a profile nearly flat there
 )
 # Seeds that take little processor time: of each class one that is convex, smooth ones and ones with
