@@ -198,9 +198,9 @@ def unknown(depth: float, x: float) -> ValueError:
 
 
 def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
-    """Whether there is nothing of the body beside lines at x, as they are at its edge.
+    """Whether lines at x are at the edge of the body, so that there is nothing beside them.
 
-    Lines of contacts on their left (side 1) or right (-1), read just outwards (aside 1) or inwards.
+    Their contacts are on the left (side 1) or right (-1); beside is outwards (aside 1) or inwards.
     """
     left, right = (end if end in indenter.walls else math.nan for end in indenter.extent)
     outwards = np.multiply(side, aside)

@@ -17,7 +17,7 @@ from ..scenes import HIGH, Shape, built
 
 FORCES = ("small", "opening", "pattern", "no_adhesion", "no_tension")
 PATH_KINDS = tuple(f"{hold}_{what}" for hold in ("load", "machine") for what in FORCES)
-PATH_KINDS += ("load_edges", "machine_edges")  # of the body
+PATH_KINDS += ("load_edges", "machine_edges")  # of bodies that end
 STEPS = (6, 4, 4, 7)  # values on each way
 
 
