@@ -173,7 +173,7 @@ def rough(rng):
 SHAPES = (
     ripples, strong_ripples, fine_ripples, cosines, bumps, cup, tiny, wedge, rough,
 )  # fmt: skip
-KINDS = ("small", "finite", "no_adhesion", "no_tension", "global", "edges")  # edges: of bodies that end
+KINDS = ("small", "finite", "no_adhesion", "no_tension", "global", "edges")  # of bodies that end
 
 
 def built(shape, length, rise):
