@@ -144,9 +144,8 @@ class Sampled(Indenter):
 
     def _read(self, x: Any, rows: Array, outside: float) -> Array:
         """What has these coefficients between the samples; a value for what is outside of them."""
-        x, last = np.asarray(x, float)[()], self.x.size - 2  # numbers, not arrays of one: faster
-        i = self.x.searchsorted(x, side="right") - 1
-        i = np.minimum(np.maximum(i, 0), last) if x.ndim else min(max(i, 0), last)
+        x = np.asarray(x, float)[()]  # numbers, not arrays of one: faster
+        i = self.x[1:-1].searchsorted(x, side="right")
         t, value = x - self.x[i], rows[-1][i]
         for row in rows[-2::-1]:
             value = value * t + row[i]

@@ -26,7 +26,7 @@ _TOWARDS = 1 - 0.25 ** np.arange(1, 6)  # samples between the last one and that 
 _ULPS = 4.0  # roundings of x: no maximum lies in between
 _NEAR = 2.0  # times its distance from the next samples, that a maximum may rise above them
 _MOST = 48  # steps: where an equilibrium disappears they only halve
-_SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
+_SHRINKS, _PATIENCE = 0.7, 2  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step that is rounding
 _GUESSED = 1e-4  # of the same: so far polynomials through neighbouring lines may be off
 _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
@@ -130,7 +130,12 @@ class Way(NamedTuple):
 
 
 def followed(
-    rests: RestDepths, lines: Array, depths: Array, way: int, guess: Array | None = None
+    rests: RestDepths,
+    lines: Array,
+    depths: Array,
+    way: int,
+    guess: Array | None = None,
+    off: float = _GUESSED,
 ) -> tuple[Array, Mask]:
     """Lines (n, j, 2) at depths (j,) on a way that begins at lines (n, 2), or at a single depth.
 
@@ -145,7 +150,7 @@ def followed(
     room, x = rests.between_corners(lines, way), np.repeat(lines[:, None, :], depths.size, axis=1)
     if guess is not None:  # which may be beyond a corner
         x = np.where(free[:, None], np.clip(guess, *room[:, :, None]), x)
-    last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
+    last = np.full(len(lines), math.inf if guess is None else off) * size
     moves = free.any(axis=1)
     on = Way(depths, way, free, room, size)
     rates, found = _newton(rests, x, on, last, moves & good)

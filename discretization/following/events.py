@@ -57,13 +57,16 @@ class Events:
         found = trials.tried(begin, everything, end)
         if not found.failed:
             return Part(end, _flat(found.lines), None, found.pieces)
-        low, high, own = Enclosing(trials, begin, found).run()
+        for sure in (False, True):  # energies are asked once, at the end, if they balance
+            low, high, own = Enclosing(trials, begin, found, sure).run()
+            pieces, balanced = trials.smooth.whole(low.pieces, own)
+            if balanced:
+                break
         found = trials.tried(begin, everything - own, low.depth)
         if found.failed:  # by a shorter way than the others
             return self.part(lines, start, (start + low.depth) / 2)
         found.lines[sorted(own)] = low.lines[sorted(own)]
-        pieces = *(piece.of(own) for piece in low.pieces), *found.pieces
-        part = Part(high.depth, _flat(found.lines), None, pieces)
+        part = Part(high.depth, _flat(found.lines), None, (*pieces, *found.pieces))
         return self._beyond(part, own, low.depth, end) if high.failed else part
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:

@@ -12,9 +12,10 @@ d = start + (end - start)(2t - t²) at Gauss-Lobatto points t: next to where an 
 disappears a line moves as the root of the distance in depth, which is smooth in t.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import legval
@@ -83,12 +84,29 @@ class Smooth:
     integrals: Integrals
 
     def over(
-        self, which: tuple[int, ...], lines: Array, start: float, end: float
+        self, which: tuple[int, ...], lines: Array, start: float, end: float, turns: Any = math.inf
     ) -> tuple[Piece, Mask]:
-        """Lines (n, 2) of these surfaces, at rest at one depth, to another; which move smoothly."""
+        """Lines (n, 2) of these surfaces, at rest at one depth, to another; which move smoothly.
+
+        turns: the places and depths (2, n, 2) at which they would turn back, as far as known; there
+        they come as roots of the depth that is left.
+        """
         lines, depths = self.rests.snapped(lines), way_of(start, end)
-        x, good = followed(self.rests, lines, depths, 1 if end >= start else -1)
+        x, last = np.broadcast_to(turns, (2, *lines.shape))[:, :, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = np.sqrt(np.clip((last - depths[:, None]) / (last - start), 0.0, None))
+            guess = np.where(np.isfinite(x), x + (lines[:, None] - x) * left, lines[:, None])
+        x, good = followed(self.rests, lines, depths, 1 if end >= start else -1, guess, math.inf)
         return Piece(which, depths[None], x[:, None]), good
+
+    def whole(self, pieces: Sequence[Piece], own: set[int]) -> tuple[tuple[Piece, ...], bool]:
+        """Pieces of a way of these surfaces as one, and whether energies balance on it."""
+        if not pieces:
+            return (), True
+        which, depths, lines = zip(*(piece.of(own) for piece in pieces), strict=True)
+        piece = Piece(which[0], np.concatenate(depths), np.concatenate(lines, axis=1))
+        piece, good = self.balanced(piece, np.ones(len(own), bool))
+        return (piece,), bool(good.all())
 
     def balanced(self, piece: Piece, good: Mask) -> tuple[Piece, Mask]:
         """The same in parts on which energies balance; where they do not, a part is halved.

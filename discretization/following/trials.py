@@ -30,20 +30,21 @@ _FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is know
 _WORTH = 1 / 8  # of the range: an aim that may be off by more is not worth a trial
 _OFF = 1 / 8  # of what is left until something runs out: at most so much it may be off
 _MOST = 400  # trials
+_NEVER = np.full((2, 1, 2), math.inf)  # a line turns back
 
 
 class Tried(NamedTuple):
     """Free surfaces (n, 2) at a depth.
 
-    reserves: what is left until something happens, by what and to which; turn: the first depth at
-    which a line would turn back; pieces: of the way there. failed: surfaces to which something
-    happens; known: something known to one of these, else shorter ways may succeed.
+    reserves: what is left until something happens, by what and to which; turns: the places and
+    depths (2, n, 2) at which lines would turn back; pieces: of the way there. failed: surfaces to
+    which something happens; known: something known to one of these, else shorter ways may succeed.
     """
 
     depth: float
     lines: Array
     reserves: Reserves
-    turn: float = math.nan
+    turns: Array = _NEVER
     pieces: tuple[Piece, ...] = ()
     failed: frozenset[int] = frozenset()
     known: bool = False
@@ -62,12 +63,13 @@ class Trials:
         level = rests.size + max(rests.size, rests.profile.touch)
         return Smooth(rests, Integrals.of(rests.scene, rests.profile, level))
 
-    def tried(self, low: Tried, which: set[int], end: float) -> Tried:
-        """Some of the surfaces taken to a depth."""
+    def tried(self, low: Tried, which: set[int], end: float, sure: bool = True) -> Tried:
+        """Some of the surfaces taken to a depth; sure: if their energies balance on the way."""
         lines, kept, way = low.lines.copy(), sorted(which), 1 if end > low.depth else -1
         if low.depth == end or not kept:
-            return Tried(low.depth, lines, {}, pieces=low.pieces)
-        piece, smooth = self.smooth.over(tuple(kept), low.lines[kept], low.depth, end)
+            return Tried(low.depth, lines, {}, low.turns, low.pieces)
+        start, turns = low.lines[kept], np.array(np.broadcast_to(low.turns, (2, *lines.shape)))
+        piece, smooth = self.smooth.over(tuple(kept), start, low.depth, end, turns[:, kept])
         lines[kept] = self.motion.rests.snapped(piece.lines[:, -1, -1])
         lost = set(np.array(kept)[~smooth].tolist())
         reach, reserves = self.motion.rests.reach(lines[kept], end, way), Reserves()
@@ -75,12 +77,12 @@ class Trials:
             reserves["left", i], reserves["right", i] = both
         failed = self._touching(low, lines, which - lost, end, reserves) if way > 0 else set()
         failed |= self._ending(lines, which - lost - failed, end, reserves)
-        turn = turning(piece.depths[0], piece.lines[smooth, 0])
-        if not (lost or failed):
+        turns[:], turns[:, kept] = math.inf, turning(piece.depths[0], piece.lines[:, 0])
+        if sure and not (lost or failed):
             piece, smooth = self.smooth.balanced(piece, smooth)
             lost = set(np.array(kept)[~smooth].tolist())
         pieces = (*low.pieces, piece)
-        return Tried(end, lines, reserves, turn, pieces, frozenset(lost | failed), bool(failed))
+        return Tried(end, lines, reserves, turns, pieces, frozenset(lost | failed), bool(failed))
 
     def _touching(
         self, low: Tried, lines: Array, which: set[int], depth: float, reserves: Reserves
@@ -113,15 +115,18 @@ class Enclosing:
 
     older: the trial before `low`; involved: the surfaces to which it happens; passed: whether
     nothing happened at the last trial; aim: the depth where something runs out, which may be `off`
-    by so much; first: the share of the range that is tried as long as nothing has passed.
+    by so much; within: so near it should be after the last trial; first: the share of the range
+    that is tried as long as nothing has passed; sure: whether energies balance on every step.
     """
 
     trials: Trials
     low: Tried
     high: Tried
+    sure: bool = False
     passed: bool = False
     aim: float = math.nan
     off: float = math.nan
+    within: float = math.inf
 
     def __post_init__(self) -> None:
         self.older, self.start, self.first = self.low, self.low.depth, _FIRST
@@ -143,7 +148,7 @@ class Enclosing:
             close = abs(width) <= self.least or low.depth + width / 2 == low.depth
             if close or not self.high.failed:
                 return low, self.high, self.involved
-            self._take(self.trials.tried(low, self.involved, self._next(width)))
+            self._take(self.trials.tried(low, self.involved, self._next(width), self.sure))
         raise NotCertifiedError(
             f"the event near depth = {self.low.depth!r} is not enclosed; try other depths"
         )
@@ -160,29 +165,30 @@ class Enclosing:
                 self.high = tried
         last, self.aim = self.aim, runs_out(self.older, self.low, self.high)
         left, way = abs(self.aim - self.low.depth), abs(self.low.depth - self.older.depth)
-        if self.passed or self.aim != last:
+        if self.passed and left > self.within:  # it was not there: all that is known is rounding
+            self.aim, self.off = self.low.depth, 16 * way
+        elif self.passed or self.aim != last:
             near = min(1.0, left / (way or left or 1.0))
             self.off = float(np.fmin(abs(self.aim - last), _OFF * left)) * near + self.least / 4
         else:
-            self.off = 8 * self.off
+            self.off = 32 * self.off
 
     def _next(self, width: float) -> float:
         """The next depth to try: a little before what is aimed at, or beyond it if that is near."""
-        low, high = self.low.depth, self.high.depth
+        low, high, self.within = self.low.depth, self.high.depth, math.inf
         if low == self.start:
             return low + math.copysign(max(abs(width) * self.first, self.least / 2), width)
         share, part = (self.aim - low) / width, self.off / abs(width)
         last = max(abs(low - self.older.depth), self.least)
         middle = low + width * min(0.5, math.sqrt(last / abs(width)))
-        if not 0 < share < 2:  # unknown, or far: from here nothing may happen
+        if not 0 <= share < 2:  # unknown, or far: from here nothing may happen
             return high if self.passed and not self.high.known else middle
-        share = min(share, 1.0)
-        if share > 2 * part:
-            found = low + width * (share - part)
-        else:
-            found, self.off = low + width * (share + 2 * part), 4 * self.off
-        near = part < _WORTH and min(low, high) < found < max(low, high)
-        return found if near else middle
+        share, late = min(share, 1.0), share <= 2 * part
+        found = low + width * (share + (2 * part if late else -part))
+        if part > _WORTH or not min(low, high) < found < max(low, high):
+            return middle
+        self.within = -math.inf if late else 8 * self.off
+        return found
 
     def _released(self) -> bool:
         """Whether lines of these surfaces that were held on the way come free at its end."""
@@ -194,24 +200,25 @@ class Enclosing:
 
 
 def runs_out(older: Tried, low: Tried, high: Tried) -> float:
-    """The first depth at which a line turns back, or something is used up; nan: not known.
+    """The first depth at which a line turns back, or something is used up; ±inf: not known.
 
     By the secant through `low` and the nearer of the other two.
     """
-    ahead, behind, found = high.depth - low.depth, low.depth - older.depth, [low.turn - low.depth]
+    ahead, behind = high.depth - low.depth, low.depth - older.depth
+    found = low.turns[1].ravel().tolist()
     for key, room in low.reserves.items():
         other, before = high.reserves.get(key, math.nan), older.reserves.get(key, math.nan)
         if before > room > 0 and (abs(behind) < abs(ahead) or not other < 0):
-            found.append(behind * room / (before - room))
+            found.append(low.depth + behind * room / (before - room))
         elif other < 0 < room:
-            found.append(ahead * room / (room - other))
-    return low.depth + min(found, key=lambda step: math.inf if math.isnan(step) else abs(step))
+            found.append(low.depth + ahead * room / (room - other))
+    return min(found, key=lambda depth: abs(depth - low.depth))
 
 
-def turning(depths: Array, lines: Array) -> float:
-    """The first depth ahead at which a line turns back, of lines (n, j, 2) at depths (j,).
+def turning(depths: Array, lines: Array) -> Array:
+    """The places and depths (2, n, 2) ahead at which lines (n, j, 2) at depths (j,) turn back.
 
-    By the cubic d(x) through four of them; nan where it has no extreme value ahead.
+    By the cubic d(x) through four of them; infinite where it has no extreme value ahead.
     """
     x = lines[:, 6::2]
     found = [np.broadcast_to(depths[6::2, None], x.shape)]
@@ -221,6 +228,6 @@ def turning(depths: Array, lines: Array) -> float:
         (a, b, c), y, z = (each[:, -1] for each in found[1:]), x[:, 3] - x[:, 2], x[:, 3] - x[:, 1]
         slope, bend = a + y * (b + z * c), b + c * (y + z)  # at the last one
         step = -slope / (bend + np.copysign(np.sqrt(bend * bend - 3 * c * slope), bend))
-        way = np.sign(depths[-1] - depths[0])
-        left = step * (slope + step * (bend + step * c)) * way
-    return float(depths[-1] + way * left[left > 0].min(initial=math.inf))
+        left = step * (slope + step * (bend + step * c))
+        ahead = left * (depths[-1] - depths[0]) > 0
+        return np.where(ahead, [x[:, 3] + step, depths[-1] + left], math.inf)
