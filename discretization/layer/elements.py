@@ -18,7 +18,7 @@ from energy.arrays import Array, Complex
 
 DEGREE = 12
 _GROWTH = 4.0  # of elements from one to the next away from the line
-_NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
+_NEAREST = 8.0  # of the shortest length on which a pole acts: the element beside the line
 _SHARP = 8  # elements, at least, that become smaller towards kinks
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
@@ -94,13 +94,13 @@ class Fields:
             part[:, 0, 1:], part[:, 1, 1:] = 0, part[:, 2, 1:]
         first = np.concatenate([takes[:, :1], given[0][:, :2]], axis=1)  # of the left end
         both = np.concatenate([takes.sum(axis=1, keepdims=True), given[1][:, :2]], axis=1)
-        tie, held, now = tied[:, 0] - elements.bridge, np.empty_like(first), np.zeros_like(first[0])
-        for i in range(len(held)):
-            held[i] = now + first[i]
-            now = now + both[i] - held[i, 0] / (held[i, 0] + tie[i]) * held[i]
-        size = held[:, 0] + tie
-        self.own, self.given = now[0], now[1:]
-        self.passed, self.rest = tie / size, held[:, 1:] / size[:, None]
+        ties, held, passed, now = tied[:, 0] - elements.bridge, [], [], np.zeros_like(first[0])
+        for one, more, tie in zip(first, both - first, ties, strict=True):
+            held.append(now + one)
+            passed.append(tie / (held[-1][0] + tie))
+            now = more + passed[-1] * held[-1]
+        self.own, self.given, self.passed = now[0], now[1:], np.array(passed)
+        self.rest = (self.passed / ties)[:, None] * np.array(held)[:, 1:]
 
     def total(self, at_line: Complex, c: Complex) -> Array:
         """Σ c v (2, e, 13), real, of fields that are known at the line (2, n)."""

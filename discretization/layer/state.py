@@ -24,7 +24,7 @@ from energy.arrays import Array
 
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
 _LOOSEST = 5e-5  # tolerance up to which what poles leave is told by coarser ones
-_BESIDE = 1e-5  # of the half-width: over which D changes by more than roundings
+_FELT, _BESIDE = 1e-7, 1e-4  # of the half-width: D changes by more than roundings, but straight
 _STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
@@ -156,10 +156,16 @@ class Layer(Contact):
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance = Body(scene), min(_SAFE * rtol, _LOOSEST)
-    solved = functools.cache(lambda a: Contact(body, a, tolerance))
+    known: dict[float, Contact] = {}
+
+    def solved(a: float) -> Contact:
+        known[a] = known.get(a) or Contact(body, a, tolerance)
+        return known[a]
+
     lines = Lines(body, lambda a: solved(a).reaction, scene.surfaces.small_slope_deficit, _STEP)
     a, _, how = lines.settled(depth)
-    beside = a + _BESIDE * a
+    near = [x for x in known if _FELT * a <= abs(x - a) <= _BESIDE * a]
+    beside = near[-1] if near else a + _BESIDE * a
     rate = (lines.rest_depth(beside, 1) - depth) / (beside - a) if how == "rests" else math.inf
     found = None if how == "lost" else Layer(depth, solved(a), rate)
     return certified(scene, depth, found, branch, math.nan)
