@@ -160,7 +160,8 @@ class LineSearch:
 
         None where a sample lies in between, they are not stable, or it fails.
         """
-        x, good = followed(self.rests, np.array([start]), np.array([depth]), way)
+        lines, depths = np.array([start]), np.array([depth])
+        x, good = followed(self.rests, lines, depths, way, lines[:, None], math.inf)
         q, p = x[0, 0].tolist()
         passed = (self.rests.profile.beyond(*both) for both in ((start[0], q), (start[1], p)))
         return (q, p) if good[0] and all(own.stop == own.start for own in passed) else None

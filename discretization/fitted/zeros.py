@@ -130,28 +130,21 @@ class Way(NamedTuple):
 
 
 def followed(
-    rests: RestDepths,
-    lines: Array,
-    depths: Array,
-    way: int,
-    guess: Array | None = None,
-    off: float = _GUESSED,
+    rests: RestDepths, lines: Array, depths: Array, way: int, guess: Array, off: float = _GUESSED
 ) -> tuple[Array, Mask]:
     """Lines (n, j, 2) at depths (j,) on a way that begins at lines (n, 2), or at a single depth.
 
     And which surfaces (n,) are in stable equilibrium, each line at rest or held all the way, and
-    move one way.
+    move one way. guess: of the lines, which may be beyond a corner, and by so much be off.
     """
     inner, ahead = np.isfinite(lines), rests.ahead(lines, way)
     free = inner & (way * (ahead - depths[-1]) < 0)
     early = _HELD * rests.size + rests.noise(lines)[:, None]
     good = ~(free & (way * (ahead - depths[0]) > early)).any(axis=1)
     size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + rests.length
-    room, x = rests.between_corners(lines, way), np.repeat(lines[:, None, :], depths.size, axis=1)
-    if guess is not None:  # which may be beyond a corner
-        x = np.where(free[:, None], np.clip(guess, *room[:, :, None]), x)
-    last = np.full(len(lines), math.inf if guess is None else off) * size
-    moves = free.any(axis=1)
+    room = rests.between_corners(lines, way)
+    x = np.where(free[:, None], np.clip(guess, *room[:, :, None]), lines[:, None])
+    last, moves = off * size, free.any(axis=1)
     on = Way(depths, way, free, room, size)
     rates, found = _newton(rests, x, on, last, moves & good)
     good &= stable(rates, free) & (found | ~moves)

@@ -52,7 +52,7 @@ class Events:
         if alone and len(lines) == 2 and (way := LoneTrack.of(alone, lines, start, end)):
             there = (0.0, *way.last.tolist())[-2:]
             return Part(way.end, there, None if way.end == end else (), lone=way)
-        trials, begin = self.trials, Tried(start, np.array(free_parts(lines)), {})
+        trials, begin = self.trials, Tried(start, np.array(free_parts(lines)))
         everything = set(range(len(begin.lines)))
         found = trials.tried(begin, everything, end)
         if not found.failed:

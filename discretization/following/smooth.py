@@ -15,6 +15,7 @@ disappears a line moves as the root of the distance in depth, which is smooth in
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,12 +69,10 @@ class Piece(NamedTuple):
         return np.where(moves, guess, first)
 
 
-def way_of(start: float, end: float, parts: int = 1) -> Array:
-    """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way."""
-    t, cuts = (rounded(DEGREE)[0] + 1) / 2, np.arange(parts + 1) / parts
-    depths = start + (end - start) * (cuts[:-1, None] + np.diff(cuts)[:, None] * (t * (2 - t)))
-    depths[-1, -1] = end
-    return np.asarray(depths.ravel())
+def way_of(start: float, end: float) -> Array:
+    """The depths (DEGREE + 1,) of Gauss-Lobatto points on a way."""
+    t = (rounded(DEGREE)[0] + 1) / 2
+    return np.append(start + (end - start) * (t * (2 - t))[:-1], end)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +125,8 @@ class Smooth:
             done += zip(depths[~rough], lines[:, ~rough].swapaxes(0, 1), strict=True)
             if not rough.any():
                 break
-            halves = np.concatenate([way_of(cut[0], cut[-1], 2) for cut in depths[rough]])
+            cuts = [(cut[0], (cut[0] + cut[-1]) / 2, cut[-1]) for cut in depths[rough].tolist()]
+            halves = np.ravel([way_of(*half) for cut in cuts for half in pairwise(cut)])
             guess = Piece((), depths[rough], lines[:, rough]).drawn(halves, way)
             guess = np.concatenate([first[:, None], guess], axis=1)
             x, good = followed(self.rests, first, np.append(piece.start, halves), way, guess)

@@ -24,26 +24,26 @@ from discretization.following.smooth import Piece, Smooth
 from discretization.quadrature import Integrals
 from energy.arrays import Array
 
-Reserves = dict[tuple[str, int], float]
 _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is known to run out
 _WORTH = 1 / 8  # of the range: an aim that may be off by more is not worth a trial
 _OFF = 1 / 8  # of what is left until something runs out: at most so much it may be off
 _MOST = 400  # trials
-_NEVER = np.full((2, 1, 2), math.inf)  # a line turns back
+_NEVER, _NOTHING = np.full((2, 1, 2), math.inf), np.full((1, 4), math.nan)  # turns or runs out
 
 
 class Tried(NamedTuple):
     """Free surfaces (n, 2) at a depth.
 
-    reserves: what is left until something happens, by what and to which; turns: the places and
-    depths (2, n, 2) at which lines would turn back; pieces: of the way there. failed: surfaces to
-    which something happens; known: something known to one of these, else shorter ways may succeed.
+    reserves (n, 4): what is left of the ways of both lines, the clearance and the contact on the
+    right; turns: the places and depths (2, n, 2) at which lines would turn back; pieces: of the way
+    there. failed: surfaces to which something happens; known: something known to one of these, else
+    shorter ways may succeed.
     """
 
     depth: float
     lines: Array
-    reserves: Reserves
+    reserves: Array = _NOTHING
     turns: Array = _NEVER
     pieces: tuple[Piece, ...] = ()
     failed: frozenset[int] = frozenset()
@@ -67,14 +67,13 @@ class Trials:
         """Some of the surfaces taken to a depth; sure: if their energies balance on the way."""
         lines, kept, way = low.lines.copy(), sorted(which), 1 if end > low.depth else -1
         if low.depth == end or not kept:
-            return Tried(low.depth, lines, {}, low.turns, low.pieces)
+            return low._replace(lines=lines, reserves=_NOTHING)
         start, turns = low.lines[kept], np.array(np.broadcast_to(low.turns, (2, *lines.shape)))
         piece, smooth = self.smooth.over(tuple(kept), start, low.depth, end, turns[:, kept])
         lines[kept] = self.motion.rests.snapped(piece.lines[:, -1, -1])
         lost = set(np.array(kept)[~smooth].tolist())
-        reach, reserves = self.motion.rests.reach(lines[kept], end, way), Reserves()
-        for i, both in zip(kept, reach.tolist(), strict=True):
-            reserves["left", i], reserves["right", i] = both
+        reserves = np.full((len(lines), 4), math.nan)
+        reserves[kept, :2] = self.motion.rests.reach(lines[kept], end, way)
         failed = self._touching(low, lines, which - lost, end, reserves) if way > 0 else set()
         failed |= self._ending(lines, which - lost - failed, end, reserves)
         turns[:], turns[:, kept] = math.inf, turning(piece.depths[0], piece.lines[:, 0])
@@ -85,25 +84,25 @@ class Trials:
         return Tried(end, lines, reserves, turns, pieces, frozenset(lost | failed), bool(failed))
 
     def _touching(
-        self, low: Tried, lines: Array, which: set[int], depth: float, reserves: Reserves
+        self, low: Tried, lines: Array, which: set[int], depth: float, reserves: Array
     ) -> set[int]:
         """Free surfaces that touch the profile or close as they are pressed."""
         surface, found = self.motion.free_part, set()
         for i in which:
             (q, p), (left, right) = low.lines[i].tolist(), lines[i].tolist()
             clear = surface.least((left, right), depth)[0] + TIE * self.motion.rests.size
-            reserves["clear", i] = clear
+            reserves[i, 2] = clear
             closed = clear < 0 or surface.search.closed(left, right, depth)
             if closed or surface.overtakes(q, p, (left, right), low.depth, depth):
                 found.add(i)
         return found
 
-    def _ending(self, lines: Array, which: set[int], depth: float, reserves: Reserves) -> set[int]:
+    def _ending(self, lines: Array, which: set[int], depth: float, reserves: Array) -> set[int]:
         """Free surfaces beside contacts that close, are pulled or open."""
         found = set()
         for j in which & {i - 1 for i in which}:
             (before, left), (right, beyond) = lines[j : j + 2].tolist()
-            reserves["width", j] = right - left
+            reserves[j, 3] = right - left
             if left > right or self.motion.opens(left, right, (before, beyond), depth):
                 found |= {j, j + 1}
         return found
@@ -205,14 +204,13 @@ def runs_out(older: Tried, low: Tried, high: Tried) -> float:
     By the secant through `low` and the nearer of the other two.
     """
     ahead, behind = high.depth - low.depth, low.depth - older.depth
-    found = low.turns[1].ravel().tolist()
-    for key, room in low.reserves.items():
-        other, before = high.reserves.get(key, math.nan), older.reserves.get(key, math.nan)
-        if before > room > 0 and (abs(behind) < abs(ahead) or not other < 0):
-            found.append(low.depth + behind * room / (before - room))
-        elif other < 0 < room:
-            found.append(low.depth + ahead * room / (room - other))
-    return min(found, key=lambda depth: abs(depth - low.depth))
+    room, other, before = low.reserves, high.reserves, older.reserves
+    by_older = (before > room) & ((abs(behind) < abs(ahead)) | ~(other < 0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = np.where(by_older, behind / (before - room), ahead / (room - other)) * room
+    step = np.where((room > 0) & (by_older | (other < 0)), step, math.inf)
+    found = np.append(low.turns[1] - low.depth, step)
+    return low.depth + float(found[np.abs(found).argmin()])
 
 
 def turning(depths: Array, lines: Array) -> Array:

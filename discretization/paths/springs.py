@@ -140,10 +140,8 @@ class SpringsBranch(Branch):
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, or minus what closes as it is touched."""
-        one, other = (
-            float(np.diff(self.integrals.at(np.array(p.lines or ()))[4].reshape(-1, 2)).sum())
-            for p in (before, after)
-        )
+        ends = (self.integrals.at(np.array(point.lines or ()))[4] for point in (before, after))
+        one, other = (float((found[1::2] - found[::2]).sum()) for found in ends)
         return one - other
 
     def state(self, depth: float, level: float, branch: str) -> Equilibrium:

@@ -118,7 +118,7 @@ def test_a_trial_of_no_length_keeps_the_way_before_it():
     """Lines in between would be read as those of its start."""
     scene = wavy(crests=3)
     motion = Motion.of(scene, resolve(scene, DELTA0), DELTA0)
-    begin = trials.Tried(0.5 * DELTA0, np.array(free_parts(motion.adhered(0.5 * DELTA0))), {})
+    begin = trials.Tried(0.5 * DELTA0, np.array(free_parts(motion.adhered(0.5 * DELTA0))))
     low = trials.Trials(motion).tried(begin, {0, 1}, 0.6 * DELTA0)
     assert low.pieces and trials.Trials(motion).tried(low, {0, 1}, low.depth).pieces == low.pieces
 
@@ -127,7 +127,9 @@ def test_what_is_used_up_is_foreseen_by_the_nearer_secant():
     """2 is left at the depth 1; where it is not known to be used up, by what has been used."""
     near, nearer, unknown = ((0, 3), (5, -2)), ((0, 3), (1.5, -2)), ((-9, 4), (2, math.nan))
     for (one, two), found in ((near, 3), (nearer, 1.25), (unknown, 11)):
-        tried = (trials.Tried(at, np.empty(0), {"it": left}) for at, left in (one, (1, 2), two))
+        tried = (
+            trials.Tried(at, np.empty(0), np.full((1, 4), left)) for at, left in (one, (1, 2), two)
+        )
         assert trials.runs_out(*tried) == pytest.approx(found, rel=1e-14)
 
 
