@@ -66,15 +66,8 @@ class Resolved:
         kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
         return cls(indenter, x[kept], f[kept], slope[kept], edges)
 
-    @functools.cached_property
-    def touch(self) -> float:
-        """Depth at which contact begins, min f."""
-        return float(self.f.min())
-
-    @functools.cached_property
-    def lowest(self) -> float:
-        """Where contact begins."""
-        return float(self.x[int(np.argmin(self.f))])
+    touch = functools.cached_property(lambda self: float(self.f.min()))
+    lowest = functools.cached_property(lambda self: float(self.x[int(np.argmin(self.f))]))
 
     def beyond(self, start: float, limit: float) -> slice:
         """Samples strictly between two positions, increasing."""

@@ -38,7 +38,10 @@ _BESIDE = np.array([[1], [1], [-1], [0], [0], [0], [0]])  # on which side D judg
 
 @dataclass(frozen=True, eq=False)
 class Alone:
-    """The one contact of a scene; touch: the depth at which it begins, at x = apex."""
+    """The one contact of a scene; touch: the depth at which it begins, at x = apex.
+
+    sides: of the left and the right line; about an axis there is one.
+    """
 
     scene: Scene
     surfaces: Surfaces
@@ -53,10 +56,7 @@ class Alone:
             apex = lowest_point(scene.indenter, scene.elastocapillary_length)
         return cls(scene, surfaces_of(scene), apex, float(scene.indenter.height(apex)))
 
-    @property
-    def sides(self) -> tuple[int, ...]:
-        """Of the left and the right line; about an axis there is one line."""
-        return (1,) if self.scene.axisymmetric else (-1, 1)
+    sides = property(lambda self: (1,) if self.scene.axisymmetric else (-1, 1))
 
     def size(self, *depths: float) -> float:
         """A displacement to measure others by: the largest of these depths, and δ₀."""

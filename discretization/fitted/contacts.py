@@ -41,7 +41,10 @@ _POSITION = ROUNDING / 4  # of |x|, to which a line is found
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Contacts with these lines, from left to right, at a depth; motion: what knows their lines."""
+    """Contacts with these lines, from left to right, at a depth; motion: what knows their lines.
+
+    size: of the terms that cancel in D - d.
+    """
 
     motion: Motion | Alone
     lines: Lines
@@ -71,10 +74,7 @@ class Contacts:
         """What judges the lines."""
         return self.motion.felt(self.lines, self.depth)
 
-    @property
-    def size(self) -> float:
-        """Of the terms that cancel in D - d."""
-        return max(line.size for line in self.felt)
+    size = property(lambda self: max(line.size for line in self.felt))
 
     @property
     def neutral(self) -> bool:

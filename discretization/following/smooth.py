@@ -40,14 +40,9 @@ class Piece(NamedTuple):
     lines: Array
 
     @property
-    def start(self) -> float:
-        """Where the way begins."""
-        return float(self.depths[0, 0])
-
-    @property
-    def end(self) -> float:
-        """Where the way ends."""
-        return float(self.depths[-1, -1])
+    def ends(self) -> tuple[float, float]:
+        """Where the way begins, and ends."""
+        return float(self.depths[0, 0]), float(self.depths[-1, -1])
 
     def of(self, own: set[int]) -> "Piece":
         """Of some of these surfaces."""
@@ -114,9 +109,9 @@ class Smooth:
         """
         if not good.any():
             return piece, good
-        own, every, way = np.flatnonzero(good), good.copy(), 1 if piece.end >= piece.start else -1
+        (start, end), own, every = piece.ends, np.flatnonzero(good), good.copy()
         first, smooth, done = piece.lines[own, 0, 0], good[own], list[tuple[Array, Array]]()
-        lines, depths = piece.lines[own], piece.depths
+        lines, depths, way = piece.lines[own], piece.depths, 1 if end >= start else -1
         for turn in range(_HALVED + 1):
             uneven = ~self._balance(lines, depths, way) & smooth[:, None]
             if turn == _HALVED or uneven.any(axis=0).sum() > _MOST:
@@ -129,7 +124,7 @@ class Smooth:
             halves = np.ravel([way_of(*half) for cut in cuts for half in pairwise(cut)])
             guess = Piece((), depths[rough], lines[:, rough]).drawn(halves, way)
             guess = np.concatenate([first[:, None], guess], axis=1)
-            x, good = followed(self.rests, first, np.append(piece.start, halves), way, guess)
+            x, good = followed(self.rests, first, np.append(start, halves), way, guess)
             smooth, x[~good] = smooth & good, first[~good, None]
             depths = halves.reshape(-1, DEGREE + 1)
             lines = x[:, 1:].reshape(own.size, *depths.shape, 2)

@@ -25,7 +25,7 @@ from discretization.quadrature import Integrals
 from energy.arrays import Array
 
 _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
-_FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is known to run out
+_FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is known
 _WORTH = 1 / 8  # of the range: an aim that may be off by more is not worth a trial
 _OFF = 1 / 8  # of what is left until something runs out: at most so much it may be off
 _MOST = 400  # trials

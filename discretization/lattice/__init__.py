@@ -5,10 +5,8 @@ Whoever finds them, state.py makes an equilibrium of them: contacts on a row of 
 force and certificate (judge.py), and lines between the nodes (line.py, the same on load paths);
 accuracy.py says how accurate these are.
 
-They are found by one of
-    plain.py    one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
-    lowest.py   lowest energy of all contact sets, and of rings around an axis, where only the
-                fitted mesh asks; oracle.py the same
-    walk.py     the end of a path from first touch on, from one change to the next; load paths
-                (../paths/lattice_branch.py) too
+They are found by plain.py (one contact with finite slopes, or γ₁ = 0, by Newton's method: read it
+first), by lowest.py (the lowest energy of all contact sets, as oracle.py, and of rings about an
+axis), or by walk.py (the end of a path from first touch on, from one change to the next; load paths
+too, ../paths/lattice_branch.py).
 """

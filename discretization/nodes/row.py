@@ -76,7 +76,7 @@ def _inside(lattice: Lattice, extent: tuple[float, float]) -> tuple[int, int]:
 class Row:
     """Nodes in a row under an indenter; scene: as far as it has nodes (`Lattice.seen`).
 
-    first: the lattice's number of node 0; touch: the node that touches first.
+    first: the lattice's number of node 0; touch: the node that touches first, lowest: f there.
     """
 
     lattice: Lattice
@@ -139,10 +139,7 @@ class Row:
             own[:] = heights(self.lattice, self.scene.indenter, first + nodes[: own.size])
         return f
 
-    @property
-    def lowest(self) -> float:
-        """f at the node that touches first."""
-        return float(self.f[self.touch])
+    lowest = property(lambda self: float(self.f[self.touch]))
 
     def adhesion(self, work: float) -> Array:
         """Of links (n - 1,), link i after node i: work times length or area, and the pattern."""

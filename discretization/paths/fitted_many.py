@@ -48,8 +48,9 @@ class Tracked(Leg):
             return self.lone.lines(depths)
         found = np.tile(np.array(free_parts(self.start.lines or ())), (depths.size, 1, 1))
         for piece in self.pieces:
-            way, which = (1 if piece.end >= piece.start else -1), np.array(piece.which)
-            beyond, inside = way * (depths - piece.start) > 0, way * (depths - piece.end) < 0
+            (start, end), which = piece.ends, np.array(piece.which)
+            way = 1 if end >= start else -1
+            beyond, inside = way * (depths - start) > 0, way * (depths - end) < 0
             # the end is known, and not followed to again: where an equilibrium disappears there,
             # rounding may put its lines beyond that
             found[np.ix_(beyond, which)] = piece.lines[:, -1, -1]
@@ -70,7 +71,7 @@ class Tracked(Leg):
         guess = np.clip(guess, *ends)
         if roughly:
             return guess
-        whole = np.append(piece.start, depths)
+        whole = np.append(piece.ends[0], depths)
         guess = np.concatenate([first[:, None], guess], axis=1)
         x, good = followed(self.smooth.rests, first, whole, way, guess.copy())
         lost = np.flatnonzero(~good)
@@ -80,7 +81,7 @@ class Tracked(Leg):
             x[lost] = np.where(still, near, guess[lost])
             if not self._at_rest(x[lost], whole, way).all():
                 raise NotCertifiedError(
-                    f"the contacts between depth = {piece.start!r} and {float(depths[-1])!r} do "
+                    f"the contacts between depth = {piece.ends[0]!r} and {float(depths[-1])!r} do "
                     "not come to rest; try other depths, or method='lattice'"
                 )
         return np.asarray(self.smooth.rests.snapped(x[:, 1:]))

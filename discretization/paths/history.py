@@ -82,10 +82,7 @@ class History:
     events: tuple[Event, ...] = ()
     friction: float = 0.0
 
-    values = _column(0)
-    depth = _column(1)
-    force = _column(2)
-    energy = _column(3)
+    values, depth, force, energy = map(_column, range(4))
     contacts = _column(slice(4, 6))
 
     def extended(self, path: LoadPath, values: Array) -> History:
@@ -236,9 +233,6 @@ class History:
 
     def __len__(self) -> int:
         return self.depth.size
-
-    def __bool__(self) -> bool:
-        return True  # also a path without steps
 
     @functools.cached_property
     def _branch(self) -> Branch:
