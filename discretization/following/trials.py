@@ -26,8 +26,7 @@ from energy.arrays import Array
 
 _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _FIRST = 1 / 4  # of the range of depths: how far is tried where nothing is known
-_WORTH = 1 / 8  # of the range: an aim that may be off by more is not worth a trial
-_OFF = 1 / 8  # of what is left until something runs out: at most so much it may be off
+_OFF = 1 / 8  # of what is left until something runs out, and of the range: it may be off by so much
 _MOST = 400  # trials
 _NEVER, _NOTHING = np.full((2, 1, 2), math.inf), np.full((1, 4), math.nan)  # turns or runs out
 
@@ -184,7 +183,7 @@ class Enclosing:
             return high if self.passed and not self.high.known else middle
         share, late = min(share, 1.0), share <= 2 * part
         found = low + width * (share + (2 * part if late else -part))
-        if part > _WORTH or not min(low, high) < found < max(low, high):
+        if part > _OFF or not min(low, high) < found < max(low, high):
             return middle
         self.within = -math.inf if late else 8 * self.off
         return found

@@ -41,8 +41,9 @@ def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
     p and q may be inf. A tail decays by exp(-rate): μ per link, μ/Δx per length on the lattice.
     """
     ep, eq, both = np.exp(-rate * p), np.exp(-rate * q), np.expm1(-2 * rate * (p + q))
-    near, far = ep * np.expm1(-2 * rate * q) / both, eq * np.expm1(-2 * rate * p) / both
-    return near, far, np.expm1(-rate * p) * np.expm1(-rate * q) / (1 + ep * eq)
+    one, other = np.expm1(-rate * p), np.expm1(-rate * q)  # that of twice as much is x (2 + x)
+    near, far = ep * other * (2 + other) / both, eq * one * (2 + one) / both
+    return near, far, one * other / (1 + ep * eq)
 
 
 @dataclass(frozen=True)

@@ -101,6 +101,10 @@ class Rules:
         nodes = np.arange(0 if left is None else left + 1, self.f.size if right is None else right)
         if not nodes.size or (self.clear and (left is None or right is None)):
             return math.inf, -1
+        f, ends = self.f[nodes], [self.f[end] for end in (left, right) if end is not None]
+        remainder, shape = self._surface(left, right, nodes[f.argmin()])
+        # what is higher than both contacts touches at no less than its height
+        nodes = nodes[f <= max((f.min() - shape) / remainder, *ends, -math.inf)]
         remainder, shape = self._surface(left, right, nodes)
         depths = (self.f[nodes] - shape) / remainder
         best = int(np.argmin(depths))
