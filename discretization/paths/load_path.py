@@ -10,8 +10,7 @@ from discretization.paths.branch import Branch, Event, Leg, Pinned, Point, Snaps
 from discretization.paths.control import Control, Curve
 from energy.arrays import Array
 
-_LONGER = 2.0  # legs than the one before,
-_AGAIN = 1 / 4  # and than what was asked of it, where it is cut short
+_LONGER, _AGAIN = 2.0, 1 / 4  # legs than the one before, and than was asked where it was cut short
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
 _SHORTEST = 2.0**-39  # of a leg that is refused: beyond the known profile there is none
 _CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
@@ -228,7 +227,8 @@ class LoadPath:
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:
-        return float(self.control.value(point.depth, self.branch.total(point)[1]))
+        force = 0.0 if self.imposed else self.branch.total(point)[1]
+        return float(self.control.value(point.depth, force))
 
     def _record(self, kind: str, before: Point, after: Point) -> None:
         self.branch.certify(after)

@@ -240,7 +240,7 @@ def test_what_a_lattice_does_not_resolve_has_no_estimate(body, depth, cells):
     assert set(state.error_estimate.values()) == {math.inf}
     assert str(state).count("not resolved: use smaller spacing") == 3
     assert "not res." in run.row(state)
-    fine = on_lattice(scene, depth * DELTA0, L / 250)
+    fine = on_lattice(scene, depth * DELTA0, L / 200)
     assert max(fine.error_estimate.values()) < 0.1 or body.corners
 
 

@@ -167,6 +167,7 @@ ONCE_WRONG = (  # the path or the reference, or refused; those that take longest
     ("load_pattern", 318),  # on nodes a corner between two of them holds longer
     ("load_pattern", 23),  # a line that jumps over an edge, by little
     ("load_no_adhesion", 24),  # pulled by rounding at first touch
+    ("load_no_adhesion", 322),  # a jump that is only seen as energies do not balance
     ("machine_no_adhesion", 62),  # a narrow gap over a smooth crest, which is felt by its rounding
     ("machine_no_adhesion", 42),  # pressed as deep as the profile is known
     ("machine_no_adhesion", 30),  # a narrow gap at a corner that points inwards
