@@ -93,14 +93,14 @@ class Smooth:
         x, good = followed(self.rests, lines, depths, 1 if end >= start else -1, guess, math.inf)
         return Piece(which, depths[None], x[:, None]), good
 
-    def whole(self, pieces: Sequence[Piece], own: set[int]) -> tuple[tuple[Piece, ...], bool]:
-        """Pieces of a way of these surfaces as one, and whether energies balance on it."""
-        if not pieces:
-            return (), True
-        which, depths, lines = zip(*(piece.of(own) for piece in pieces), strict=True)
-        piece = Piece(which[0], np.concatenate(depths), np.concatenate(lines, axis=1))
-        piece, good = self.balanced(piece, np.ones(len(own), bool))
-        return (piece,), bool(good.all())
+    def whole(self, pieces: Sequence[Piece], own: set[int]) -> tuple[list[Piece], bool]:
+        """Pieces of a way of these surfaces, and whether energies balance; halved as below."""
+        parts = [piece.of(own) for piece in pieces]
+        depths, lines = ([part[i] for part in parts] for i in (1, 2))
+        if not parts or self._balance(np.concatenate(lines, axis=1), np.concatenate(depths)).all():
+            return parts, True
+        halved = [self.balanced(part, np.ones(len(own), bool)) for part in parts]
+        return [part for part, _ in halved], all(good.all() for _, good in halved)
 
     def balanced(self, piece: Piece, good: Mask) -> tuple[Piece, Mask]:
         """The same in parts on which energies balance; where they do not, a part is halved.
@@ -113,7 +113,7 @@ class Smooth:
         first, smooth, done = piece.lines[own, 0, 0], good[own], list[tuple[Array, Array]]()
         lines, depths, way = piece.lines[own], piece.depths, 1 if end >= start else -1
         for turn in range(_HALVED + 1):
-            uneven = ~self._balance(lines, depths, way) & smooth[:, None]
+            uneven = ~self._balance(lines, depths) & smooth[:, None]
             if turn == _HALVED or uneven.any(axis=0).sum() > _MOST:
                 smooth, uneven = smooth & ~uneven.any(axis=1), np.zeros_like(uneven)
             rough = uneven.any(axis=0)
@@ -134,9 +134,11 @@ class Smooth:
         every[own] = smooth
         return Piece(piece.which, np.array([depths for depths, _ in done]), whole), every
 
-    def _balance(self, lines: Array, depths: Array, way: int) -> Mask:
+    def _balance(self, lines: Array, depths: Array) -> Mask:
         """Whether energies balance (n, p), lines (n, p, j, 2) at the depths (p, j) of parts."""
-        energy, size, force, work = self._sums(lines, depths, way)
+        energy, size, force, work = self._sums(
+            lines, depths, 2 * int(depths[-1, -1] >= depths[0, 0]) - 1
+        )
         rounding = EVEN * self.rests.size * np.abs(force).max(axis=2)
         off = np.abs(energy[..., -1] - energy[..., 0] - work)
         return np.asarray(off <= BALANCED * size.max(axis=2) + rounding)

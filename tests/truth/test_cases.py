@@ -181,7 +181,7 @@ ONCE_WRONG = (  # the path or the reference, or refused; those that take longest
 PATHS = {
     "load_small": "19 49 6 31",
     "load_opening": "52 10 51 38",
-    "load_pattern": "5 24 39 42",
+    "load_pattern": "5 24 39 42 30025",
     "load_no_adhesion": "13 36 25 58",
     "load_no_tension": "1 0 5 37 39",
     "machine_small": "1 15 47 72",
