@@ -136,24 +136,22 @@ class Smooth:
 
     def _balance(self, lines: Array, depths: Array) -> Mask:
         """Whether energies balance (n, p), lines (n, p, j, 2) at the depths (p, j) of parts."""
-        energy, size, force, work = self._sums(
-            lines, depths, 2 * int(depths[-1, -1] >= depths[0, 0]) - 1
-        )
+        energy, size, force, work = self._sums(lines, depths)
         rounding = EVEN * self.rests.size * np.abs(force).max(axis=2)
         off = np.abs(energy[..., -1] - energy[..., 0] - work)
         return np.asarray(off <= BALANCED * size.max(axis=2) + rounding)
 
-    def _sums(self, lines: Array, depths: Array, way: int) -> tuple[Array, ...]:
+    def _sums(self, lines: Array, depths: Array) -> tuple[Array, ...]:
         """What `parts` tells (n, p, j) of lines (n, p, j, 2) at depths (p, j), and ∫P dd (n, p)."""
         points, weights, _ = rounded(DEGREE)
-        found = self.parts(lines.reshape(len(lines), -1, 2), depths.ravel(), way)
-        energy, size, force = found.reshape(3, *lines.shape[:3])
         steps = depths[:, -1] - depths[:, 0]
+        found = self.parts(lines.reshape(len(lines), -1, 2), depths.ravel(), int(np.sign(steps[0])))
+        energy, size, force = found.reshape(3, *lines.shape[:3])
         return energy, size, force, force @ (weights * (1 - points) / 2) * steps
 
     def work(self, pieces: Sequence[Piece]) -> float:
         """∫P dd on the way of pieces, on the parts of them on which energies balance."""
-        return sum(float(self._sums(part.lines, part.depths, 1)[3].sum()) for part in pieces)
+        return sum(float(self._sums(part.lines, part.depths)[3].sum()) for part in pieces)
 
     def many(self, lines: Array, depths: Array) -> Array:
         """Energy and force (2, k) of states with as many surfaces (k, n, 2) at depths (k,)."""
