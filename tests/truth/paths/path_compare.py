@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization import load_path
-from energy import Profile
+from energy import FlatPunch, Profile
 
 from ..compare import Verdict, asked
 from ..ground import Outside
@@ -211,8 +211,8 @@ def seen(case, spacing):
         return told(x, lambda x, i: (f1 - f)[i] / spacing, body.slope)
 
     kept = [x for x in body.corners if not (np.abs(middle - x) <= spacing / 2).any()]
-    known = sorted({*kept, *ends.ravel().tolist()})
-    faceted = Profile(height, slope, extent=body.extent, corners=known)
+    punch = [FlatPunch(body.walls[1])] if body.walls else []  # whose ends are those of the body
+    faceted = sum(punch, Profile(height, slope, body.extent, sorted({*kept, *ends.ravel()})))
     return case._replace(scene=replace(case.scene, indenter=faceted))
 
 
