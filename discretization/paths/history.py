@@ -234,6 +234,9 @@ class History:
     def __len__(self) -> int:
         return self.depth.size
 
+    def __bool__(self) -> bool:
+        return True  # also a path without steps
+
     @functools.cached_property
     def _branch(self) -> Branch:
         return branch_of(self.scene, self.rtol, self.spacing, lambda: float(self.depth.max()))

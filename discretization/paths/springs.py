@@ -140,9 +140,8 @@ class SpringsBranch(Branch):
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, or minus what closes as it is touched."""
-        ends = (self.integrals.at(np.array(point.lines or ()))[4] for point in (before, after))
-        one, other = (float((found[1::2] - found[::2]).sum()) for found in ends)
-        return one - other
+        held, left = (self.integrals.at(np.array(p.lines or ()))[4] for p in (before, after))
+        return float((held[1::2] - held[::2]).sum() - (left[1::2] - left[::2]).sum())
 
     def state(self, depth: float, level: float, branch: str) -> Equilibrium:
         """The certified state in which what lies below a level is in contact."""

@@ -227,8 +227,7 @@ class Gaps:
         Where they are further apart than here, the nearer one counts.
         """
         (T,), left, mesh, places = self.T, self.u[0, :1], mesh_of(self.T), self.places
-        shape = left, self.rises[0, -1:], T
-        half = places[-1] / 2
+        shape, half = (left, self.rises[0, -1:], T), places[-1] / 2
         x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
         tau = np.interp(x, places, T * mesh.nodes)
         for _ in range(_INVERSE):

@@ -89,6 +89,5 @@ class SmallSurfaces(Surfaces):
         mine, rest = Network(*np.real(moved)), net.between(side, middle, width - part)
         between = mine.right + rest.left
         fall = (between * u + rest.tie * apart) / (mine.tie + between + rest.tie)
-        rate = moved.energy(u, u - fall, fall).imag / h
-        S = pull / m
+        rate, S = moved.energy(u, u - fall, fall).imag / h, pull / m
         return float(abs(rate - m * (u * u - S * S) / 2) / (m * (u * u + S * S) or 1.0))
