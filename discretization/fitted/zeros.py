@@ -135,7 +135,7 @@ def followed(
     """Lines (n, j, 2) at depths (j,) on a way that begins at lines (n, 2), or at a single depth.
 
     And which surfaces (n,) are in stable equilibrium, each line at rest or held all the way, and
-    move one way. guess: of the lines, which may be beyond a corner, and by so much be off.
+    move one way. guess: of the lines, even beyond a corner; off: how wrong it may be, over size.
     """
     inner, ahead = np.isfinite(lines), rests.ahead(lines, way)
     free = inner & (way * (ahead - depths[-1]) < 0)

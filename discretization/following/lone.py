@@ -34,7 +34,7 @@ class LoneTrack:
     def of(cls, alone: Alone, lines: tuple[float, ...], start: float, end: float) -> Any:
         """The way towards a depth, or to where the contact is lost.
 
-        None where a line is held, jumps or comes to a corner; ValueError where it would turn over.
+        None where a line is held, jumps or meets a corner; ValueError where the surface turns over.
         """
         first, (place, low) = np.array(lines[-len(alone.sides) :]), alone.lowest
         sides, size = np.array(alone.sides), alone.size(start, end)

@@ -63,7 +63,7 @@ class Trials:
         return Smooth(rests, Integrals.of(rests.scene, rests.profile, level))
 
     def tried(self, low: Tried, which: set[int], end: float, sure: bool = True) -> Tried:
-        """Some of the surfaces taken to a depth; sure: if their energies balance on the way."""
+        """Some of the surfaces taken to a depth; sure: it is asked whether energies balance."""
         lines, kept, way = low.lines.copy(), sorted(which), 1 if end > low.depth else -1
         if low.depth == end or not kept:
             return low._replace(lines=lines, reserves=_NOTHING)
@@ -113,8 +113,8 @@ class Enclosing:
 
     older: the trial before `low`; involved: the surfaces to which it happens; passed: whether
     nothing happened at the last trial; aim: the depth where something runs out, which may be `off`
-    by so much; within: so near it should be after the last trial; first: the share of the range
-    that is tried as long as nothing has passed; sure: whether energies balance on every step.
+    by so much; within: as far ahead the next aim may be after this trial; first: the share of the
+    range that is tried as long as nothing has passed; sure: every trial asks if energies balance.
     """
 
     trials: Trials

@@ -73,7 +73,7 @@ class Tracked(Leg):
             return guess
         whole = np.append(piece.ends[0], depths)
         guess = np.concatenate([first[:, None], guess], axis=1)
-        x, good = followed(self.smooth.rests, first, whole, way, guess.copy())
+        x, good = followed(self.smooth.rests, first, whole, way, guess)
         lost = np.flatnonzero(~good)
         if lost.size:  # next to where an equilibrium disappears rounding may make it unstable
             near = np.where(np.isfinite(x), np.clip(x, *ends), guess)[lost]
