@@ -24,11 +24,10 @@ def bracketed(
 ) -> float:
     """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
 
-    Inverse quadratic steps where three points support them, halving otherwise, until the bracket
-    is no wider than this part of the zero; or, of a larger part, its ends are no further from the
-    zero of the straight line through them in the geometric mean: that is then the answer.
-    fraction: where it looks first. T. R. Chandrupatla, Advances in Engineering Software 28 (1997)
-    145.
+    Inverse quadratic steps where three points support them, halving otherwise, until the bracket is
+    no wider than this part of the zero; or, of a larger part, its ends are no further from the zero
+    of the straight line through them in the geometric mean: that is then the answer. fraction:
+    where it looks first. T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145.
     """
     a, b = inside, outside
     fa, fb = min(h(a), 0.0), h(b)

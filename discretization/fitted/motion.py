@@ -132,21 +132,12 @@ class Motion:
         return self.relaxed(tuple(found[1:-1]), end)
 
     def relaxed(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
-        """Lines that recede as far as they must, `still` ones excepted, and gaps that open."""
-        return self._opened(self.retracted(lines, depth, still), depth)
+        """Lines that recede as far as they must, `still` ones excepted, and gaps that open.
 
-    def opens(self, left: float, right: float, beside: Pair, depth: float) -> bool:
-        """Whether a contact between the lines beside it is torn open, or lone and pulled."""
-        if left == right:
-            return self._pulled(left, beside, depth)
-        return bool(self.bare(np.array([[left, right]])) and self._torn(left, right, depth))
-
-    def _opened(self, lines: Lines, depth: float) -> Lines:
-        """Lines with the gaps that open inside contacts without a barrier.
-
-        At a corner at which the slope falls by more than two lines hold, and without adhesion where
-        the profile would pull at the surface.
+        Gaps open inside contacts without a barrier: at a corner at which the slope falls by more
+        than two lines hold, and without adhesion where the profile would pull at the surface.
         """
+        lines = self.retracted(lines, depth, still)
         for _ in range(_MOST):
             gaps = {pair: self._torn(*pair, depth) for pair in pairs(lines)}
             if not any(gaps.values()):
@@ -154,6 +145,12 @@ class Motion:
             parts = [(left, *gap, right) for (left, right), gap in gaps.items()]
             lines = self.retracted(tuple(x for part in parts for x in part), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
+
+    def opens(self, left: float, right: float, beside: Pair, depth: float) -> bool:
+        """Whether a contact between the lines beside it is torn open, or lone and pulled."""
+        if left == right:
+            return self._pulled(left, beside, depth)
+        return bool(self.bare(np.array([[left, right]])) and self._torn(left, right, depth))
 
     def _torn(self, left: float, right: float, depth: float) -> Lines:
         """The lines of a gap that opens in a contact by itself; () if nowhere."""

@@ -1,12 +1,9 @@
 """Contacts on fixed nodes: their energy is known (../nodes), its minimum is searched over sets.
 
-A state is a tuple of contacts, the first and last node of each; one contact is no special case.
-Whoever finds them, state.py makes an equilibrium of them: contacts on a row of nodes -> energy,
-force and certificate (judge.py), and lines between the nodes (line.py, the same on load paths);
-accuracy.py says how accurate these are.
-
-They are found by plain.py (one contact with finite slopes, or γ₁ = 0, by Newton's method: read it
-first), by lowest.py (the lowest energy of all contact sets, as oracle.py, and of rings about an
-axis), or by walk.py (the end of a path from first touch on, from one change to the next; load paths
-too, ../paths/lattice_branch.py).
+A state is a tuple of contacts, the first and last node of each. They are found by plain.py (one
+contact with finite slopes, or γ₁ = 0, by Newton's method: read it first), by lowest.py and
+oracle.py (the lowest energy of all contact sets), or by walk.py (from first touch on, from change
+to change; of load paths, too, ../paths/lattice_branch.py). Whoever finds them, state.py makes an
+equilibrium of them: energy, force and certificate (judge.py), lines between the nodes (line.py),
+and how accurate these are (accuracy.py).
 """

@@ -7,8 +7,7 @@ own, at a depth known in closed form (rules.py). With growing depth a line passe
 that face each other do so at once, or a free node touches; with falling depth a line, or two, open
 a link, a node inside a contact is torn open, or a lone node lets go. The earliest change on the way
 happens. Changes that follow at no other depth belong to it: together they are an event, if they
-release energy or leave another number of contacts. A line that moves link by link at depths of
-their own releases nothing, so that a branch walked there and back has no loop area.
+release energy or leave another number of contacts.
 """
 
 import functools
@@ -52,6 +51,12 @@ _NEVER = Change(-math.inf, ())
 def ends_of(nodes: Contacts) -> list[End]:
     """The ends of all free parts, and in between of all contacts, from left to right."""
     return [None, *itertools.chain(*nodes), None]
+
+
+def contacts_of(ends: Sequence[End]) -> Contacts:
+    """The contacts between ends of free parts."""
+    inner = [end for end in ends if end is not None]
+    return tuple(zip(inner[::2], inner[1::2], strict=True))
 
 
 def _free(*parts: tuple[End, End]) -> tuple[End, ...]:
@@ -125,8 +130,7 @@ class Walk:
             change, i = self.first(ends, sign)
             last = change.depth > end if sign > 0 else change.depth <= end
             if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                inner = [end for end in ends if end is not None]
-                after = tuple(zip(inner[::2], inner[1::2], strict=True))
+                after = contacts_of(ends)
                 if self._is_jump(trace[-1][1], after, changes, depth):
                     return Track(trace, depth, after)
                 trace += [(depth, after)] if changes else []
@@ -194,7 +198,28 @@ class Walk:
         for depth, part in moves:
             if depth < found.depth and rules.clears(*part, depth):
                 found = Change(depth, _free(part))
+            elif depth < found.depth:
+                found = self._with_touch((left, right), part, depth, found)
         return found
+
+    def _with_touch(
+        self, own: tuple[End, End], part: tuple[End, End], depth: float, later: Change
+    ) -> Change:
+        """A line passes a link as a node touches that would then be in the indenter, or `later`.
+
+        Where both together leave U as it was; by how much they change it is a parabola of d.
+        """
+        node = self.closing.touches(*part)[1]
+        ends = _free((part[0], node), (node, part[1]))
+        before, after = (contacts_of((own[0], *each, own[1])) for each in (own, ends))
+        depths = [depth, (depth + later.depth) / 2, later.depth]
+        first, half, last = (self.energy(before, d) - self.energy(after, d) for d in depths)
+        if last <= 0:
+            return later
+        linear, bend = 4 * half - 3 * first - last, 2 * (first + last - 2 * half)
+        root = linear + math.sqrt(max(linear**2 - 4 * bend * first, 0.0))
+        share = -2 * first / root if first < 0 else 0.0
+        return Change(depth + share * (later.depth - depth), ends)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def _fall(self, left: Any, right: Any, left_lone: bool, right_lone: bool) -> Change:
@@ -217,8 +242,8 @@ class Walk:
         if first == last:
             return Change(rules.pulled(before, first, after), ())
         if last - first > 1 and not rules.clear:  # lines of a convex contact recede
-            depth, node = rules.tears(first, last)
-            return Change(depth, (first, node - 1, node + 1, last))
+            node = first + 1 + int(np.argmax(rules.torn[first + 1 : last]))
+            return Change(float(rules.torn[node]), (first, node - 1, node + 1, last))
         return _NEVER
 
     def _is_jump(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:

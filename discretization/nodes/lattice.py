@@ -78,9 +78,8 @@ class Lattice:
     slopes: "finite" if U is of finite slopes, for which only `NodalEnergy` knows the free surfaces.
 
     A line that advances over a link to the free node beside it, with gap v = A u + B u' - g there,
-    changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, and the force by
-    -S (1 - A - B) v. Where nothing is faced B = 0, A = λ, S = t/λ. So the line stops at
-    v = √(2wΔx/S).
+    changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, and the force by -S (1 - A
+    - B) v. Where nothing is faced B = 0, A = λ, S = t/λ. So the line stops at v = √(2wΔx/S).
 
     A line contact; its subclass for rotational symmetry (radial.py) answers the same questions of
     one contact around the axis. There nodes and links have weights, and a free surface depends on
@@ -104,20 +103,14 @@ class Lattice:
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
         """Lattice for a scene with nodes `spacing` [length] apart, one of them on `origin`.
 
-        By default that is the indenter's `apex`, which may be a tip, or x = 0 where it is not
-        known; a body between two edges without other corners is centred, so that the outermost
-        nodes are at most Δx/2 inside them; with rotational symmetry it is the axis. ValueError
-        unless spacing > 0, and for a scene that no lattice describes.
+        By default that is the axis, or the indenter's `apex`, x = 0 where it is not known; a body
+        between two edges without other corners is centred, so that the outermost nodes are at
+        most Δx/2 inside them. ValueError unless spacing > 0.
         """
         spacing = positive("spacing", spacing)
         if origin is None:
             origin = 0.0 if scene.axisymmetric else _origin(scene.indenter, spacing)
         slopes = scene.slopes if scene.gamma1 else "small"
-        if scene.axisymmetric and slopes == "finite":
-            raise ValueError(
-                f"slopes = {scene.slopes!r} with geometry = {scene.geometry!r} is not known on the "
-                "lattice; use slopes='small', or method='fitted'"
-            )
         kinds: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
         kind = next(kind for kind in kinds if (kind.axis == 0) == scene.axisymmetric)
         scales = scene.stiffness, scene.gamma1, scene.work_of_adhesion

@@ -17,7 +17,7 @@ the node beside a line (`Lattice.pair`), S = c + t + C + G that of this node, by
 v = u - g >= 0 falls with the depth and with every further contact node, and so does what a contact
 node costs: the energy is submodular in v, in what is in contact and in -d (Topkis). So pressed,
 contacts only grow, retracted, they only shrink. Where another node would be in the indenter once a
-line has passed a link, the line waits until that node touches.
+line has passed a link, both happen together, where they cost nothing.
 """
 
 import functools
@@ -117,11 +117,6 @@ class Rules:
         near, far, remainder = shares(self.lattice.log_decay, p, q)
         return remainder, near * f_left + far * f_right
 
-    def tears(self, first: int, last: int) -> tuple[float, int]:
-        """Depth below which a node inside a contact is torn open, and which."""
-        best = first + 1 + int(np.argmax(self.torn[first + 1 : last]))
-        return float(self.torn[best]), best
-
     @functools.cached_property
     def delta0(self) -> float:
         """δ₀, of the link that adheres most."""
@@ -130,8 +125,7 @@ class Rules:
     def clears(self, left: int | None, right: int | None, depth: float) -> bool:
         """Whether the surface between two contact nodes (None: none there) clears the indenter.
 
-        But for rounding: the largest difference quotient of heights in depths of changes is that
-        of a span of two links.
+        But for rounding, which is largest in the slopes of a span of two links.
         """
         touch, steep = self.touches(left, right)[0], 1 + 2 * self.lattice.link / self.lattice.spring
         tie = _TIE * (abs(touch) + abs(depth) + self.delta0) * steep

@@ -1,10 +1,8 @@
 """The metastable branch on the lattice, with any number of contacts, from change to change.
 
 A state is a list of contacts, node intervals first..last, which walk.py takes from depth to depth.
-Between the nodes the outermost lines are where the depth at which a link is passed, taken at the
-middles of the links, equals d; force and energy reported for a step are interpolated there. Where
-closing and opening differ a line stays where it last moved. States, events and the energy balance
-are those of the contact sets.
+What is reported for a step, lines, force and energy, is interpolated between the nodes (line.py);
+states, events and the energy balance are those of the contact sets.
 """
 
 from __future__ import annotations
@@ -55,9 +53,8 @@ class Links(Leg):
 class LatticeBranch(Branch):
     """Any number of contacts on fixed nodes under a prescribed depth.
 
-    What a point remembers are its contacts as node intervals from left to right. Where closing and
-    opening differ in their work of adhesion its lines are where they have last moved, between
-    nodes; else, as the depth alone says where they are, on their nodes.
+    What a point remembers are its contacts as node intervals. Its lines are on their nodes, but
+    where closing and opening differ: there, between nodes, where they have last moved.
     """
 
     scene: Scene

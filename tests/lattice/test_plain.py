@@ -179,8 +179,8 @@ def test_a_line_passes_a_link_or_the_last_two(seed, links):
 @pytest.mark.parametrize("seed", range(6))
 def test_a_node_is_torn_out_of_a_contact(seed):
     rules = case(seed)
-    depth, node = rules.tears(6, 24)
-    parts = [(6, node - 1), (node + 1, 24)]
+    depth, (_, left, right, _) = Walk(SimpleNamespace(rules=(rules, rules)))._split(0, 6, 24, 30)
+    parts, node = [(6, left), (right, 24)], left + 1
     equal(rules, parts, [(6, 24)], depth)
     for other in set(range(7, 24)) - {node}:  # all others hold or are pressed
         opened, _, clear = energy(rules, [(6, other - 1), (other + 1, 24)], depth)
@@ -207,18 +207,17 @@ def test_the_surface_touches_the_first_node_in_its_way(seed, left, right):
     assert lets_go.ends == ()
 
 
-def test_coarse_nodes_know_how_far_their_lines_may_be_off():
-    """Where the next node would be in the indenter, a line waits until that node touches."""
+def test_a_line_passes_a_link_as_a_node_beyond_it_touches():
+    """Alone it would have to wait for that, past its jump, by up to 0.7 in the half-width."""
     ripples = rippled(1 / 0.312, 2 * math.pi / 6.45, 0.122, (-8.0, 8.0))
     scene = plain(ripples, w=0.34)
-    fitted = minimise(scene, 0.774)
+    fitted, off = minimise(scene, 0.774), []
     assert fitted.contacts == pytest.approx(np.array([[-2.014, 2.014]]), abs=1e-3)
-    off = []
     for links in (5.0, 6.6, 8.3, 9.2, 12.1, 20.0, 40.0):
         state = minimise(scene, 0.774, method="lattice", spacing=1 / links)
         off.append(abs(state.half_width - fitted.half_width))
         assert off[-1] <= state.error_estimate["half_width"] * state.half_width
-    assert off[-1] <= 1e-4 and off[0] > 0.3
+    assert off[-1] <= 1e-4 and max(off) <= 1e-3
 
 
 def test_both_lines_of_a_gap_pass_a_link_at_once():

@@ -171,6 +171,7 @@ ONCE_WRONG = (  # the path or the reference, or refused; those that take longest
     ("machine_no_adhesion", 62),  # a narrow gap over a smooth crest, which is felt by its rounding
     ("machine_no_adhesion", 42),  # pressed as deep as the profile is known
     ("machine_no_adhesion", 30),  # a narrow gap at a corner that points inwards
+    ("machine_small", 20007),  # on nodes, a line whose surface touches beyond the next link
     ("machine_small", 106),  # lines that face each other and hardly come to rest
     ("machine_no_adhesion", 1010),  # a way that begins at a corner, told by a place beyond that
     ("machine_no_adhesion", 20033),  # a gap that closes where a slope is a sum of large terms
