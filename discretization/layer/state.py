@@ -120,8 +120,8 @@ class Layer(Contact):
         coarse = Layer(self.depth, Contact(self.body, self.a, _COARSER * self.tolerance))
         one, other = (self.body.rest_depth(self.a, x.reaction, excess, -1) for x in (coarse, self))
         move, least = abs(float(one - other) / self.rate), self.certificate.force + _LUCKY * fit
-        force = abs(coarse.force - self.force) + move * excess * float(self.lines[0])
         move += _COARSER * least * self.size / abs(self.rate)
+        force = abs(coarse.force - self.force) + move * excess * float(self.lines[0])
         parts = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
         known = [float(part / _COARSER + least + ROUNDING) for part in parts]
         return dict(zip(QUANTITIES, known, strict=True))
