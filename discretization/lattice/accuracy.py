@@ -7,10 +7,9 @@ O(Δx²), so that
     e <= 3/2 |Q - Q_c|/|c² - 1|,
 
 the largest of all c, as two errors of this order may happen to be equal; for the same reason 3/2 of
-what U and P and their parts differ by, quadrature between the lines found of the profile
-as it is between nodes. Where the coarse state has another number of contacts errors are of first
-order, and c² is c. If f is not convex the energy decides where there are contacts, and a is held to
-be no more certain than U.
+what U and P and their parts differ by, quadrature between the lines of the profile itself. Where
+the coarse state has another number of contacts errors are of first order, and c² is c. If f is not
+convex the energy decides where there are contacts, and a is no more certain than U.
 
 The state is not resolved, and all errors are infinite, where
 
@@ -20,17 +19,15 @@ The state is not resolved, and all errors are infinite, where
     the other nodes have no contact or no answer, or
     the state is detached and a lattice finer by one of FINER has a contact.
 
-What a lattice cannot see are features of the profile that are narrower than its spacing. Between
-two nodes the profile should keep to its chord, but for what curvature does within a link, of which
-the nodes know by the largest second difference of the heights around the link,
+What a lattice cannot see are features narrower than its spacing. Between two nodes the profile
+should keep to its chord, but for what the largest second difference around the link tells,
 
     |f_i + (f_{i+1} - f_i) s - f(x)| <= c max(|f_{i-1} - 2 f_i + f_{i+1}|,
                                               |f_i - 2 f_{i+1} + f_{i+2}|),     s = (x - x_i)/Δx,
 
 with c = 1/8 if the profile is a parabola there, and 1/2 if it has a corner. A profile that does not
-may stick through the free surface of a state, which has missed a contact then, or be in contact,
-where its forces are not those of the nodes. So has a state without contact, wherever between the
-nodes the indenter is in its surface.
+may be in contact, where its forces are not those of the nodes, or stick through the free surface of
+a state, with or without contacts, which has missed one then.
 """
 
 import math

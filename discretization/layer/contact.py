@@ -40,14 +40,15 @@ _INTO = np.array([1] + [0] * (DEGREE - 1) + [-1])  # of a corner the slope insid
 _LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
 
 
-def decayed(power: int, decays: Complex, a: float, beside: Array, order: int) -> Complex:
-    """Fields (n, k) outside a contact, 1 at the line, so far beside it (k,); order 1: slopes.
+def decayed(power: int, decays: Complex, a: float, beside: Array) -> Complex:
+    """Fields outside a contact, 1 at the line, so far beside it (k,), and their slopes (2, n, k).
 
     exp(-λx), or about an axis K₀(λ(a + x))/K₀(λa).
     """
-    found = np.exp(-np.outer(decays, beside)) * (-decays[:, None]) ** order
+    found = np.exp(-np.outer(decays, beside)) * np.stack([decays**0, -decays])[..., None]
     if power:
-        found *= _bessel(order, np.outer(decays, a + beside)) / _bessel(0, decays[:, None] * a)
+        there = np.outer(decays, a + beside)
+        found *= np.array([_bessel(i, there) for i in (0, 1)]) / _bessel(0, decays[:, None] * a)
     return found
 
 
@@ -82,7 +83,8 @@ class Contact:
         loads = [*(a * a * own.mass * self.u), a * risen]
         self.fields = fields = Fields(own, a * a * tau, np.stack(loads, axis=1))
         parts = [[1], [0]], fields.given[:, :1], [fields.own[1:], -fields.given[1, 1:]]
-        outwards = -decayed(body.power, found.decays, a, np.zeros(1), 1)[:, 0]
+        outwards, z = found.decays.copy(), found.decays * a
+        outwards *= _bessel(1, z) / _bessel(0, z) if body.power else 1.0
         matrix = np.ones((outwards.size,) * 2, complex)
         self.outside = np.append(1, found.tau)[:, None] / (tau[:, None] - found.decays**2)
         matrix[1:] = (fields.own[:, None] + a * outwards) * self.outside

@@ -134,14 +134,12 @@ class Nodes:
         force = float(np.abs(self.acting).sum())
         return {"force": force, "energy": self.held.stored + self.body.bound(self.a)}
 
-    def displaced(self, beside: Array, order: int = 0) -> Array:
-        """u of the free surface so far from the line; order 1: its slope, from half a link."""
-        if order:
-            step = self.spacing / 2
-            here, next_, last = (self.displaced(beside + i * step) for i in range(3))
-            return np.asarray((4 * next_ - last - 3 * here) / (2 * step))
-        x, scene = self.held.x, self.body.scene
-        return np.asarray(compliance(scene, self.a + beside, x, self.spacing) @ self.acting)
+    def displaced(self, beside: Array) -> Array:
+        """u of the free surface beside the line, and its slope outwards by half links (2, k)."""
+        step, x, scene = self.spacing / 2, self.held.x, self.body.scene
+        places = (self.a + beside + i * step for i in range(3))
+        u, next_, last = (compliance(scene, z, x, self.spacing) @ self.acting for z in places)
+        return np.array([u, (4 * next_ - last - 3 * u) / (2 * step)])
 
     shape = Layer.shape
 

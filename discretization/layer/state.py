@@ -95,10 +95,12 @@ class Layer(Contact):
         near, far = _NEAREST / float(np.abs(decays).max()), _FAR / float(decays.real.min())
         x = np.exp(np.arange(math.log(near), math.log(far) + _LOOK, _LOOK))
         x = np.minimum(x, (body.edge - a) * (1 - EPSILON))
-        falls = body.slope(a + x) + self.displaced(x, 1) < 0
-        turns = np.flatnonzero(falls[:-1] & ~falls[1:])
-        x = np.append(x, np.linspace(x[turns], x[turns + 1], _CLOSER))
-        inside = self.depth - body.height(a + x) - self.displaced(x)
+        u, slope = self.displaced(x)
+        falls = body.slope(a + x) + slope < 0
+        if (turns := np.flatnonzero(falls[:-1] & ~falls[1:])).size:
+            x = np.append(x, np.linspace(x[turns], x[turns + 1], _CLOSER))
+            u = self.displaced(x)[0]
+        inside = self.depth - body.height(a + x) - u
         return Certificate(
             float(inside.max(initial=0.0)) / size,
             float((np.abs(other - self.found) / (pressed, pressed, self.found[2] or 1.0)).sum()),
@@ -126,18 +128,18 @@ class Layer(Contact):
         known = [float(part / _COARSER + least + ROUNDING) for part in parts]
         return dict(zip(QUANTITIES, known, strict=True))
 
-    def displaced(self, beside: Array, order: int = 0) -> Array:
-        """u of the free surface, or its slope outwards (order 1), so far from the line."""
+    def displaced(self, beside: Array) -> Array:
+        """u of the free surface and its slope outwards (2, k), so far from the line."""
         own = self.poles.decays.imag >= 0  # of conjugates one
         decays = self.poles.decays[own]
         twice = self.amplitudes[own] @ self.both * np.where(decays.imag == 0, 1, 2)
-        return np.asarray((twice @ decayed(self.body.power, decays, self.a, beside, order)).real)
+        return np.asarray((twice @ decayed(self.body.power, decays, self.a, beside)).real)
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """u and u' of the free surface at positions beside a line."""
         side = 1 if left is not None else -1
-        beside = side * (z - alone(left, right).x)
-        return self.displaced(beside), side * self.displaced(beside, 1)
+        u, slope = self.displaced(side * (z - alone(left, right).x))
+        return u, side * slope
 
     def pressure(self, state: Any, x: Array) -> Array:
         """p in contact at positions, sums of the fields of the poles."""
@@ -148,18 +150,21 @@ class Layer(Contact):
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts; γ₁/2 ∫u'² outside by the trapezoidal rule in ln x."""
         x, body = _FAR / float(self.poles.decays.real.min()) * _AHEAD, self.body
-        density = self.displaced(x, 1) ** 2 * body.whole * (self.a + x) ** body.power
+        density = self.displaced(x)[1] ** 2 * body.whole * (self.a + x) ** body.power
         outside = body.scene.gamma1 / 2 * _APART * float(x @ density)
         return with_surface(state, self.stretched + outside)
 
 
+body_of, contact_of = functools.lru_cache(8)(Body), functools.lru_cache(32)(Contact)
+
+
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
-    body, tolerance = Body(scene), min(_SAFE * rtol, _LOOSEST)
+    body, tolerance = body_of(scene), min(_SAFE * rtol, _LOOSEST)
     known: dict[float, Contact] = {}
 
     def solved(a: float) -> Contact:
-        known[a] = known.get(a) or Contact(body, a, tolerance)
+        known[a] = contact_of(body, a, tolerance)
         return known[a]
 
     lines = Lines(body, lambda a: solved(a).reaction, scene.surfaces.small_slope_deficit, _STEP)

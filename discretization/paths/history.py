@@ -186,8 +186,8 @@ class History:
             table=np.array([row[:6] for row in rows], float).reshape(-1, 6),
             inner=tuple(tuple(map(float, row[6].split())) for row in rows),
             events=tuple(
-                Event(kind, value, _read(before), _read(after), *rest)
-                for kind, value, before, after, *rest in events
+                Event(*e[:2], *(Snapshot(*s)._replace(inner=tuple(s[5])) for s in e[2:4]), *e[4:])
+                for e in events
             ),
         )
 
@@ -249,10 +249,6 @@ def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapsh
         parts.append(run)
     run.append(there)
     return run
-
-
-def _read(state: list[Any]) -> Snapshot:
-    return Snapshot(*state)._replace(inner=tuple(state[5]))
 
 
 def branch_of(

@@ -273,7 +273,7 @@ def test_a_surface_that_hardly_dips_into_the_indenter_is_seen_as_deep_as_it_is(g
         """Looked at everywhere, and by the certificate; over |d| and u."""
         body = Body(scene_of(FlatTo(2.0, rise), 0.5, gamma, 0.0, geometry))
         state, x = Layer(depth, Contact(body, 2.0, 1e-6)), np.exp(np.linspace(-22, 3, 15001))
-        deep = depth - body.height(2.0 + x) - state.displaced(x)
+        deep = depth - body.height(2.0 + x) - state.displaced(x)[0]
         return float(deep.max()) / (depth + state.size), state.certificate.penetration
 
     low, high = 1e-4, 10.0
