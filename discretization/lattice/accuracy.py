@@ -25,9 +25,9 @@ should keep to its chord, but for what the largest second difference around the 
     |f_i + (f_{i+1} - f_i) s - f(x)| <= c max(|f_{i-1} - 2 f_i + f_{i+1}|,
                                               |f_i - 2 f_{i+1} + f_{i+2}|),     s = (x - x_i)/Δx,
 
-with c = 1/8 if the profile is a parabola there, and 1/2 if it has a corner. A profile that does not
-may be in contact, where its forces are not those of the nodes, or stick through the free surface of
-a state, with or without contacts, which has missed one then.
+with c = 1/8 if it is a parabola there, and 1/2 if it has a corner, and its slope should not turn by
+more than three times that difference over Δx, back and forth. A profile that does not may be in
+contact, where its forces are not those of the nodes, or stick through a free surface.
 """
 
 import math
@@ -57,6 +57,7 @@ _ROUNDING = 4 * EPSILON  # of every estimate
 UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
 EXACT = dict.fromkeys(QUANTITIES, 0.0)
 _SMOOTH, _CORNERED = 1 / 4, 1 / 2  # of a second difference: twice a parabola's, and a corner's
+_WINDING = 12.0  # times that: three times as much as the slope of a parabola turns over a link
 _OF_HEIGHTS = 64 * EPSILON  # their rounding
 _MISSED = 1e-9  # of the depth and δ₀: a penetration that counts, as in the certificate
 
@@ -90,8 +91,10 @@ def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = Fal
     chord = nodes[1] + (place - link) * (nodes[2] - nodes[1])
     cornered = np.isin(link, np.floor((profile.corners - lattice.origin) / lattice.spacing))
     known = np.where(cornered, _CORNERED, _SMOOTH) * bend
-    off = np.abs(chord - f)
-    hidden = off > known + _OF_HEIGHTS * np.abs(nodes).max(initial=0.0)
+    off, own = np.abs(chord - f), (link - link[:1]).astype(int)
+    steps = np.abs(np.diff(profile.slope[inside])) * (own[1:] == own[:-1])
+    turned = lattice.spacing * np.bincount(own[1:], steps, own.max(initial=0) + 1)[own] / _WINDING
+    hidden = np.maximum(off, turned) > known + _OF_HEIGHTS * np.abs(nodes).max(initial=0.0)
     return Unseen(x[hidden], f[hidden], off[hidden])
 
 

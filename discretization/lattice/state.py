@@ -126,10 +126,9 @@ def looked_at_on_lattice(
 ) -> Equilibrium:
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
     state = on_lattice(scene, depth, spacing, branch=branch, method=method)
-    if not scene.indenter.convex:
-        lattice = Lattice.of(scene, spacing)
-        hidden = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
-        looked_at([state], hidden, lattice, stacklevel=3)
+    lattice = Lattice.of(scene, spacing)
+    hidden = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
+    looked_at([state], hidden, lattice, stacklevel=3)
     return state
 
 
