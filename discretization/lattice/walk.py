@@ -202,9 +202,7 @@ class Walk:
                 found = self._with_touch((left, right), part, depth, found)
         return found
 
-    def _with_touch(
-        self, own: tuple[End, End], part: tuple[End, End], depth: float, later: Change
-    ) -> Change:
+    def _with_touch(self, own: Any, part: Any, depth: float, later: Change) -> Change:
         """A line passes a link as a node touches that would then be in the indenter, or `later`.
 
         Where both together leave U as it was; by how much they change it is a parabola of d.

@@ -39,8 +39,7 @@ _CLOSER = 401  # of them in a step in which the gap is least
 class Layer(Contact):
     """A contact at a depth; rate: dD/da of its line, infinite where that is pinned.
 
-    contact: which one; both: u(a) and 1; size: of u and what slope and adhesion lift a line;
-    touches: with the lowest point alone, and nothing is pressed.
+    contact: which one; both: u(a) and 1; size: of u and what slope and adhesion lift a line.
     """
 
     def __init__(self, depth: float, contact: Contact, rate: float = math.inf) -> None:
@@ -50,7 +49,12 @@ class Layer(Contact):
         self.opening = self.body.scene.opened.surfaces.small_slope_deficit
         lifts = (abs(float(self.slopes[-1, -1])) + self.opening) / self.reaction[0]
         self.size = float(abs(self.both[0]) + lifts)
-        self.touches = bool(self.a <= self.body.tip and depth == self.body.touch)
+
+    @functools.cached_property
+    def touches(self) -> bool:
+        """Whether it is with the lowest point alone, and P is 0 but for what its width makes."""
+        tip, rise = self.a <= self.body.tip, [self.f - self.body.touch, 1.0]
+        return bool(tip and abs(self.force) <= 2 * np.abs(self.taken[2:4]) @ rise)
 
     force = property(lambda self: float(self.found[1]))
     energy = property(lambda self: float(self.found[2] - self.body.bound(self.a)))
@@ -177,10 +181,7 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
 
 
 def certified(scene: Scene, depth: float, found: Any, branch: str, spacing: float) -> Equilibrium:
-    """The state of a contact, a `Layer` or `Nodes`; None: it is lost. spacing: nan but of nodes.
-
-    NotCertifiedError if no equilibrium.
-    """
+    """The state of a `Layer` or `Nodes`, None: it is lost. spacing: nan but of nodes."""
     if found is None:
         flat = Certificate.undeformed()
         return detached(scene, depth, branch, SmallSurfaces(scene), flat, spacing)

@@ -62,11 +62,8 @@ def body_of(kind, a, rise, n=3.0):
 
 def random_scene(rng, kind, geometry, *, widest=1.5, nu=None):
     """A scene, a depth at which it is in contact for most choices, and about how wide."""
-    nu = (
-        float(rng.choice([0.5, rng.uniform(-0.9, 0.5), rng.uniform(0.3, 0.5)]))
-        if nu is None
-        else nu
-    )
+    if nu is None:
+        nu = float(rng.choice([0.5, rng.uniform(-0.9, 0.5), rng.uniform(0.3, 0.5)]))
     gamma, a = 10 ** rng.uniform(-2, 2), 10 ** rng.uniform(-1, widest)
     slope = 0.1
     rise = slope * 10 ** rng.uniform(-0.5, 0.5)

@@ -99,6 +99,8 @@ def test_a_steep_wedge_is_held_at_its_tip(w):
     assert path.half_width[1] == path.half_width[3] == 0 < path.half_width[2]
     assert path.force[1] == pytest.approx(path.force[3], rel=1e-12)
     assert path.events[-1].depth == 0 and abs(path.dissipated) <= 1e-9 * sized(path)
+    for held in ({"forces": [0.0, 0.1, -1]}, {"drives": [0.0, 0.3, -1], "machine_stiffness": 1}):
+        assert load_path(scene, rtol=1e-6, **held).events[-1].kind == "pull-off"
     out = load_path(scene, depths=[-0.1, -0.05], rtol=1e-6)
     assert np.isnan(out.contacts).all() and not out.events and (out.force == 0).all()
 
