@@ -81,6 +81,16 @@ class Indenter:
         """The profile tilted by a small angle about x = 0: f(x) + slope·x."""
         return Tilted(self, finite("slope", slope))
 
+    def within(self, lo: float, hi: float) -> Indenter:
+        """The profile as it is known between these places alone."""
+        ends = max(self.extent[0], lo), min(self.extent[1], hi)
+        if ends == tuple(self.extent):
+            return self
+        corners, knots = (
+            [x for x in places if ends[0] < x < ends[1]] for places in (self.corners, self.knots)
+        )
+        return Profile(self.height, self.slope, ends, corners, self.convex, knots)
+
     def __add__(self, other: object) -> Indenter:
         """Sum of two profiles, defined where both are."""
         return Sum(self, as_indenter(other))

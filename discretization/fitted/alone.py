@@ -2,11 +2,10 @@
 
 A line advances where the depth D at which it would be at rest (../surfaces) is less than the depth
 d, and recedes where it is greater. Of a convex indenter D grows outwards of a line contact, so that
-there is one place where it rests; at a corner D may jump past d and hold the line.
-About an axis D falls from the depth of touching to its least value and grows from there on, for
-the shapes of routes.UNIMODAL: where the depth is less than that of touching, the line rests in
-the growing part. There D = f + l f' q - δ₀ q with q = 1/S, S(s) the stiffness beside a radius of
-s = a/l, and
+there is one place where it rests; at a corner D may jump past d and hold the line. About an axis D
+falls from the depth of touching to its least value and grows from there on, for the shapes of
+routes.UNIMODAL: where the depth is less than that of touching, the line rests in the growing part.
+There D = f + l f' q - δ₀ q with q = 1/S, S(s) the stiffness beside a radius of s = a/l, and
 
     dD/ds = (q' / l) {[l f' + l² f'' q]/q' + l f' - δ₀}    (f', f'' by x),
 

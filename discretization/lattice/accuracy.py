@@ -33,6 +33,7 @@ contact, where its forces are not those of the nodes, or stick through a free su
 import math
 import warnings
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -48,8 +49,8 @@ from energy.arrays import Array
 Solver = Callable[..., Equilibrium]  # on_lattice
 LEAST = 4  # links of a resolved contact
 UNEVEN = 0.01  # of a: what the profile between the nodes may make of it
-FINER = (2, 8, 64)  # by which lattices are finer that are asked for a contact
-MOST = 200_000  # nodes, of a lattice that only looks for contacts
+# How much finer lattices are that are asked for a contact, and their nodes beside the lowest point.
+FINER = ((2, 10**5), (8, 10**5), (64, 10**5), (2**14, 512), (2**22, 512), (2**30, 512))
 _SAFETY = 1.5  # by which differences between two lattices are enlarged
 _FACTORS = (2.0, 1.7, 1.4)  # coarser spacings over this one
 _CLOSER = 1 / 4  # that of nodes between which a profile that is not convex is looked at
@@ -165,12 +166,15 @@ def _next_to(fine: Equilibrium, other: Equilibrium, coarser: float) -> dict[str,
 
 
 def _held_on_finer_nodes(solve: Solver, state: Equilibrium) -> bool:
-    """Whether a finer lattice has a contact; finer ones take all their nodes if f is not convex."""
-    indenter, dx = state.scene.indenter, state.spacing
-    width = 0.0 if indenter.convex else indenter.extent[1] - indenter.extent[0]
-    finer = [dx / each for each in FINER if not MOST * dx / each < width < math.inf]
-    found = (_asked(solve, state, spacing) for spacing in finer or [dx / FINER[0]])
-    return any(one is not None and one.contacts.size for one in found)
+    """Whether a finer lattice has a contact, of nodes beside the lowest point if they are many."""
+    scene, at = state.scene, resolve(state.scene, state.depth).lowest
+    for finer, nodes in FINER:
+        spacing = state.spacing / finer
+        near = scene.indenter.within(at - nodes * spacing, at + nodes * spacing)
+        one = _asked(solve, replace(state, scene=replace(scene, indenter=near)), spacing)
+        if one is not None and one.contacts.size:
+            return True
+    return False
 
 
 def _asked(solve: Solver, state: Equilibrium, spacing: float) -> Equilibrium | None:

@@ -121,11 +121,9 @@ def _neutral(found: State) -> bool:
     return least > 0 and bool(((gap > 0) & (np.abs(energy) <= least)).all())
 
 
-def looked_at_on_lattice(
-    scene: Scene, depth: float, spacing: float, *, branch: str, method: str
-) -> Equilibrium:
+def looked_at_on_lattice(scene: Scene, depth: float, spacing: float, **asked: Any) -> Equilibrium:
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
-    state = on_lattice(scene, depth, spacing, branch=branch, method=method)
+    state = on_lattice(scene, depth, spacing, **asked)
     lattice = Lattice.of(scene, spacing)
     hidden = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
     looked_at([state], hidden, lattice, stacklevel=3)

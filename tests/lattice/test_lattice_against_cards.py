@@ -136,10 +136,11 @@ def test_a_contact_between_two_nodes_gives_a_warning():
 def test_contacts_narrower_than_two_links_are_known_to_their_own_size():
     body = Profile(lambda x: 20 * np.square(x), lambda x: 40 * np.asarray(x), extent=(-1, 1))
     state = minimise(plain(body, gamma1=0.04, w=1e-4), 1e-3, method="lattice", spacing=0.05)
-    assert state.contacts.size and np.diff(state.nodes).max() <= 0.05
-    assert min(state.error_estimate.values()) >= 1
+    assert min(state.error_estimate.values()) >= 1 and np.diff(state.nodes).max() <= 0.05
     fine = minimise(plain(body, gamma1=0.04, w=1e-4), 1e-3, method="lattice", spacing=5e-4)
     assert max(fine.error_estimate.values()) <= 0.1
+    sharp = minimise(plain(Parabola(1e-5), gamma1=0.04), -1e-3, method="lattice", spacing=0.05)
+    assert not sharp.contacts.size and sharp.error_estimate["half_width"] == math.inf
 
 
 @pytest.mark.parametrize(("share", "warned"), [(0.9, False), (1.1, True)])
