@@ -124,9 +124,10 @@ def _neutral(found: State) -> bool:
 def looked_at_on_lattice(scene: Scene, depth: float, spacing: float, **asked: Any) -> Equilibrium:
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
     state = on_lattice(scene, depth, spacing, **asked)
-    lattice = Lattice.of(scene, spacing)
-    hidden = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
-    looked_at([state], hidden, lattice, stacklevel=3)
+    if not scene.indenter.convex:
+        lattice = Lattice.of(scene, spacing)
+        hidden = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
+        looked_at([state], hidden, lattice, stacklevel=3)
     return state
 
 

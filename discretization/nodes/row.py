@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -199,9 +200,7 @@ class Row:
         return np.asarray(found + np.sum([stored, ground * (one + other)], axis=2))
 
 
-def _outermost(
-    scene: Scene, lattice: Lattice, ends: list[list[int]], lowest: int, depth: float
-) -> list[int]:
+def _outermost(scene: Scene, lattice: Lattice, ends: Any, lowest: int, depth: float) -> list[int]:
     """The last nodes on both sides of a convex profile: some beyond a link that does not hold."""
     body, sides, most = scene.indenter, np.array([[-1], [1]]), np.abs(np.subtract(ends, lowest))
     ahead = np.minimum(_AHEAD, most)
