@@ -20,6 +20,7 @@ DEGREE = 12
 _GROWTH = 4.0  # of elements from one to the next away from the line
 _NEAREST = 8.0  # of the shortest length on which a pole acts: the element beside the line
 _SHARP = 8  # elements, at least, that become smaller towards kinks
+_RESOLVED = 1 - 1e-12  # so far from the line others end at most: next to 0 rounding would count
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
 
@@ -38,7 +39,7 @@ def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ..
         for corner, side in ((right, 1), (left, -1))[: 1 + (left in body.kinks)]:
             places = [(1 - corner / a + side * step, _CLEAR * step) for step in steps]
             ends += [z for z, clear in places if min(abs(z - x) for x in ends) > clear]
-    return tuple(sorted(set(ends), reverse=True))
+    return tuple(sorted({z for z in ends if z == 1 or z < _RESOLVED}, reverse=True))
 
 
 class Elements:

@@ -34,6 +34,7 @@ _APART = 0.1  # of ln x: places on it, for integrals
 _AHEAD = np.exp(np.arange(-30.0, _APART, _APART))  # of how far it is felt
 _LOOK, _NEAREST = 0.2, 0.1  # of ln x, and of the shortest decay length: places looked at
 _CLOSER = 401  # of them in a step in which the gap is least
+body_of, contact_of = functools.lru_cache(8)(Body), functools.lru_cache(32)(Contact)
 
 
 class Layer(Contact):
@@ -93,7 +94,7 @@ class Layer(Contact):
         beyond = self.depth - body.rest_depth(a, felt, body.scene.surfaces.small_slope_deficit, 1)
         within = body.rest_depth(a, felt, self.opening, -1) - self.depth
         if not self.opening and a > body.tip:
-            pulled = -float(self.pressed.min()) / (float(np.abs(self.pressed).max()) or 1.0)
+            pulled = -float((self.pressed * self.weights).min()) / (self.scales["force"] or 1.0)
         other = Layer(self.depth, Contact(body, a, self.tolerance, _OTHER)).found
         pressed, form, decays = self.scales["force"] or 1.0, self.form, self.poles.decays
         near, far = _NEAREST / float(np.abs(decays).max()), _FAR / float(decays.real.min())
@@ -157,9 +158,6 @@ class Layer(Contact):
         density = self.displaced(x)[1] ** 2 * body.whole * (self.a + x) ** body.power
         outside = body.scene.gamma1 / 2 * _APART * float(x @ density)
         return with_surface(state, self.stretched + outside)
-
-
-body_of, contact_of = functools.lru_cache(8)(Body), functools.lru_cache(32)(Contact)
 
 
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:

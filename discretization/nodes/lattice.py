@@ -78,8 +78,8 @@ class Lattice:
     slopes: "finite" if U is of finite slopes, for which only `NodalEnergy` knows the free surfaces.
 
     A line that advances over a link to the free node beside it, with gap v = A u + B u' - g there,
-    changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, and the force by -S (1 - A
-    - B) v. Where nothing is faced B = 0, A = λ, S = t/λ. So the line stops at v = √(2wΔx/S).
+    changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, so that the line stops at
+    v = √(2wΔx/S), and the force by -S (1 - A - B) v. If nothing is faced B = 0, A = λ, S = t/λ.
 
     A line contact; its subclass for rotational symmetry (radial.py) answers the same questions of
     one contact around the axis. There nodes and links have weights, and a free surface depends on

@@ -76,8 +76,8 @@ class SmallSurfaces(Surfaces):
 
         As the surface is balanced inside, E changes as this part alone does when the line moves and
         the surface is held at the end of the part: what is stored further away, many times as much
-        beside a small contact, would only round. E is a rational function of s, so that Im E(s +
-        ih)/h has no difference to lose digits in (W. Squire, G. Trapp, SIAM Review 40 (1998) 110).
+        beside a small contact, would only round. E is a rational function of s, and Im E(s + ih)/h
+        has no difference to lose digits in (W. Squire, G. Trapp, SIAM Review 40 (1998) 110).
         """
         m, net = s if self.scene.axisymmetric else 1.0, self.net
         if not m or not width:

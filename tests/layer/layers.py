@@ -65,8 +65,7 @@ def random_scene(rng, kind, geometry, *, widest=1.5, nu=None):
     if nu is None:
         nu = float(rng.choice([0.5, rng.uniform(-0.9, 0.5), rng.uniform(0.3, 0.5)]))
     gamma, a = 10 ** rng.uniform(-2, 2), 10 ** rng.uniform(-1, widest)
-    slope = 0.1
-    rise = slope * 10 ** rng.uniform(-0.5, 0.5)
+    rise = 0.1 * 10 ** rng.uniform(-0.5, 0.5)
     body = body_of(kind, a, rise, float(rng.uniform(1.5, 4)))
     depth = rise * a * (rng.uniform(-0.02, 0.7) if kind != "punch" else rng.uniform(-0.02, 0.5))
-    return scene_of(body, nu, gamma, gamma * slope**2 / 2, geometry), depth, a
+    return scene_of(body, nu, gamma, gamma * 0.005, geometry), depth, a

@@ -212,6 +212,7 @@ def test_without_adhesion_nothing_pulls(kind, geometry):
     assert state.pressure(x).min() >= -1e-9 * state.pressure(x).max() and state.force > 0
     if kind != "punch" and state.half_width:
         assert abs(state.angle_deficit) <= 1e-9 * state._deformation.slope
+        assert minimise(scene_of(scene.indenter, -0.2, 3e-8, 0.0, geometry), 20.0).force > 0
     assert not minimise(scene, -1e-9).contacts.size
     assert minimise(scene, 0.0).force == pytest.approx(0, abs=1e-9 * state.force)
 
