@@ -19,7 +19,7 @@ from .surfaces import surface_of
 from .totals import NOTHING, State, points, polished, state_of
 
 TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
-ROUNDS, FINER, AROUND = 5, 4.0, 8
+ROUNDS, FINER, AROUND = 8, 4.0, 8
 MOST, JOINED = 12, 1e-5  # rounds; of the feature
 CLOSE, PULLED = (1e-3, 1e-4, 1e-5), 1e-9  # of the feature; of the depths: a pull
 APART = 1e-9  # of the feature: nodes closer than that are one

@@ -188,7 +188,7 @@ PATHS = {
     "machine_small": "1 15 47 72",
     "machine_opening": "13 8 29 30",
     "machine_pattern": "2 53 60 47",
-    "machine_no_adhesion": "34 58 40 28",
+    "machine_no_adhesion": "34 58 40 28 51035",
     "machine_no_tension": "37 10 30 29 11",
     "load_edges": "8 58 34",
     "machine_edges": "29 57 10 40",
