@@ -21,7 +21,7 @@ NEAR = 1e-11  # of the same: D - d of lines that are read next to where they dis
 class LoneTrack:
     """The lines of a contact, one about an axis, at rest from a depth to another.
 
-    Each has one place at every depth on the way (../fitted/alone.py).
+    Each has one place at every depth on the way (../fitted/alone.py). size: of depths.
     """
 
     alone: Alone
@@ -29,6 +29,7 @@ class LoneTrack:
     end: float
     first: Array
     last: Array
+    size: float
 
     @classmethod
     def of(cls, alone: Alone, lines: tuple[float, ...], start: float, end: float) -> Any:
@@ -50,7 +51,7 @@ class LoneTrack:
             return None
         for side, x in zip(alone.sides, last.tolist(), strict=True):
             alone.solve(side, x, end)
-        return cls(alone, start, end, first, last)
+        return cls(alone, start, end, first, last, size)
 
     def lines(self, depths: Array) -> Array:
         """Lines (k, 2, 2) of both free surfaces at depths (k,) on the way."""
@@ -62,7 +63,7 @@ class LoneTrack:
             aside = np.sign(span) * (x == one[own])  # the first may be a corner
             return np.asarray(self.alone.rest_depth(side[own], x, aside) - goal[own])
 
-        span, size = self.end - self.start, self.alone.size(self.start, self.end)
+        span, size = self.end - self.start, self.size
         with np.errstate(divide="ignore", invalid="ignore"):  # where nothing moves
             guess = np.where(other == one, one, one + (other - one) * ((goal - self.start) / span))
             rise = np.where(other == one, 1.0, span / (other - one))

@@ -194,7 +194,7 @@ class LoadPath:
         self._slide(leg.end)
         after = leg.after or leg.end
         if not leg.jumps and after.lines is not None:
-            self.point = after
+            self._slide(after)
             return
         if not leg.jumps and self.imposed:
             self._hold(("", ""))
