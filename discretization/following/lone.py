@@ -21,7 +21,7 @@ NEAR = 1e-11  # of the same: D - d of lines that are read next to where they dis
 class LoneTrack:
     """The lines of a contact, one about an axis, at rest from a depth to another.
 
-    Each has one place at every depth on the way (../fitted/alone.py). size: of depths.
+    Each has one place at every depth on the way (../fitted/alone.py). size: of their depths.
     """
 
     alone: Alone

@@ -17,7 +17,7 @@ the node beside a line (`Lattice.pair`), S = c + t + C + G that of this node, by
 v = u - g >= 0 falls with the depth and with every further contact node, and so does what a contact
 node costs: the energy is submodular in v, in what is in contact and in -d (Topkis). So pressed,
 contacts only grow, retracted, they only shrink. Where another node would be in the indenter once a
-line has passed a link, both happen together, where they cost nothing.
+line has passed a link, both happen at once, where together they cost no energy.
 """
 
 import functools

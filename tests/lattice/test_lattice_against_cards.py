@@ -96,7 +96,7 @@ def test_flat_faces_let_go_at_the_critical_separation_at_any_slope(links):
         assert minimise(plane, 0.9 * d_c).half_width == math.inf
 
 
-WIDE, FAINT = (0.2, 0.01), (0.02, 1e-4)  # these are less steep than the profile over a link
+WIDE, FAINT = (0.2, 0.01), (0.02, 1e-4)  # faint: less steep than the profile is over a link
 
 
 @pytest.mark.parametrize(("spacing", "wave"), [(0.2, WIDE), (0.15, WIDE), (0.2, FAINT)])

@@ -157,8 +157,8 @@ MORE = {  # lines after an event less those before it; a jump keeps them or join
     "nucleation": (2, 4),  # on both sides at once
     "splitting": (2, 4),
     "jump": (0, -2, -4),
-    "closing": (-2, -4),
-    "coalescence": (-2, -4),
+    **dict.fromkeys(("closing", "coalescence"), (-2, -4)),
+    **dict.fromkeys(("edge depinning", "edge pinning"), (0,)),
 }
 ON_NODES = {  # with the options of nodes: a tip lets go while links are as wide as its contact
     name: {"method": "lattice", "spacing": L / (60 if scene.axisymmetric else 240)}
@@ -236,7 +236,7 @@ def assert_balanced(path, name, control):
             before, after = lines(event.before), lines(event.after)
             assert before == number, event.kind
             gone = event.kind in ("detachment", "pull-off")
-            assert after == 0 if gone else not after or after - before in MORE.get(event.kind, (0,))
+            assert after == 0 if gone else not after or after - before in MORE[event.kind]
             number = after
         assert lines(path.at(step)) == number, step
 
