@@ -50,8 +50,7 @@ def load_path(
     method : {"fitted", "lattice"}
         Contact lines as unknowns, for any profile with any number of contacts; or fixed nodes, for
         small slopes with gamma1 > 0, around an axis for convex indenters: their force is
-        interpolated between the nodes, their energy balance that of contact sets, which closes
-        exactly.
+        interpolated between the nodes; their energy balance, that of contact sets, is exact.
     spacing : float
         Distance of the nodes [length], with "lattice".
     rtol : float

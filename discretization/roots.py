@@ -91,7 +91,7 @@ def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, A
         t = np.where(b > 0, -2 * c / (b + root), (root - b) / (2 * a))
         k = np.flatnonzero(turns | ((t > 0) & (t < 1) & (most > _CLOSE * np.abs(v).max())))
         a, b, c, h, t, end, start = (part[k] for part in (a, b, c, h, t, end, x[lo]))
-        t, middle = np.clip(np.where(np.isnan(t), 0.5, t), 0.0, 1.0), -b / (2 * a)
+        t, middle = np.clip([np.where(np.isnan(t), 0.5, t), -b / (2 * a)], 0.0, 1.0)
         bend = (2 * a * t + b) / (h * h)
     value = v[lo[k]] + t * (c + t * (b / 2 + t * a / 3))
     off = _UNSURE * (np.abs(c) + np.abs(end))

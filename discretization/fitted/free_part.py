@@ -111,21 +111,28 @@ class FreePart:
         return False
 
     def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
-        """Both lines of a free surface advance to an end from sample to sample until it touches."""
+        """Both lines of a free surface advance to an end from sample to sample until it touches.
+
+        First each as far as it goes beside the other; both at once where neither goes.
+        """
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least(end, depth)[1]
             return q, place, place, p
-        (left, right), profile = end or (p, q), self.search.rests.profile
-        lefts = [*profile.x[profile.beyond(q, left)].tolist(), left]
-        rights = [*profile.x[profile.beyond(p, right)].tolist()[::-1], right]
-        for i in range(max(len(lefts), len(rights))):
-            step = lefts[min(i, len(lefts) - 1)], rights[min(i, len(rights) - 1)]
-            if step[0] >= step[1]:
-                break
-            clear, place = self.least(step, depth)
-            if clear < -TIE * self.search.rests.size:
-                return q, place, place, p
-            q, p = step
+        (left, right), line, profile = end or (p, q), self.search.line, self.search.rests.profile
+        while q < p and (q, p) != (left, right):
+            lefts = [*profile.x[profile.beyond(q, left)].tolist(), left]
+            rights = [*profile.x[profile.beyond(p, right)].tolist()[::-1], right]
+            a = line(1, q, -math.inf, p, depth, 1, True)
+            b = line(-1, p, math.inf, q, depth, 1, True)
+            steps = [(x, p) for x in lefts if q < x and (a is None or x <= a)]
+            steps = steps or [(q, x) for x in rights if x < p and (b is None or x >= b)]
+            for step in steps or [(lefts[0], rights[0])]:
+                if step[0] >= step[1]:
+                    return end or ()
+                clear, place = self.least(step, depth)
+                if clear < -TIE * self.search.rests.size:
+                    return q, place, place, p
+                q, p = step
         return end or ()
 
     def least(self, lines: Pair, depth: float, *, exact: bool = False) -> tuple[float, float]:

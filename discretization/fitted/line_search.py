@@ -106,8 +106,8 @@ class LineSearch:
                 return None
             ends = q, p
             for exact in (True,) if math.isinf(q - p) or sweep % 2 else (False, True):
-                a = self._line(1, q, least, p, depth, way, exact)
-                b = None if a is None else self._line(-1, p, most, a, depth, way, exact)
+                a = self.line(1, q, least, p, depth, way, exact)
+                b = None if a is None else self.line(-1, p, most, a, depth, way, exact)
                 if a is None or b is None:
                     return None
                 ends, lost = (a, b), a < least or b > most
@@ -126,7 +126,7 @@ class LineSearch:
                 q, p = further
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _line(
+    def line(
         self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
     ) -> float | None:
         """Where one line rests beside the other, at most at the edge of the body; None: nowhere."""

@@ -212,8 +212,7 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 class SteepTail(LatticeTail):
     """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line.
 
-    At the nodes u' is that of a surface whose u'' = k u (1 + u'²)^{3/2}/γ₁ is linear in between; u
-    and u' are, too.
+    u' at the nodes is that of u'' = k u (1 + u'²)^{3/2}/γ₁, linear in between, as u and u' are.
     """
 
     lattice: Lattice

@@ -23,7 +23,7 @@ from energy.arrays import Array
 
 End = int | None  # the contact node on one side of a free surface; None: none there
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
-_LOOKED = 1 << 13  # links whose depths are asked for at once
+_LOOKED = 1 << 9  # links whose depths are asked for at once
 
 
 class Change(NamedTuple):

@@ -72,10 +72,10 @@ class NodalEnergy:
 
     def bonds(self, at: Any = np.s_[:]) -> Array:
         """Adhesion of these links, or without tension of these nodes' springs."""
-        held = self.contact
         if not self.lattice.gamma1:
-            return np.asarray(self.lattice.w * self.cells[at] * held[at])
-        return np.asarray(self.adhesion[at] * (held[1:][at] & held[:-1][at]))
+            return np.asarray(self.lattice.w * self.cells[at] * self.contact[at])
+        both = self.contact[1:][at] & self.contact[:-1][at]
+        return np.asarray(self.adhesion[at] if both.all() else self.adhesion[at] * both)
 
     @staticmethod
     def spring(lattice: Lattice, u: ArrayLike) -> terms.Density:
@@ -99,7 +99,7 @@ class NodalEnergy:
             np.multiply(self.tension[start - new : end], stretch.first, out=tension)
             np.subtract(springs, across[1:] - across[:-1], out=forces[own])
             if lat.slopes == "finite":
-                bound *= np.hypot(1, slopes[new:])
+                bound = bound * np.hypot(1, slopes[new:])
             stored, spread = self.cells[own] * spring.value, self.links[own] * stretch.value[new:]
             parts = stored.sum(), spread.sum(), -bound.sum(), springs.sum()
             more = np.abs(springs, out=springs).sum(), tension[new:] @ tension[new:]

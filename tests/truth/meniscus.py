@@ -6,8 +6,7 @@ line is the solution of
     dh/dr = −S/√(1 − S²),    d(rS)/dr = −r h,
 
 that decays. It is followed inwards from where it is as small as 1e-8, and the linear one, h ∝ K₀(r)
-to rounding; its amplitude there is chosen such that S = sin φ at the line. Energies are over
-2πγ₁l².
+to rounding; its amplitude there is such that S = sin φ at the line. Energies are over 2πγ₁l².
 """
 
 import functools

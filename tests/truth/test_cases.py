@@ -124,7 +124,7 @@ STATES = {
     "small": "0 2 7 9 12 14 16 19 21 24 26 28 30 33 37",
     "finite": "1 3 5 10 13 16 26 28 33 41 7378",
     "no_adhesion": "0 4 6 9 12 14 16 20 24 26 28 30 32 34",
-    "no_tension": " ".join(map(str, range(0, 45, 2))),
+    "no_tension": " ".join(map(str, [*range(0, 45, 2), 70292])),
     "global": "0 4 7 9 12 14 18 21 24 26 28 35 38 41 43",
     "edges": " ".join(map(str, range(10))),
 }
@@ -172,6 +172,7 @@ ONCE_WRONG = (  # the path or the reference, or refused; those that take longest
     ("machine_no_adhesion", 42),  # pressed as deep as the profile is known
     ("machine_no_adhesion", 30),  # a narrow gap at a corner that points inwards
     ("machine_small", 20007),  # on nodes, a line whose surface touches beyond the next link
+    ("machine_small", 70070),  # a surface that touches as one line closes it, the other one at rest
     ("machine_small", 106),  # lines that face each other and hardly come to rest
     ("machine_no_adhesion", 1010),  # a way that begins at a corner, told by a place beyond that
     ("machine_no_adhesion", 20033),  # a gap that closes where a slope is a sum of large terms
