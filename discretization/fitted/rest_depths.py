@@ -211,7 +211,7 @@ class RestDepths:
     ) -> tuple[Array, Array]:
         """D of both lines (n, j, 2), and its changes (n, j, 2, 2) with both, where not given.
 
-        By central differences, half-way to a corner at most, as the side of a corner is not known.
+        By central differences, at most half-way to a corner, at which the side is not known.
         """
         indenter, inner, z = self.profile.indenter, np.isfinite(x), x[None]
         tails, count = not inner.all(axis=2).any(), 1

@@ -212,7 +212,7 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 class SteepTail(LatticeTail):
     """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line.
 
-    u' at the nodes is that of u'' = k u (1 + u'²)^{3/2}/γ₁, linear in between, as u and u' are.
+    u' at nodes follows from u'' = k u (1 + u'²)^{3/2}/γ₁, linear between them, as are u and u'.
     """
 
     lattice: Lattice

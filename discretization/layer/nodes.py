@@ -146,7 +146,7 @@ class Nodes:
     def pressure(self, state: Any, x: Array) -> Array:
         """The force on nodes over what each one stands for, less the tension's share.
 
-        Neither of the innermost ring, which stands for more, nor of the outermost node (the line).
+        Neither of the innermost ring, which stands for more, nor of the outermost node.
         """
         body, own = self.body, slice(self.body.power, -1)
         ends = np.maximum(self.held.x[own] + self.held.spacing / 2 * np.array([[-1], [1]]), 0.0)

@@ -24,7 +24,7 @@ EXACT, TOPS, BALANCED = 1e-7, 1e-4, 1e-10  # of the scales: states, tops of C, C
 AWAY = 1e-6  # of the range of the control: values so near to a jump are not asked for
 LOST = 1e-5  # of the energies: jumps that lose less are not asked for
 NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes looked at closer
-CLOSER = (8, 16)  # times as many nodes must then agree as well as NODES[1] should: it converges
+CLOSER = 8  # times as many nodes must then agree as well as NODES[1] should have: it converges
 SURER = (4.0, 16.0)  # times as many steps of the reference, where it differs
 FEWEST, FINEST = 10, 400  # nodes per least length that say something, and the most per l
 SECOND = 4.0  # times (spacing/length)², of the scales
@@ -71,7 +71,7 @@ def path_verdicts(kind, seed, methods=METHODS):
                 truth, surer = reference(case, values, guesses, steps), steps
                 faults = differences(case, history, truth, nodes)
         asked = resolved(case, NODES[1])
-        for finer in (1, *CLOSER):
+        for finer in (1, CLOSER):
             if faults and nodes:
                 history, word, why, seconds = answer(case, values, finer * asked)
                 faults = []
