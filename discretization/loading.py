@@ -5,10 +5,12 @@ in energy at once. Every step is cut at the events it meets, each located by roo
 """
 
 import math
+import warnings
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from discretization.certificate import AccuracyWarning
 from discretization.paths.branch import Point
 from discretization.paths.control import Control
 from discretization.paths.history import History, branch_of
@@ -109,7 +111,10 @@ def load_path(
         path.resume(after.at(-1), len(after), float(after.values[-1]))
     path.go(values)
     branch.certify(path.point)
-    return history.extended(path, values)
+    history = history.extended(path, values)
+    if told := history.unresolved():
+        warnings.warn(told, AccuracyWarning, stacklevel=2)
+    return history
 
 
 def _continues(after: History, history: History) -> None:

@@ -63,8 +63,8 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     adhered = state_of(motion, motion.adhered(depth), depth, branch)
     if branch == "adhered" or not scene.work_of_adhesion:
         return adhered
-    discs, found = scene.axisymmetric and scene.indenter.convex, list[Equilibrium]()
-    for candidates in [_discs(motion, depth)] if discs else _lowest(motion, depth):
+    discs, found, same = scene.axisymmetric and scene.indenter.convex, list[Equilibrium](), False
+    for candidates, seen in [(_discs(motion, depth), 0)] if discs else _lowest(motion, depth):
         states = [adhered]
         for lines in candidates:
             with contextlib.suppress(NotCertifiedError):
@@ -72,8 +72,11 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
         found.append(min(states, key=lambda state: state.energy))
         one, other = found[-2:] if found[1:] else found * 2
         off, alike = abs(one.energy - other.energy), len(one.contacts) == len(other.contacts)
-        if discs or (found[1:] and alike and off <= _SAME * other.scales["energy"]):
-            return min(found, key=lambda state: state.energy)
+        same = discs or bool(found[1:] and alike and off <= _SAME * other.scales["energy"])
+        if same and (discs or len(one.contacts) == seen):
+            break
+    if same:
+        return min(found, key=lambda state: state.energy)
     warnings.warn(
         f"the lowest energy at depth = {depth!r} is not the same on lattices each with half the "
         "spacing of the last: the state found may not be the lowest; give a spacing, or a smoother "
@@ -84,8 +87,8 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     return min(found, key=lambda state: state.energy)
 
 
-def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
-    """The lowest contacts of finer and finer lattices, moved to rest.
+def _lowest(motion: Motion, depth: float) -> Iterator[tuple[set[Lines], int]]:
+    """The lowest contacts of finer and finer lattices, moved to rest, and how many there were.
 
     Those of depths a little less and more are among them: two states may have so nearly the same
     energy that a lattice takes one for the other.
@@ -101,11 +104,11 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
     for i in range(_FINER):
         lattice = Lattice.of(scene, max(spacing / 2**i, least))
         found: set[Lines] = {()}
-        for at in (depth - beside, depth, depth + beside):
+        for at in (depth - beside, depth + beside, depth):
             nodes = lowest_contacts(lattice.seen(scene), at, lattice)
             lines = np.clip(lattice.x(nodes.astype(float).ravel()), *scene.indenter.extent)
             found.add(motion.settled(tuple(lines.tolist()), depth))
-        yield found
+        yield found, len(nodes)
 
 
 def _discs(motion: Motion, depth: float) -> set[Lines]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import math
 import os
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from discretization import plots, readings
+from discretization.lattice.accuracy import LEAST
 from discretization.paths.branch import Branch, Event, Leg, PullOff, Snapshot
 from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
@@ -26,6 +28,7 @@ from energy import Scene
 from energy.arrays import Array
 from energy.description import alike, described, rebuilt
 
+_CHANGED = 0.1  # of the pull-off force: more with its last links, and it is not resolved
 _NOISE = 1e-13  # of the largest force: a force is no less than another by less
 _TITLE = "elastocap load path"
 _NOTES = (
@@ -145,7 +148,7 @@ class History:
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
         jumps = (self.hold.work(e.before.depth, e.after.depth, e.control) for e in self.events)
-        return sum(leg.external_work() for leg in self._legs()) + sum(jumps)
+        return sum(leg.external_work() for leg in self._legs(self.parts)) + sum(jumps)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -207,9 +210,29 @@ class History:
             )
         return PullOff(state.force, state.depth, state.half_width)
 
-    def _legs(self) -> Iterator[Leg]:
-        """The legs of all parts that go one way, as far as they are in contact."""
-        for part in self.parts:
+    def unresolved(self) -> str:
+        """In words: the most tensile force is that of a few links, and another with one more."""
+        forces = [*self.force.tolist(), *(event.force for event in self.events)]
+        least, narrow = min(forces, default=0.0), (LEAST - 0.5) * (self.spacing or 0.0)
+        pulled = self.spacing and -least > _NOISE * max(map(abs, forces), default=0.0)
+        for run, event in itertools.pairwise(self.parts if pulled else ()):
+            if not isinstance(event, Event) or event.force > least:
+                continue
+            few = event.before.right - event.before.left < narrow and math.isnan(event.after.left)
+            legs: Any = [*self._legs([run])] if few else []
+            if legs and len(legs[-1].trace) > 1:
+                (wider,) = legs[-1].forces(np.array([legs[-1].trace[-2][0]])).tolist()
+                if abs(wider - least) > -_CHANGED * least:
+                    return (
+                        f"the pull-off force = {least!r} is that of a contact of less than {LEAST} "
+                        f"links, and was {wider!r} with one more: it may be off by as much; give "
+                        "a smaller spacing, or method='fitted'"
+                    )
+        return ""
+
+    def _legs(self, parts: list[Any]) -> Iterator[Leg]:
+        """The legs of parts that go one way, as far as they are in contact."""
+        for part in parts:
             run = [s for s in part if not math.isnan(s.left)] if isinstance(part, list) else []
             here = self._branch.contact(run[0].depth, *run[0].lines) if run else None
             while here and here.lines is not None and here.depth != run[-1].depth:
@@ -218,7 +241,7 @@ class History:
 
     def _turns(self) -> Iterator[Snapshot]:
         """The states at which P is least on the way from one recorded state to the next."""
-        for leg in self._legs():
+        for leg in self._legs(self.parts):
             yield self._branch.snapshot(leg.end)
             curve = Curve.of(leg, Control(0.0))
             least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]

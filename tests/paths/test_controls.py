@@ -191,6 +191,7 @@ def lines(state):
     return sum(map(np.isfinite, state.lines))
 
 
+@pytest.mark.filterwarnings("ignore:the pull-off force")  # of few links, for some of them
 @pytest.mark.parametrize(("name", "control"), LOADED)
 def test_a_loop_loses_what_is_put_in_and_is_the_same_on_nodes(name, control):
     """Next to an event either may be on its other side; lines of nodes are told by their links."""

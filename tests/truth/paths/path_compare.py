@@ -6,6 +6,7 @@ spacing, where neither is close to a jump.
 
 import math
 import time
+import warnings
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -70,14 +71,15 @@ def path_verdicts(kind, seed, methods=METHODS):
             if faults and steps > surer:
                 truth, surer = reference(case, values, guesses, steps), steps
                 faults = differences(case, history, truth, nodes)
-        asked = resolved(case, NODES[1])
+        asked, told = resolved(case, NODES[1]), history.unresolved() if faults else ""
         for finer in (1, CLOSER):
-            if faults and nodes:
+            if faults and nodes and not told:
                 history, word, why, seconds = answer(case, values, finer * asked)
                 faults = []
                 if word == "right":
                     faults = _faults(case, values, history, truth, finer * asked, asked)
-        word, why = ("wrong", "; ".join(faults)) if faults else (word, why)
+        if faults:
+            word, why = ("refused", told) if told else ("wrong", "; ".join(faults))
         found[method] = Verdict(word, why, history, truth, seconds, other)
     return found
 
@@ -150,8 +152,15 @@ def answer(case, values, nodes):
     if nodes:
         given |= {"method": "lattice", "spacing": least_length(case) / nodes}
     start = time.process_time()
-    history, word, why = asked(load_path, case.scene, **given)
+    history, word, why = asked(_followed, case.scene, **given)
     return history, "refused" if word == "warned" else word, why, time.process_time() - start
+
+
+def _followed(scene, **given):
+    """The path, also where it is told that its pull-off is not resolved."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "the pull-off force")
+        return load_path(scene, **given)
 
 
 def differences(case, history, truth, nodes):
