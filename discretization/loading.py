@@ -75,8 +75,8 @@ def load_path(
     Warns
     -----
     AccuracyWarning
-        Where the profile varies within the least distance at which events are sought, and for
-        nodes that are further apart than l.
+        Where the profile varies within the least distance at which events are sought; for nodes
+        further apart than l, and where a contact of a few of them is lost at the pull-off force.
 
     Notes
     -----
@@ -112,7 +112,7 @@ def load_path(
     path.go(values)
     branch.certify(path.point)
     history = history.extended(path, values)
-    if told := history.unresolved():
+    if spacing and (told := history.unresolved()):
         warnings.warn(told, AccuracyWarning, stacklevel=2)
     return history
 
@@ -168,9 +168,8 @@ def _deepest(scene: Scene, control: Control, deepest: float) -> float:
 def _least_force(scene: Scene, depth: float) -> float:
     """Half of what the springs resist at least at a depth to which a contact is pressed.
 
-    No surface stands higher than δ₀ above the undeformed one, or the indenter, between the
-    outermost contact lines or beside them, where it decays over l. By the trapezoidal rule, as the
-    depth is only a bound.
+    No surface is higher than δ₀ above the undeformed one, or the indenter, between the outermost
+    lines or beside them, where it decays over l. The trapezoidal rule is enough for a bound.
     """
     profile, length = resolve(scene, depth), scene.elastocapillary_length
     reach, x, g = scene.opened.critical_separation, profile.x, depth - profile.f

@@ -3,8 +3,7 @@
 Panels end at corners, knots, the apex and the edges of a pattern, between which a built-in indenter
 is smooth. Of one that does not say so (Indenter.complete) a panel and its halves may agree by luck
 beside a jump of the slope or of a higher derivative. There the halves are no better than a part of
-what the panel was off by: that is counted, too. What is off by the rounding of its sum, or of the
-heights, is not halved.
+what the panel was off by: that counts, too. What is off by rounding of sums or heights is kept.
 
 States integrate over their contacts (`refined`); for lines that move the sums are made once
 (`Integrals`). A free surface between the contact lines q < p bounds the contact on its left and
@@ -36,8 +35,7 @@ from energy.arrays import Array
 Density = Callable[[Array], Array]  # of places (.., p): several densities (m, .., p)
 _T, _DT = np.polynomial.legendre.leggauss(12)
 _NEAR, _DT = ((_T + 1) / 2) ** 4 / 2, _DT * ((_T + 1) / 2) ** 3
-# points and weights of a panel, half of them for each half, crowded at its ends by t⁴: a power law
-# is not smooth there, and a jump close to an end would be missed
+# of a panel, half of them for each half, crowded at its ends by t⁴, where a power law is not smooth
 _AT, _OF = np.append(_NEAR, 1 - _NEAR), np.append(_DT, _DT)
 _HALVINGS = 48  # of a panel, to the spacing of floating-point numbers
 _MOST = 20_000  # panels for each given one that are halved at once: more is noise of the slopes

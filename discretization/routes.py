@@ -51,8 +51,7 @@ def usable(
 ) -> float | None:
     """The spacing, None on the fitted mesh.
 
-    ValueError unless this is a scene, a relative error, one of the methods, and a spacing > 0 if
-    that has nodes.
+    ValueError unless this is a scene, a relative error, a method, and a spacing > 0 with nodes.
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")

@@ -64,8 +64,7 @@ class Alone:
     def rest_depth(self, side: Any, x: Any, beside: Any = None, work: Any = None) -> Any:
         """D of a line at x, with another work of adhesion than that of a contact that closes.
 
-        beside: just outwards (1) or inwards (-1) of x, which differ at a corner; beyond the edge of
-        a body D is infinite.
+        beside: outwards (1) or inwards (-1) of x, unlike at corners; beyond an edge D is infinite.
         """
         scene, indenter = self.scene, self.scene.indenter
         beyond = indenter.slope(x) if beside is None else indenter.slope_beside(x, side * beside)

@@ -72,8 +72,7 @@ class LineSearch:
     def torn(self, one: float, other: float, depth: float, holds: Any = 0.0) -> Array:
         """The corners between two positions at which the slope falls by more than `holds` holds.
 
-        Pressed by kg, a gap of the width s opens at a fall of 2 g s/l²; shorter ones than MET
-        are none.
+        Pressed by kg, a gap of width s opens at a fall of 2 g s/l²; none is shorter than MET.
         """
         profile, length = self.rests.profile, self.rests.length
         x, aside = profile.corners, 2 * MET * length

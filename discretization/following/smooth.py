@@ -1,8 +1,7 @@
 """Contact lines that follow the depth without an event, all free surfaces at once.
 
 Between two depths a free surface moves smoothly if its lines, at depths in between, are in stable
-equilibrium or held where they are all the way, move one way, and its energy changes by the work of
-its force,
+equilibrium or held all the way, move one way, and its energy changes by the work of its force,
 
     |E(end) - E(start) - ∫P dd| <= 1e-12 · (sums of the terms' absolute values) + |P| · rounding,
 

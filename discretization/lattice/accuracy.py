@@ -1,8 +1,7 @@
 """How accurate a lattice state is: next to coarser and finer lattices, and to its own parts.
 
-With e a relative error of the state's a, P or U as the docstring of `Equilibrium.error_estimate`
-has it, and Q_c that of the same question on nodes c = 2, 1.7, 1.4 times further apart, errors are
-O(Δx²), so that
+With e a relative error of a, P or U, as in the docstring of `Equilibrium.error_estimate`, and Q_c
+that of the same question on nodes c = 2, 1.7, 1.4 times further apart, errors are O(Δx²), so that
 
     e <= 3/2 |Q - Q_c|/|c² - 1|,
 
@@ -74,8 +73,7 @@ class Unseen(NamedTuple):
 def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = False) -> Unseen:
     """What the nodes do not see of the profile, where contact is possible at this depth.
 
-    None of a convex profile; anywhere: its lowest point, seen or not. AccuracyWarning and
-    ValueError as `resolve`.
+    None of a convex profile; anywhere: its lowest point. Warns and refuses as `resolve`.
     """
     if scene.indenter.convex:
         return Unseen(*np.empty((3, 0)))

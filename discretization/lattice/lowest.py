@@ -16,11 +16,10 @@ A surface begins at z = y = 0 ("nothing precedes") and ends far out at v = 0 ("a
 least energy V_j that ends in contact node j is the least of V_i and that cost over all starts i,
 less the adhesion of the links between if i and j are neighbours.
 
-Few starts need be asked. Let T_i(y) be the least cost of a surface from start i to the height y at
-some z, as taut as the nodes between allow. Two of these do not cross, so the one from the older
-start arrives more steeply: T_i - T_k grows with y if i is older than k. A start beaten by an older
-one is beaten by it at all lower y, and by a newer one at all higher y. As surfaces pass node j at
-0 <= y <= y_j,
+Few starts need be asked. T_i(y) is the least cost of a surface from start i to the height y at some
+z, as taut as the nodes between allow. Two of these do not cross, so that from the older start comes
+more steeply: T_i - T_k grows with y if i is older than k. A start beaten by an older one is beaten
+by it at all lower y, by a newer one at all higher y. As surfaces pass node j at 0 <= y <= y_j,
 
 1. starts newer than the best one of node j are not needed beyond it. (Nor do they block any: a line
    from an older start that is above one of them, but not above the best one, is above node j.)

@@ -72,8 +72,7 @@ class Body:
     def rest_depth(self, a: Any, reaction: Array, excess: float, side: Any) -> Any:
         """D of half-widths (m,), or one, with σ, s₀ (2, m); side: which slope of a corner counts.
 
-        Beyond the edge of the body none; what touches with its lowest point alone lets go at first
-        touch.
+        Beyond the edge of the body none; what touches with one point alone lets go at first touch.
         """
         found = self.height(a) + (self.slope(a, side) - reaction[1] - excess) / reaction[0]
         found = np.where((a <= self.tip) & (side < 0), self.touch, found)

@@ -44,8 +44,7 @@ Found = tuple[float, float, str]  # of `Lines.walk`
 class Lines:
     """The line of a body against a work of adhesion, excess: √(2w/γ₁).
 
-    reaction: σ, s₀, and maybe more, of one or many half-widths; step: of log₂ a, in which D turns
-    once at most.
+    reaction: σ, s₀, and maybe more, of half-widths; step: of log₂ a, in which D turns once at most.
     """
 
     body: Body

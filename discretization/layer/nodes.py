@@ -168,8 +168,7 @@ class Nodes:
         """The conditions of ../certificate.py, judged by the displacements that the forces give.
 
         At the nodes: the line is anywhere in its link, and the surface of a state that is right to
-        second order may be inside the indenter there. Nodes that do not resolve it have an error
-        that is not known.
+        second order may be inside the indenter there. Too few nodes have an unknown error.
         """
         n, own, rests = self.n, slice(self.n + 1), self.rest_depths
         forces = solve_triangular(self.lower[own, own].T, self.y[own])

@@ -81,9 +81,8 @@ class Lattice:
     changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, so that the line stops at
     v = √(2wΔx/S), and the force by -S (1 - A - B) v. If nothing is faced B = 0, A = λ, S = t/λ.
 
-    A line contact; its subclass for rotational symmetry (radial.py) answers the same questions of
-    one contact around the axis. There nodes and links have weights, and a free surface depends on
-    where it is held.
+    A line contact; its subclass for rotational symmetry (radial.py) answers the same questions of a
+    contact around the axis: nodes and links have weights, and a surface depends on its place.
     """
 
     axis: ClassVar[float] = math.nan

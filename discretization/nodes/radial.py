@@ -18,8 +18,7 @@ s = a/l, whose left side grows by l f'' + f'/q - (f - d) q'/q² >= f' (1 - s q'/
 units of l, as f - d <= a f' and s q'/q = 1 - s (1/q - q).
 
 The outer surface, in units of 2πγ₁ and with κ = kΔr²/γ₁, pulls at node m with σ_m u_m, the spring
-there not counted. Node by node, with positive numbers only and errors that every step makes
-smaller,
+there not counted. Node by node, of positive numbers alone, so that errors shrink at every step,
 
     σ_m = (m + ½) s/(m + ½ + s),   s = κ(m + 1) + σ_{m+1}.
 

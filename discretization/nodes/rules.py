@@ -134,8 +134,7 @@ class Rules:
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
         """Depth below which a lone node between two contacts (None: none there) is pulled.
 
-        It is where the node would touch; less what rounding makes of that, so that a node that
-        has just touched stays.
+        Where the node would touch, less its rounding, so that one that has just touched stays.
         """
         (remainder, shape), height = self._surface(left, right, node), self.f[node]
         return float((height - shape - _ROUNDING * (abs(height) + abs(shape))) / remainder)

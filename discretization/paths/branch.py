@@ -20,8 +20,7 @@ class Snapshot(NamedTuple):
     """A state beside an event: depth, force P, energy U, contact lines (nan when detached).
 
     left, right: the outermost lines; inner: those in between, where there are several contacts.
-    With rotational symmetry (axisymmetric) they are radii, and left is 0 for a contact that
-    includes the axis.
+    With rotational symmetry (axisymmetric) they are radii, left of a contact on the axis is 0.
     """
 
     depth: float

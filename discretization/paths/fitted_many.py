@@ -51,8 +51,7 @@ class Tracked(Leg):
             (start, end), which = piece.ends, np.array(piece.which)
             way = 1 if end >= start else -1
             beyond, inside = way * (depths - start) > 0, way * (depths - end) < 0
-            # the end is known, and not followed to again: where an equilibrium disappears there,
-            # rounding may put its lines beyond that
+            # where an equilibrium disappears at the end rounding may put its lines beyond that
             found[np.ix_(beyond, which)] = piece.lines[:, -1, -1]
             at = np.flatnonzero(beyond & inside)
             at = at[np.argsort(way * depths[at], kind="stable")]

@@ -211,22 +211,21 @@ class History:
         return PullOff(state.force, state.depth, state.half_width)
 
     def unresolved(self) -> str:
-        """In words: the most tensile force is that of a few links, and another with one more."""
-        forces = [*self.force.tolist(), *(event.force for event in self.events)]
-        least, narrow = min(forces, default=0.0), (LEAST - 0.5) * (self.spacing or 0.0)
-        pulled = self.spacing and -least > _NOISE * max(map(abs, forces), default=0.0)
-        for run, event in itertools.pairwise(self.parts if pulled else ()):
+        """In words: the most tensile force is that of a few links, and was another with more."""
+        forces, spacing = [*self.force.tolist(), *(e.force for e in self.events)], self.spacing or 0
+        least, size = min(forces, default=0.0), max(map(abs, forces), default=0.0)
+        for run, event in itertools.pairwise(self.parts if -least > _NOISE * size else ()):
             if not isinstance(event, Event) or event.force > least:
                 continue
-            few = event.before.right - event.before.left < narrow and math.isnan(event.after.left)
-            legs: Any = [*self._legs([run])] if few else []
+            few = event.before.right - event.before.left < (LEAST - 0.5) * spacing
+            legs: Any = [*self._legs([run])] if few and math.isnan(event.after.left) else []
             if legs and len(legs[-1].trace) > 1:
                 (wider,) = legs[-1].forces(np.array([legs[-1].trace[-2][0]])).tolist()
                 if abs(wider - least) > -_CHANGED * least:
                     return (
-                        f"the pull-off force = {least!r} is that of a contact of less than {LEAST} "
-                        f"links, and was {wider!r} with one more: it may be off by as much; give "
-                        "a smaller spacing, or method='fitted'"
+                        f"the pull-off force = {least!r} is that of fewer than {LEAST} links, and "
+                        f"with more it was {wider!r}: it may be off by as much; give a smaller "
+                        "spacing, or method='fitted'"
                     )
         return ""
 

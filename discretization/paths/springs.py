@@ -38,8 +38,7 @@ _APART = 1e-15  # of the depths: two places that close are one
 def on_springs(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     """The certified state of independent springs.
 
-    ValueError for a contact that leaves the known profile; NotCertifiedError if springs that are
-    free would be touched.
+    ValueError for a contact off the known profile; NotCertifiedError if it touched free springs.
     """
     springs, reach = SpringsBranch(scene, resolve(scene, depth)), scene.critical_separation
     level = depth + reach if branch == "global" else min(max(depth, springs.touch), depth + reach)

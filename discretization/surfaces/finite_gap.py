@@ -7,9 +7,8 @@ du/dτ = p and dp/dτ = u, so that u is a sum of two exponentials, and only x is
     dx/dτ = h(p) = (1 - p²/2)/√(1 - p²/4).
 
 So a gap has one unknown, its range T of τ, for which x(T) = L. The elements are laid out in τ. That
-grades them towards steep lines, and u and x are smooth functions of τ however steep the surface
-is. The discrete energy is that of the nodal u at the nodes' fixed x, by the Gauss-Lobatto rule in
-τ, convex in u:
+grades them towards steep lines, and u and x are smooth functions of τ however steep the surface is.
+The discrete energy is that of the nodal u at fixed x, by the Gauss-Lobatto rule in τ, convex in u:
 
     F = Σ_i w_i [h_i u_i²/2 + √(h_i² + (du/dτ)_i²) - h_i].
 
@@ -20,8 +19,7 @@ Only one mean displacement has a given inclination φ at a line, at a given rise
 grows v = ∂u, (cos³φ v')' = v, v = 1 at both lines and 0 < v < 1 between (maximum principle), so
 that v' < 0 outwards of a line, and its reaction grows. Hence T is unique as well. A surface that
 would turn over, p² > 2, is followed as if it were upright there: at its line it is cut at p² = 2,
-as its least energy among functions that may jump is. Lines more than 40 l apart do not feel each
-other.
+as its least energy among functions that may jump is. Lines over 40 l apart do not feel each other.
 """
 
 import bisect

@@ -27,8 +27,7 @@ class FiniteSurfaces(Surfaces):
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """The inclination at rest is known, and the displacement that has it is solved for.
 
-        Where a gap would turn over its inclination is cut at ±π/2; a tail is refused if its line is
-        at rest there.
+        Where a gap would turn over its inclination is cut at ±π/2, a tail at rest there is refused.
         """
         phi = np.arctan(steep) - 2 * np.arcsin(np.sqrt(w / 2))
         if np.ndim(width) == 0 and width == math.inf:

@@ -1,7 +1,6 @@
 """Spectral elements, and linear free surfaces between two contact lines, condensed to the lines.
 
-With small slopes, in units of l and γ₁ (k = γ₁ = l = 1), the surface between lines displaced by u
-and v stores at least
+For small slopes, k = γ₁ = l = 1, the surface between lines displaced by u and v stores at least
 
     E = σ_left u²/2 + σ_right v²/2 + τ (u - v)²/2,
 

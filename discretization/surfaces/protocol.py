@@ -84,8 +84,7 @@ class Surfaces:
     def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D at x, numbers or arrays, with the height f and the slope f' there.
 
-        side: +1 for a line whose contact is on its left, else -1; facing: the line beyond the free
-        surface.
+        side: +1 for a line whose contact is on its left, else -1; facing: that beyond the surface.
         """
         length, width, rise = self.scene.elastocapillary_length, math.inf, 0.0
         if facing is not None:

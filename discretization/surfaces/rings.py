@@ -5,8 +5,7 @@ of its inner nodes, and of elements in a row.
 
 Beyond a line of radius s, and on the disc inside one, the reaction per length of the line is the
 displacement times a stiffness S(s), a function of the radius alone. It is that of some elements
-beside the line and of the far field beyond them, which is eliminated exactly, and is kept as a
-family (network.py).
+beside the line and of the far field, eliminated exactly, and is kept as a family (network.py).
 """
 
 import functools

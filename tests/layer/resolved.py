@@ -121,8 +121,7 @@ def quadratic(geometry, nu, gamma, heights, a, parts):
 def rests(geometry, nu, gamma, heights, a, works, parts):
     """Where a line rests at a: depth, force and energy for each body and work of adhesion.
 
-    A line that moves by da changes the energy by U' da; at rest U' = 0, of two depths the lower;
-    without adhesion they are one.
+    A line that moves by da changes the energy by U' da; at rest U' = 0, the lower of two depths.
     """
     places = [quadratic(geometry, nu, gamma, heights, a * (1 + t), parts) for t in AROUND]
     return [_of_body(np.array(forms), geometry, a, works) for forms in zip(*places, strict=True)]

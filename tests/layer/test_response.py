@@ -12,15 +12,7 @@ from scipy.integrate import quad
 
 from discretization import load_path, minimise
 from discretization.layer.poles import poles
-from energy import (
-    ElasticLayer,
-    Parabola,
-    Patches,
-    Plane,
-    Profile,
-    Scene,
-    SurfaceEnergies,
-)
+from energy import ElasticLayer, Parabola, Patches, Plane, Profile, Scene, SurfaceEnergies
 from energy.validity import assumptions
 
 RATIOS = (-0.9, -0.4, 0.0, 0.25, 0.3, 0.4, 0.45, 0.49, 0.4999, 0.5)

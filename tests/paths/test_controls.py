@@ -264,8 +264,7 @@ def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(name, nodes, tm
 
 
 @pytest.mark.parametrize(
-    ("name", "nodes"),
-    [pytest.param(*b, marks=[pytest.mark.slow] * (b[0] in RINGED)) for b in BOTH],
+    ("name", "nodes"), [pytest.param(*b, marks=[pytest.mark.slow] * (b[0] in RINGED)) for b in BOTH]
 )
 def test_there_and_back_without_an_event_costs_nothing(name, nodes):
     """On a smooth branch, or with all lines held."""

@@ -1,7 +1,6 @@
 """States over geometry, slopes, profile and adhesion: every question of each of them.
 
-The fitted mesh, held against closed forms (tests/fitted) and references (tests/truth), is what
-lattices are held against.
+Lattices are held against the fitted mesh; that is against closed forms (tests/fitted) and truth.
 """
 
 import functools

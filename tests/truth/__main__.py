@@ -1,8 +1,7 @@
 """python -m tests.truth CLASS N SEED: how many of N random cases from SEED on come out right.
 
 The classes of load paths, such as machine_opening, are counted for the fitted mesh and for nodes;
-what takes more than PATIENCE seconds of processor time is counted as slow. With N = 1 the
-reference and the answer are printed.
+slow is what takes more than PATIENCE seconds of processor time. N = 1 prints reference and answer.
 """
 
 import signal

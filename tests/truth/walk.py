@@ -132,8 +132,7 @@ class Walk:
     def _settle(self, way, least):
         """Move lines by turns until none moves by more than `least` of the feature.
 
-        way: +1 outwards, -1 inwards. The line is due that one faces that has moved, and this itself
-        unless it has come to rest.
+        way: +1 outwards, -1 inwards. The facing line is due, and this one unless it rests.
         """
         self._due, self.turns, moves = [True] * len(self.lines), 0, []
         while any(self._due):

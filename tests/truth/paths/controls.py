@@ -7,8 +7,7 @@ path from the present place with falling depth. In between, C may fall before it
 indenter jumps from the top of C over all that to where C comes back to the same value.
 
 The path is sampled in steps of the depth, fine enough to see every change of lines that is not
-smooth; what happens at once is enclosed by bisection, the tops of C by Brent's method, and the
-places where C has a value by roots.
+smooth; what happens at once is found by bisection, tops of C by Brent's method, values by roots.
 """
 
 import math

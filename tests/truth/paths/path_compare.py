@@ -6,7 +6,6 @@ spacing, where neither is close to a jump.
 
 import math
 import time
-import warnings
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -121,8 +120,7 @@ def reference(case, values, guesses=None, finer=1.0):
 def least_length(case):
     """The shortest of l, what the profile or a pattern varies on, and a contact at a sharp tip.
 
-    A line at a tip of radius R recedes from a to 0 while the depth changes by a l/R: by the depth
-    scale for a = R/l of that.
+    A line at a tip of radius R recedes from a to 0 over a l/R of depth: the scale at a = R/l of it.
     """
     indenter = case.scene.indenter
     x = np.union1d(np.linspace(*indenter.extent, 4001), indenter.corners)
@@ -152,15 +150,8 @@ def answer(case, values, nodes):
     if nodes:
         given |= {"method": "lattice", "spacing": least_length(case) / nodes}
     start = time.process_time()
-    history, word, why = asked(_followed, case.scene, **given)
+    history, word, why = asked(load_path, case.scene, **given)
     return history, "refused" if word == "warned" else word, why, time.process_time() - start
-
-
-def _followed(scene, **given):
-    """The path, also where it is told that its pull-off is not resolved."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "the pull-off force")
-        return load_path(scene, **given)
 
 
 def differences(case, history, truth, nodes):
@@ -197,8 +188,7 @@ def _unsure(truth, window):
 def seen(case, spacing):
     """The case with the profile that nodes see, straight where there is a corner between two.
 
-    None if there is no such corner. However close the nodes are, such a facet may hold a contact
-    longer than the corner does.
+    None if there is no such corner. However close nodes are, a facet may hold longer than a corner.
     """
     body = case.scene.indenter
     at = np.asarray(body.corners, float) / spacing
