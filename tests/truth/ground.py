@@ -90,8 +90,7 @@ def refined_minima(function, x, values, below, ends=(math.inf, math.inf)):
     """Local minima (x, value) of a function sampled at x that may be less than `below`, refined.
 
     A dip between three nodes is left out where it would have to be deeper below its least sample
-    than the steps to these and the next ones are high, as nodes are not evenly spaced. ends: what
-    to take for the values beyond the first and last node.
+    than the steps to these and the next ones are high. ends: values beyond the first and last node.
     """
     padded = np.concatenate([ends[:1], values, ends[1:]])
     dips = np.flatnonzero((padded[1:-1] <= padded[:-2]) & (padded[1:-1] <= padded[2:]))

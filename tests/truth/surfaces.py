@@ -6,8 +6,7 @@ contact. The tilt is u' for small slopes and atan u' for finite ones, so that a 
 
     lean(f') + tilt = deficit,      deficit = √(2w/γ₁)  or  2 asin √(w/(2γ₁))     (12), (15)
 
-and advances while the left side is less: moving it by da changes the energy of small slopes by
-(γ₁/2 (f' + u')² - w) da.
+and advances while the left side is less: da changes small-slope energy by (γ₁/2 (f' + u')² - w) da.
 """
 
 import functools

@@ -67,11 +67,12 @@ class Sample(NamedTuple):
 class Reading:
     """A path under a control, from before first touch on.
 
-    scale: of depths; finer: a factor on the number of steps.
+    scale: of depths; finer: a factor on the number of steps; marks: depths that are sampled, too.
     """
 
-    def __init__(self, path, control, scale, finer=1.0):
+    def __init__(self, path, control, scale, finer=1.0, marks=()):
         self.path, self.control, self.scale, self.finer = path, control, scale, finer
+        self.marks = marks
         self.value, self.place, self.close = -math.inf, Place(-math.inf), CLOSE * scale / finer
         self.jumps, self.step = [], 0
 
@@ -95,7 +96,7 @@ class Reading:
         """The values of jumps if the control went on from here to this value and by this much."""
         if not self.place.lines:
             return []
-        peek = Reading(self.path, self.control, self.scale, self.finer)
+        peek = Reading(self.path, self.control, self.scale, self.finer, self.marks)
         peek.place, peek.value = self.place, value
         try:
             peek.go(value + window)
@@ -177,7 +178,8 @@ class Reading:
         step = ((goal if here is top else top.height) - here.height) / self._rate(here.place)
         step = min(max(step, SMALLEST * self.scale), LARGEST * self.scale) / self.finer
         depth = self.path.farthest(here.place, here.place.depth + way * step)
-        there = self._sample(here.place, depth, way)
+        on = [way * at for at in self.marks if way * (at - here.place.depth) > 0]
+        there = self._sample(here.place, way * min([way * depth, *on]), way)
         if not self.path.jumps:
             return [there]
         return [*self._between(here, there, way), there]
@@ -274,6 +276,6 @@ class Unique(Reading):
         return self.place
 
 
-def reading_of(path, control, scale, finer=1.0):
-    """How the path under a control is read off this one."""
-    return (Reading if path.scene.opened.work_of_adhesion else Unique)(path, control, scale, finer)
+def reading_of(path, *given):
+    """How the path under a control is read off this one; given: as to `Reading`."""
+    return (Reading if path.scene.opened.work_of_adhesion else Unique)(path, *given)

@@ -1,8 +1,7 @@
 """Depth paths that may turn: a place can be kept, and the path taken from it to any other depth.
 
 Each class answers `moved(place, depth)`, the state that the path from `place` comes to, and
-`totals(place)`, its force and energy. Nothing is stored on the way, so that the same place may be
-left as often as one likes, as a bisection does.
+`totals(place)`, its force and energy. Nothing is stored: a place is left as often as one likes.
 """
 
 import functools

@@ -1,7 +1,6 @@
 """Compare `load_path` under a dead load or a machine with the reference, case by case.
 
-fitted: to rounding, but for the search of tops of the reference. lattice: to second order in the
-spacing, where neither is close to a jump.
+fitted: to rounding, but for tops of the reference. lattice: to second order, but close to jumps.
 """
 
 import math
@@ -68,7 +67,9 @@ def path_verdicts(kind, seed, methods=METHODS):
         faults = _faults(case, values, history, truth, nodes, nodes) if word == "right" else []
         for steps in SURER:
             if faults and steps > surer:
-                truth, surer = reference(case, values, guesses, steps), steps
+                jumps = [(e.before.depth, e.after.depth) for e in history.events]
+                marks = [at for one, other in jumps for at in (one, (one + other) / 2, other)]
+                truth, surer = reference(case, values, guesses, steps, marks), steps
                 faults = differences(case, history, truth, nodes)
         asked, told = resolved(case, NODES[1]), history.unresolved() if faults else ""
         for finer in (1, CLOSER):
@@ -97,14 +98,14 @@ def nodes_of(case, method):
     return resolved(case, NODES[0]) if method == "lattice" else None
 
 
-def _reading(case, finer=1.0):
+def _reading(case, *given):
     path = depth_path_of(case.scene, case.feature)
-    return reading_of(path, Control(case.stiffness), case.scale, finer)
+    return reading_of(path, Control(case.stiffness), case.scale, *given)
 
 
-def reference(case, values, guesses=None, finer=1.0):
+def reference(case, values, guesses=None, *given):
     """What the reference makes of a programme. Outside if it leaves the profile."""
-    reading, places, turns = _reading(case, finer), [], []
+    reading, places, turns = _reading(case, *given), [], []
     guesses = values * math.nan if guesses is None else guesses
     window = FIRST / NODES[0] * float(np.ptp(values))
     for i, (value, guess) in enumerate(zip(values, guesses.tolist(), strict=True)):
