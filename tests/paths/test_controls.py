@@ -11,6 +11,7 @@ from truth.paths.path_scenes import envelope
 from discretization import History, load_path
 from energy import Circle, FlatPunch, Parabola, Patches, Profile, Sampled, SurfaceEnergies, Wedge
 
+pytestmark = pytest.mark.filterwarnings("ignore:the pull-off force")  # of few links, for some
 NODES = {"method": "lattice", "spacing": 0.05}
 METHODS = pytest.mark.parametrize("method", [{}, NODES], ids=["fitted", "lattice"])
 
@@ -191,7 +192,6 @@ def lines(state):
     return sum(map(np.isfinite, state.lines))
 
 
-@pytest.mark.filterwarnings("ignore:the pull-off force")  # of few links, for some of them
 @pytest.mark.parametrize(("name", "control"), LOADED)
 def test_a_loop_loses_what_is_put_in_and_is_the_same_on_nodes(name, control):
     """Next to an event either may be on its other side; lines of nodes are told by their links."""
