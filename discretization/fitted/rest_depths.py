@@ -248,7 +248,7 @@ class RestDepths:
     def step(self, lines: Array) -> Array:
         """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.
 
-        In a narrow gap D varies by (L/l)², known to (l/L)²: the step is the cube root of rounding.
+        In a narrow gap D varies by (L/l)², known to (l/L)²: the step is the cube root of its error.
         """
         width, x = lines[..., 1] - lines[..., 0], np.where(np.isfinite(lines), np.abs(lines), 0.0)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -8,7 +8,7 @@ the first pole that of the flow sideways, and k₀ + k₁/τ₁ the stiffness at
 3G/h³ for an incompressible layer. The first poles are the layer's own: k is infinite where
 (3 - 4ν) sinh z = z, s = z²/4h². The others are real, in steps as far apart as the tolerance allows
 where tension has not yet taken over from the layer, k < γ₁q² times the tolerance: a sum over poles
-in steps of a factor e^h is off by 4 exp(-π²/h). k₀ and c_j minimise the error over k + γ₁q².
+in steps of a factor e^h is off by 4 exp(-π²/h). k₀, c_j: least squares of the error over k + γ₁q².
 
 A sum that is bounded for q -> ∞ leaves to tension alone what happens at a contact line: there the
 displacement has a kink, and nothing of the layer may compete with γ₁u'².
