@@ -165,7 +165,7 @@ def followed(
 def _newton(rests: RestDepths, x: Array, on: Way, last: Array, active: Mask) -> tuple[Array, Mask]:
     """Move the free lines of active surfaces to rest within their rooms, x (n, j, 2) in place.
 
-    The changes of D (n, j, 2, 2), and which surfaces rest. last: the step before, or a guess's error.
+    The changes of D (n, j, 2, 2), and which surfaces rest. last: the last step, or a guess's error.
     """
     rates, still, worse = np.zeros((*x.shape, 2)), np.zeros(len(x), bool), np.zeros(len(x), int)
     near = False

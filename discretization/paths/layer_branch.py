@@ -52,7 +52,7 @@ class Slide(Leg):
 class LayerBranch(Branch):
     """One contact under a prescribed depth; what a point remembers is a.
 
-    The poles, and what is computed at half-widths, are good to rtol. lines: those going out (1), in (-1).
+    The poles, and what is computed at half-widths, are good to rtol. lines: out (1), in (-1).
     """
 
     def __init__(self, scene: Scene, rtol: float) -> None:
