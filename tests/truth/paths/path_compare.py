@@ -73,7 +73,7 @@ def path_verdicts(kind, seed, methods=METHODS):
                 faults = differences(case, history, truth, nodes)
         asked, told = resolved(case, NODES[1]), history.unresolved() if faults else ""
         for finer in (1, CLOSER):
-            if faults and nodes and not told:
+            if faults and nodes:
                 history, word, why, seconds = answer(case, values, finer * asked)
                 faults = []
                 if word == "right":
