@@ -1,12 +1,13 @@
-"""Histories: saved, read back, and continued."""
+"""Histories: saved, read back, continued, and what they are not sure of."""
 
+from contextlib import nullcontext
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from scenes import adhesive, check
 
-from discretization import History, load_path
+from discretization import AccuracyWarning, History, load_path
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
 PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 20), np.linspace(0.01, -0.01, 30)] * 0.7
@@ -131,3 +132,14 @@ def test_a_file_says_what_was_given_of_the_surface_energies(tmp_path):
     spelt_out = replace(scene, surfaces=energies(0.05, 1e-4, 0.05))
     assert History.from_csv(path, scene=spelt_out).scene == scene
     assert eval(repr(scene.surfaces)) == scene.surfaces
+
+
+@pytest.mark.parametrize(("links", "off"), [(30, 0.066), (60, 0.033), (240, 0.008)])
+def test_a_pull_off_force_of_a_few_links_is_told(links, off):
+    """A tip is lost as its contact shrinks to nothing, where P = -2 √(2wγ₁): of first order."""
+    scene = adhesive(Parabola(0.02))
+    spacing, exact = scene.elastocapillary_length / links, -2 * np.sqrt(2 * 0.002 * 0.07)
+    told = pytest.warns(AccuracyWarning, match="pull-off") if off > 0.03 else nullcontext()
+    with told:
+        path = load_path(scene, depths=PROGRAMME, method="lattice", spacing=spacing)
+    assert path.pull_off.force == pytest.approx((1 - off) * exact, rel=2e-3)
