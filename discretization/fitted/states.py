@@ -75,15 +75,14 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
         same = discs or bool(found[1:] and alike and off <= _SAME * other.scales["energy"])
         if same and (discs or len(one.contacts) == seen):
             break
-    if same:
-        return min(found, key=lambda state: state.energy)
-    warnings.warn(
-        f"the lowest energy at depth = {depth!r} is not the same on lattices each with half the "
-        "spacing of the last: the state found may not be the lowest; give a spacing, or a smoother "
-        "profile",
-        AccuracyWarning,
-        stacklevel=3,
-    )
+    if not same:
+        warnings.warn(
+            f"the lowest energy at depth = {depth!r} is not the same on lattices each with half "
+            "the spacing of the last: the state found may not be the lowest; give a spacing, or a "
+            "smoother profile",
+            AccuracyWarning,
+            stacklevel=3,
+        )
     return min(found, key=lambda state: state.energy)
 
 

@@ -211,7 +211,7 @@ class History:
         return PullOff(state.force, state.depth, state.half_width)
 
     def unresolved(self) -> str:
-        """In words: the most tensile force is that of a few links, and was another with more."""
+        """A sentence if the pull-off force is that of a contact of only a few links, else ""."""
         forces, spacing = [*self.force.tolist(), *(e.force for e in self.events)], self.spacing or 0
         least, size = min(forces, default=0.0), max(map(abs, forces), default=0.0)
         for run, event in itertools.pairwise(self.parts if -least > _NOISE * size else ()):
@@ -223,9 +223,9 @@ class History:
                 (wider,) = legs[-1].forces(np.array([legs[-1].trace[-2][0]])).tolist()
                 if abs(wider - least) > -_CHANGED * least:
                     return (
-                        f"the pull-off force = {least!r} is that of fewer than {LEAST} links, and "
-                        f"with more it was {wider!r}: it may be off by as much; give a smaller "
-                        "spacing, or method='fitted'"
+                        f"the pull-off force = {least!r} is that of a contact of fewer than {LEAST}"
+                        f" links; with more links it was {wider!r}, and it may be off by the "
+                        "difference; give a smaller spacing, or method='fitted'"
                     )
         return ""
 
