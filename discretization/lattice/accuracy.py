@@ -40,7 +40,7 @@ import numpy as np
 from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import heights
+from discretization.nodes.row import heights, numbers
 from discretization.profile import resolve
 from energy import Scene
 from energy.arrays import Array
@@ -80,10 +80,10 @@ def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = Fal
     profile = resolve(scene, depth)
     if anywhere:
         return Unseen(*np.array([[profile.lowest], [profile.touch], [0.0]]))
-    lo, hi = scene.indenter.extent
+    first, last = numbers(lattice, scene.indenter.extent)
     place = (profile.x - lattice.origin) / lattice.spacing
     link = np.floor(place)
-    inside = (lattice.x(link - 1) >= lo) & (lattice.x(link + 2) <= hi)
+    inside = (link > first) & (link + 1 < last)
     x, f, place, link = (part[inside] for part in (profile.x, profile.f, place, link))
     nodes = heights(lattice, scene.indenter, link + np.arange(-1.0, 3.0)[:, None])
     bend = np.abs(np.diff(nodes, 2, axis=0)).max(axis=0)
@@ -136,22 +136,26 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         state = _asked(solve, fine, factor * fine.spacing)
         if state is None or not state.contacts.size:
             return UNRESOLVED
-        bounds.append(_next_to(fine, state, factor))
+        if state.spacing == fine.spacing:  # of a body so few links wide
+            continue
+        bounds.append(_next_to(fine, state))
         other = len(state.contacts) != len(fine.contacts) or bounds[-1]["half_width"] > UNEVEN
         if factor < 1 and other:
             return UNRESOLVED
+    if not bounds:
+        return UNRESOLVED
     errors = {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
     if not convex:
         errors["half_width"] = max(errors["half_width"], errors["energy"])
     return errors
 
 
-def _next_to(fine: Equilibrium, other: Equilibrium, coarser: float) -> dict[str, float]:
-    """The estimates of the module from one other state, of a spacing larger by this factor.
+def _next_to(fine: Equilibrium, other: Equilibrium) -> dict[str, float]:
+    """The estimates of the module from a state of another spacing.
 
     Where that has another number of contacts errors are of first order.
     """
-    smooth = other.contacts.shape == fine.contacts.shape
+    smooth, coarser = other.contacts.shape == fine.contacts.shape, other.spacing / fine.spacing
     parts = {"energy": fine.energy_parts, "force": fine.force_parts}
     scales, errors = {"half_width": fine.half_width or fine.spacing, **fine.scales}, {}
     for name, scale in scales.items():

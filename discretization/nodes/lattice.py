@@ -24,7 +24,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from energy import Indenter, Scene
+from energy import Scene
 from energy.arrays import Array
 from energy.checks import positive
 
@@ -102,13 +102,13 @@ class Lattice:
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
         """Lattice for a scene with nodes `spacing` [length] apart, one of them on `origin`.
 
-        By default that is the axis, or the indenter's `apex`, x = 0 where it is not known; a body
-        between two edges without other corners is centred, so that the outermost nodes are at
-        most Δx/2 inside them. ValueError unless spacing > 0.
+        By default that is the axis, or the indenter's `apex`, x = 0 where it is not known. Edges of
+        a body are nodes, which are closer for it: (hi - lo)/n apart, n a whole number. ValueError
+        unless spacing > 0.
         """
         spacing = positive("spacing", spacing)
         if origin is None:
-            origin = 0.0 if scene.axisymmetric else _origin(scene.indenter, spacing)
+            spacing, origin = _placed(scene, spacing)
         slopes = scene.slopes if scene.gamma1 else "small"
         kinds: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
         kind = next(kind for kind in kinds if (kind.axis == 0) == scene.axisymmetric)
@@ -188,9 +188,19 @@ class Lattice:
         return self.origin + self.spacing * node
 
 
-def _origin(indenter: Indenter, spacing: float) -> float:
-    lo, hi = indenter.extent
-    if len(indenter.walls) == len(indenter.corners) == 2:
-        links = math.floor((hi - lo) / spacing + 1e-9)
-        return lo + max(0.0, (hi - lo) - links * spacing) / 2
-    return 0.0 if indenter.apex is None else indenter.apex
+def _placed(scene: Scene, spacing: float) -> tuple[float, float]:
+    """Spacing and origin; see `Lattice.of`. Without tension, edges are where cells of nodes end."""
+    body, cells = scene.indenter, 0 if scene.gamma1 else 1
+    (lo, hi), tip = body.extent, 0.0 if body.apex is None or scene.axisymmetric else body.apex
+    if len(body.walls) < 2 or spacing > hi - lo:
+        return spacing, tip
+    closer = (hi - lo) / (cells + 2 * math.ceil(((hi - lo) / spacing - cells) / 2 - 1e-9))
+    first = 0.0 if scene.axisymmetric else lo + cells * closer / 2
+
+    def on_nodes(chosen: tuple[float, float]) -> tuple[bool, int]:
+        off = (np.append(tip, body.corners) - chosen[1]) / chosen[0]
+        off[1:] -= cells / 2
+        on = np.abs(off - np.rint(off)) < 1e-9
+        return bool(on[0]) or tip not in body.corners, int(on[1:].sum())
+
+    return max((closer, first), (spacing, tip), key=on_nodes)

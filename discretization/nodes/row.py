@@ -46,14 +46,14 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int
     And of the one that touches first. ValueError if the profile has no lowest point to touch with.
     """
     dx, apex, ends = lattice.spacing, indenter.apex, indenter.extent
-    whole = near = _inside(lattice, ends)
+    whole = near = numbers(lattice, ends)
     if whole[0] > whole[1] or (whole[0] == whole[1] and lattice.gamma1):
         few = "no" if whole[0] > whole[1] else "one"
         raise ValueError(f"spacing = {dx!r} leaves {few} node on the indenter; give a smaller one")
     if not indenter.convex or apex is None:
         if not math.isfinite(np.ptp(ends)):
             ends = profile.window(indenter, depth, _WINDOW * dx, lattice.deepest_contact)
-        near = _inside(lattice, ends)
+        near = numbers(lattice, ends)
         if near[1] - near[0] > MOST:
             raise ValueError(
                 f"spacing = {dx!r} puts {near[1] - near[0]} nodes on the indenter: at most {MOST} "
@@ -67,7 +67,7 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int
     return first, last, lowest
 
 
-def _inside(lattice: Lattice, extent: tuple[float, float]) -> tuple[int, int]:
+def numbers(lattice: Lattice, extent: tuple[float, float]) -> tuple[int, int]:
     """The first and the last node between two places."""
     lo, hi = ((x - lattice.origin) / lattice.spacing for x in extent)
     return math.ceil(max(lo - 1e-9, -_ENDLESS)), math.floor(min(hi + 1e-9, _ENDLESS))

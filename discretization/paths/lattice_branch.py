@@ -142,7 +142,8 @@ class LatticeBranch(Branch):
         """What holds a left and a right line on some nodes."""
         row, body = self.row, self.row.scene.indenter
         (lo, hi), (tip, _) = body.extent, self._on_nodes(((row.touch, row.touch),))
-        tips = {row.touch: "tip"} if body.convex and tip in body.corners else {}
+        sharp = "edge" if tip in self.scene.indenter.walls else "tip"
+        tips = {row.touch: sharp} if body.convex and tip in body.corners else {}
         left = tips | ({0: "edge"} if lo in body.walls else {})
         right = tips | ({row.size - 1: "edge"} if hi in body.walls else {})
         return {} if lo == row.lattice.axis else left, right

@@ -100,8 +100,7 @@ def test_without_tension_every_spring_is_by_itself(geometry, body):
                 level = 0.0 if share >= -1 else -1.0  # what has touched holds
             if share < -1:
                 level = -1.0
-            origin = Lattice.of(scene, spacing).origin
-            x = origin + spacing * np.arange(-1100, 1101)
+            x = Lattice.of(scene, spacing).x(np.arange(-1100, 1101))
             on = x[scene.indenter.height(x) <= level + 1e-12 * delta]
             on = on[on >= 0] if geometry == "axisymmetric" else on
             assert state.contacts.shape == (min(1, on.size), 2), (share, branch)
@@ -110,9 +109,9 @@ def test_without_tension_every_spring_is_by_itself(geometry, body):
                 continue
             assert state.nodes[0] == pytest.approx([on[0], on[-1]], rel=0, abs=1e-12)
             g = share * delta - scene.indenter.height(on)
-            area = np.full(on.size, spacing)
+            area = np.full(on.size, state.spacing)
             if geometry == "axisymmetric":
-                area = 2 * math.pi * spacing * np.where(on > 0, on, spacing / 8)
+                area = 2 * math.pi * area * np.where(on > 0, on, area / 8)
             energy = area @ (scene.stiffness / 2 * g**2 - scene.work_of_adhesion)
             beside = scene.stiffness * (delta + abs(share * delta)) ** 2 + scene.work_of_adhesion
             assert abs(state.energy - energy) <= 2 * area[-1] * beside

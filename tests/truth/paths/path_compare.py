@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization import load_path
+from discretization.nodes.lattice import Lattice
 from energy import FlatPunch, Profile
 
 from ..compare import Verdict, asked
@@ -191,9 +192,10 @@ def seen(case, spacing):
 
     None if there is no such corner. However close nodes are, a facet may hold longer than a corner.
     """
-    body = case.scene.indenter
-    at = np.asarray(body.corners, float) / spacing
-    low = np.floor(at[np.abs(at - np.round(at)) > 1e-9]) * spacing
+    body, lattice = case.scene.indenter, Lattice.of(case.scene, spacing)
+    spacing = lattice.spacing
+    at = (np.asarray(body.corners, float) - lattice.origin) / spacing
+    low = lattice.x(np.floor(at[np.abs(at - np.round(at)) > 1e-9]))
     off = [x for x in low.tolist() if body.extent[0] <= x and x + spacing <= body.extent[1]]
     if not off:
         return None
