@@ -54,7 +54,7 @@ def load_path(
         small slopes with gamma1 > 0, around an axis for convex indenters: their force is
         interpolated between the nodes; their energy balance, that of contact sets, is exact.
     spacing : float
-        Distance of the nodes [length], with "lattice".
+        Distance of the nodes [length], with "lattice"; a little less where edges become nodes.
     rtol : float
         Relative error asked of the exact response of a layer; the rest is good to rounding.
     after : History, optional
@@ -150,8 +150,7 @@ def _programme(machine_stiffness: float | None, **given: ArrayLike | None) -> tu
 def _deepest(scene: Scene, control: Control, deepest: float) -> float:
     """A depth that is not reached by values of the control up to `deepest`.
 
-    Under a load or a machine one at which the force is certainly enough, or the last one tried at
-    which the profile is known.
+    Under a load or a machine one with certainly enough force, or the last of a known profile.
     """
     if control.stiffness is None:
         return deepest

@@ -49,7 +49,7 @@ def minimise(
         The state of the quasi-static path that touches first and then moves to this depth; or the
         lowest energy of all states, detached included. For w = 0 and for γ₁ = 0 no path matters.
     spacing : float, optional
-        Distance of the nodes [length], for methods that have nodes; well below l and the contact.
+        Distance of the nodes [length], well below l and the contact; less where edges become nodes.
     rtol : float
         Relative error that is estimated on the fitted mesh without a warning; of the exact response
         of a layer, also what is asked.

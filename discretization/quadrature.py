@@ -162,8 +162,7 @@ def height_rounding(indenter: Indenter, ends: Array) -> float:
 class Interval(NamedTuple):
     """Totals over contacts and their free surfaces, with the force by two routes.
 
-    errors: of energy and force by the quadrature; rounding: what the heights are off by as measured
-    [length], counted in these.
+    errors: of energy and force; rounding: what measured heights are off by [length], among these.
     """
 
     energy: float

@@ -191,8 +191,7 @@ class RestDepths:
     def reach(self, lines: Array, depth: float, way: int) -> Array:
         """How much further lines (n, 2) can be pressed or retracted before a corner matters.
 
-        Until a free line comes to the next one, or one that is held there comes free; all but
-        linear in the depth. nan where there is none.
+        Until a free line meets the next one, or a held one comes free; all but linear in d; or nan.
         """
         profile, outwards = self.profile, SIDES * way
         kept = self.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()

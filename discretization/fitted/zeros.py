@@ -4,8 +4,7 @@ The first place on a way along the profile where a function is no longer negativ
 samples of the resolved profile, at corners on either side, until it is. Between samples a maximum
 is looked for wherever one could reach 0, so that a stop is not missed next to where it disappears.
 
-The lines of many free surfaces near their places, each feeling the other one of its surface, at
-many depths: by Newton's method.
+Lines of many free surfaces, each feeling the other one of its surface, by Newton's method.
 """
 
 import math
@@ -41,8 +40,7 @@ def first_zero(
 ) -> float | None:
     """First x from a start to a limit with h >= 0, or a place just before; None if there is none.
 
-    closed: the limit is asked as well, on this side of it; at another line it cannot be. tie: by so
-    much h may be less at the start.
+    closed: the limit is asked as well, where no other line is. tie: how much less h may begin.
     """
     (start, limit), side = ends, 1 if ends[1] > ends[0] else -1
     value = float(h(profile.past(start, side), *profile.beside(np.array(start), side)))

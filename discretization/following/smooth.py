@@ -81,8 +81,7 @@ class Smooth:
     ) -> tuple[Piece, Mask]:
         """Lines (n, 2) of these surfaces, at rest at one depth, to another; which move smoothly.
 
-        turns: the places and depths (2, n, 2) at which they would turn back, as far as known; there
-        they come as roots of the depth that is left.
+        turns: places and depths (2, n, 2), if known, where they would turn back, and come as roots.
         """
         lines, depths = self.rests.snapped(lines), way_of(start, end)
         x, last = np.broadcast_to(turns, (2, *lines.shape))[:, :, None]

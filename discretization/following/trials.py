@@ -34,10 +34,9 @@ _NEVER, _NOTHING = np.full((2, 1, 2), math.inf), np.full((1, 4), math.nan)  # tu
 class Tried(NamedTuple):
     """Free surfaces (n, 2) at a depth.
 
-    reserves (n, 4): what is left of the ways of both lines, the clearance and the contact on the
-    right; turns: the places and depths (2, n, 2) at which lines would turn back; pieces: of the way
-    there. failed: surfaces to which something happens; known: something known to one of these, else
-    shorter ways may succeed.
+    reserves (n, 4): what is left of both lines' ways, the clearance and the contact on the right;
+    turns: places and depths (2, n, 2) at which lines would turn back; pieces: of the way there.
+    failed: surfaces to which something happens; known: something known to one, else ask less.
     """
 
     depth: float

@@ -41,8 +41,7 @@ class State:
     """Contacts on nodes of a row at a depth: the energy of the nodes looked at, u and g = d - f.
 
     g is -inf where there is no profile; passed: what lines that pass links change; closes (2m,):
-    the lines that may close the next link, after which the surface is not in the indenter; work: of
-    adhesion, for which they do.
+    which may close the next link, and leave the surface out of the indenter; work: of adhesion.
     """
 
     row: Row

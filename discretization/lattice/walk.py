@@ -149,8 +149,7 @@ class Walk:
     def _slid(self, nodes: Contacts, depth: float, end: float) -> list[tuple[float, Contacts]]:
         """The links that the lines of one convex contact pass on the way, both at once where alike.
 
-        Up to the first of both lines that is passed at no depth of its own; the last two links of a
-        contact are left to the other rules.
+        Up to the first line passed at no depth of its own, and not the last two links of a contact.
         """
         if len(nodes) != 1 or not self.row.clear:
             return []
@@ -247,8 +246,7 @@ class Walk:
     def _is_jump(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
         """Whether changes at one depth are an event: they release energy, or contacts differ.
 
-        Energy that is not lost to adhesion hysteresis anyway. Without adhesion the energy is
-        convex, and nothing is ever released.
+        What is not lost to adhesion hysteresis anyway; without adhesion, where U is convex, none.
         """
         least = _LEAST * float(self.opening.work.max(initial=0.0))
         if len(before) != len(after) or changes < 2 or not least:

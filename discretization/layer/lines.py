@@ -5,8 +5,7 @@ with one line, at the half-width or radius a. From first touch the line advances
 withdrawn it recedes while D(a) > d, D as in contact.py. At a corner, and at the edge of the body,
 D jumps, and the line may be pinned.
 
-What a contact takes does not depend on the depth. A state looks at a few half-widths, a path reads
-it off a table over all of them.
+What a contact takes is the same at any depth: a state asks a few half-widths, a path a table.
 """
 
 import functools
@@ -143,9 +142,8 @@ class Lines:
 class Table:
     """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion, as polynomials in log₂ a.
 
-    Octaves, or what breaks leave of them, made where they are asked for, are halved until the
-    polynomials tell it. panels: Legendre coefficients (5, 11) of what is taken between two log₂ a,
-    and whether they are enough.
+    Octaves, or what breaks leave of them, are made when asked for, and halved until polynomials
+    tell. panels: Legendre coefficients (5, 11) of what is taken between two log₂ a, and if enough.
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:

@@ -103,8 +103,8 @@ class Lattice:
         """Lattice for a scene with nodes `spacing` [length] apart, one of them on `origin`.
 
         By default that is the axis, or the indenter's `apex`, x = 0 where it is not known. Edges of
-        a body are nodes, which are closer for it: (hi - lo)/n apart, n a whole number. ValueError
-        unless spacing > 0.
+        a body are nodes, at most that far apart, unless its tip or more of its corners are nodes
+        without that. ValueError unless spacing > 0.
         """
         spacing = positive("spacing", spacing)
         if origin is None:

@@ -14,17 +14,7 @@ from discretization import AccuracyWarning, load_path, minimise
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.state import on_lattice
 from discretization.nodes.lattice import Lattice
-from energy import (
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    Plane,
-    Profile,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-    cards,
-)
+from energy import FlatPunch, Parabola, Plane, Profile, Wedge, cards
 from studies.scenes import run
 from studies.shared.random_cases import SHAPES, random_case
 
@@ -153,7 +143,7 @@ def test_a_penetration_by_more_than_1e_9_of_the_depths_is_warned_of(share, warne
         looked_at([state], hidden, Lattice.of(scene, 0.1), 1)
 
 
-SOFT = Scene(ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5), Parabola(0.02))
+SOFT = adhesive(Parabola(0.02), k=6.73e8, gamma1=0.07, w=6e-5)
 LENGTH = SOFT.elastocapillary_length
 LATTICE = {"method": "lattice"}
 
@@ -176,6 +166,19 @@ def test_nodes_further_apart_than_the_decay_length_are_warned_of(spacing, branch
 def test_paths_warn_before_they_are_followed():
     with pytest.warns(AccuracyWarning, match="too far apart"):
         load_path(SOFT, depths=[0.0, 3e-7], **LATTICE, spacing=2 * LENGTH)
+
+
+@pytest.mark.parametrize("half", [0.7, 1.37, 2.11])
+def test_an_arch_stands_on_its_edges_wherever_the_nodes_would_be(half):
+    """Two contacts of no width, P = 2γ₁u(1 + tanh(a/l))/l with u at them, in second order."""
+    end, u = half * L, 0.3 * DELTA0
+    arch = Profile(lambda x: -25 * np.square(x), lambda x: -50 * np.asarray(x), (-1, 1))
+    scene, depth = adhesive(arch + FlatPunch(end), w=0.0), u - 25 * end**2
+    force = 2 * scene.surfaces.gamma1 * u / L * (1 + math.tanh(half))
+    for nodes in (10, 20, 37.3, 40):
+        given = {**LATTICE, "spacing": L / nodes}
+        for found in (minimise(scene, depth, **given), load_path(scene, depths=[depth], **given)):
+            assert np.ravel(found.force)[-1] == pytest.approx(force, rel=0.2 / nodes**2, abs=0)
 
 
 @pytest.mark.parametrize("geometry", ["line", "axisymmetric"])

@@ -171,6 +171,7 @@ ONCE_WRONG = (  # the path or the reference, or refused; those that take longest
     ("machine_no_adhesion", 62),  # a narrow gap over a smooth crest, which is felt by its rounding
     ("machine_no_adhesion", 42),  # pressed as deep as the profile is known
     ("machine_no_adhesion", 30),  # a narrow gap at a corner that points inwards
+    ("machine_edges", 72332),  # on nodes, at an edge between two of them
     ("machine_small", 20007),  # on nodes, a line whose surface touches beyond the next link
     ("machine_small", 70070),  # a surface that touches as one line closes it, the other one at rest
     ("machine_small", 106),  # lines that face each other and hardly come to rest
