@@ -172,7 +172,7 @@ def on_plain(row: Row, depth: float, branch: str) -> State | None:
     lowest energy, where that pays. ValueError for one that reaches the end of the known profile."""
     lattice, work = row.lattice, row.lattice.w
     if not lattice.gamma1 and branch == "adhered":
-        work = min(work, lattice.k / 2 * max(0.0, row.lowest - depth) ** 2)
+        work = min(work, lattice.k / 2 * max(0.0, row.lowest - depth) ** 2 * (1 + _TIE))
     plain = Plain(row, depth, work)
     if (found := plain.contact()) is None:
         return None
