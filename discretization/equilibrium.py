@@ -250,7 +250,7 @@ class Equilibrium:
         if self.scene.layer.exact and inside.any():
             found[inside] = self.surfaces.pressure(self, x[inside])
         else:
-            found[inside] = self.scene.stiffness * self.displacement(x[inside])
+            found[inside] = self.scene.spring(self.displacement(x[inside])).first
         return found
 
     @property

@@ -103,7 +103,10 @@ def densities(scene: Scene, level: float, x: Array) -> Array:
     bound = np.ones_like(slope) if scene.slopes == "small" else np.sqrt(1 + slope * slope)
     if scene.pattern is not None:
         bound = bound * scene.pattern.factor(x)
-    found = np.array([np.ones_like(slope), g, g * g, stored, bound])
+    pressed = np.array([g, g * g])
+    if not scene.hookean:  # what stands for them in P and U
+        pressed = np.array([scene.spring(g).first, 2 * scene.spring(g).value]) / scene.stiffness
+    found = np.array([np.ones_like(slope), *pressed, stored, bound])
     return found * scene.measure(x) if scene.axisymmetric else found
 
 

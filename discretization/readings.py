@@ -79,7 +79,7 @@ def _of_free(state: Any) -> Array:
         def density(x: Array, pair: Any = (left, right)) -> Array:
             u, slope = state.surfaces.shape(x, *pair, state.depth)
             surface = terms.surface(slope, gamma1=scene.gamma1, slopes=scene.slopes).value
-            return np.array([terms.spring(u, k=scene.stiffness).value, surface]) * scene.measure(x)
+            return np.array([scene.spring(u).value, surface]) * scene.measure(x)
 
         end = left.x + far if right is None else right.x
         start = max(end - far, least) if left is None else left.x

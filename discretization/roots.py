@@ -104,9 +104,8 @@ def crossings(
 ) -> Array:
     """Zeros (n,) of n functions between lo and hi, all at once, by secants and halving.
 
-    h(x, own): the values of the functions with these numbers at x, or these and their slopes: then
-    by Newton's method. They change sign once, from there to hi as `rise`, a guess of their slopes.
-    A value of no more than `enough` is zero.
+    h(x, own): values of the functions of these numbers at x, or with slopes, for Newton's method.
+    They change sign once, from there to hi as `rise`, a guess of slopes. Up to `enough` is zero.
     """
     x, own, at, step = guess.copy(), np.arange(guess.size), guess, np.full(guess.size, math.nan)
     value, slope, slow = h(at, own), rise, np.zeros(own.size, bool)

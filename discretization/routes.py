@@ -33,6 +33,11 @@ _BENT = (
     "branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex the "
     "lowest energy is only found for slopes='small'"
 )
+_HOOKE = (
+    "springs that are not linear, as energy.terms.spring has them, are known to nodes alone: use "
+    "method='lattice' with branch='adhered' for a line contact of a convex indenter with "
+    "slopes='small' and gamma1 > 0, without opening and pattern"
+)
 _ENDLESS = (
     "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, such as a "
     "punch, wedge, parabola, power law, or a sum of these"
@@ -88,7 +93,7 @@ def route(scene: Scene, question: str, *, nodes: bool) -> str:
     if not nodes and scene.gamma1:
         alone = question != "path" and one_contact(scene) and not held
         return "one contact" if alone else "several contacts"
-    if not scene.gamma1 or scene.slopes == "finite":
+    if not (scene.gamma1 and scene.hookean) or scene.slopes == "finite":
         return "plain" if nodes else "springs"
     lowest = question == "global" or not scene.work_of_adhesion
     followed = held or question == "path" or scene.indenter.convex
@@ -124,8 +129,10 @@ def _of_springs(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
     steep, few = scene.slopes == "finite" and tense, question in ("search", "path")
     unsure = tense and scene.work_of_adhesion > 0 and not one_contact(scene)
     searched, path = question == "global" and unsure, question == "path"
+    simple = nodes and tense and not (steep or turned or held or plane) and question == "adhered"
     one_disc = convex and scene.pattern is None and not (steep or searched or question == "search")
     return {
+        _HOOKE: not (scene.hookean or (simple and convex)),
         _PATH: held and not (path or (question == "adhered" and tense and not plane)),
         "geometry = 'axisymmetric'" + _NODES: nodes and turned and not one_disc,
         "slopes = 'finite'" + _NODES: nodes and steep and (few or held),

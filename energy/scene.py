@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from energy import terms
 from energy.arrays import Array
 from energy.axis import about_axis, check_rings, difference
 from energy.checks import not_a_class, option
@@ -148,6 +149,15 @@ class Scene:
     def stiffness(self) -> float:
         """k = Ẽ/h, Eq. (3)."""
         return self.layer.stiffness
+
+    def spring(self, u: ArrayLike) -> terms.Density:
+        """What springs store per area at a displacement u, and its derivatives; `terms.spring`."""
+        return terms.spring(u, k=self.stiffness)
+
+    @functools.cached_property
+    def hookean(self) -> bool:
+        """Whether `spring` is quadratic, as nearly all that knows a free surface needs it to be."""
+        return np.ndim(self.spring(np.zeros(2)).second) == 0
 
     @functools.cached_property
     def gamma1(self) -> float:

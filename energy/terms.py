@@ -3,8 +3,8 @@
     U[u] = ∫ spring(u) dx + ∫_free surface(u') dx + ∫_contact contact(f') dx.
 
 The measure dx (a line contact) belongs to whoever integrates. All functions are vectorised;
-energies are per length of the contact line and per dx. A new energy term is a function here;
-what has to use it stands in discretization/README.md.
+energies are per length of the contact line and per dx. A new energy term is written down here,
+and its parameters come from `Scene.spring`; discretization/README.md says what answers it.
 """
 
 from typing import NamedTuple

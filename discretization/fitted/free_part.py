@@ -53,10 +53,9 @@ class FreePart:
     def _parts(self, q: float, p: float, low: float, end: float) -> tuple[list[Pair], float, bool]:
         """Where the lines of a surface are at the end, True; else what it falls into at what depth.
 
-        At the depth `high` something has happened since `low`, or a step that long does not tell;
-        first nothing is known, and `low` itself is asked. run: how many steps in a row passed or,
-        if negative, did not; room, dip: the clearance at both depths, for the Illinois method
-        (M. Dowell, P. Jarratt, BIT 11 (1971) 168).
+        At the depth `high` something has happened since `low`, or a step so long does not tell;
+        first `low` itself is asked. run: how many steps in a row passed or, if negative, not; room,
+        dip: clearances there, for the Illinois method (M. Dowell, P. Jarratt, BIT 11 (1971) 168).
         """
         size, depth, high, room, dip, run = self.search.rests.size, low, end, 0.0, math.nan, _AGAIN
         for _ in range(_MOST):

@@ -3,8 +3,7 @@
 Free surfaces stand in rows (n, 2) of a left and a right line, the other line of a tail is infinite.
 Narrow gaps feel the rounding of the profile: the tilt of a gap of length L is the rise of the
 profile over L, and D of its lines varies by (l/L) times what the tilt does. Heights are rounded by
-a part of themselves; so where the slope is smooth between the lines of a narrow gap, the rise is
-∫f' dx instead, rounded by a part of itself.
+a part of themselves; so where the slope is smooth in a narrow gap, the rise is ∫f' dx instead.
 """
 
 import functools

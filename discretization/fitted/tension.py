@@ -100,8 +100,7 @@ def _pulls(scene: Scene, profile: Resolved, parts: Array, depth: float) -> Array
 def _along(parts: Array, mean: Array) -> tuple[Array, Array]:
     """Places and the pull there: at the middles of parts, and at both ends of every interval.
 
-    At the ends it is that of the parabola with the means of the next three: it may be largest
-    there, next to what adheres or to a corner.
+    At the ends, where it may be largest, that of the parabola with the means of the next three.
     """
     lo, hi = parts[:2]
     x = np.hstack([lo[:, :1], (lo + hi) / 2, hi[:, -1:]])

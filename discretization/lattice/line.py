@@ -82,8 +82,7 @@ class Corners(NamedTuple):
 
             p(t) = mean + rise t + (bend + turn t)(t² - 1/4)
 
-        through four links, or three, or the two beside the node where a corner is near; one that is
-        not there is like the other one.
+        through four links, or three, or two beside the node, a missing one like the other.
         """
         links = np.arange(-2, 2) - LINKS[0]
         if middle.any():
@@ -198,8 +197,7 @@ def offsets(
 ) -> Array:
     """ζ of all lines (s, 2m) of s states with m contacts each, between these nodes (s, 2m).
 
-    passed: what lines change that are on their nodes; works: of closing, and of opening; before:
-    how far lines were, where they resist both ways.
+    passed: of lines on their nodes; works: of closing, opening; before: how far lines were held.
     """
     most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
     least, zeta = np.full(nodes.shape, -_HALF), np.zeros(nodes.shape)

@@ -54,9 +54,8 @@ _FAR = 600.0  # decay lengths
 def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     """First and last node of each contact (m, 2) of lowest energy of all sets, and its proof.
 
-    g: (n,) heights d - f of nodes in a row. Beyond both ends are free tails, where contact must be
-    impossible. Of states whose energies agree within 1e-12 wΔx per contact the one with more
-    contact. ValueError if g is empty or not finite.
+    g (n,): d - f of nodes in a row; in the free tails beyond contact must be impossible. Of states
+    whose energies agree within 1e-12 wΔx per contact that with more. ValueError without g finite.
     """
     g = np.asarray(g, float)
     if g.ndim != 1 or not g.size or not np.isfinite(g).all():

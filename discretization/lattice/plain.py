@@ -76,7 +76,7 @@ class Plain:
         """The same, displaced by so much there."""
         lattice, at = self.row.lattice, self.row.first + node
         if not lattice.gamma1:  # a spring alone
-            held, size = NodalEnergy.spring(lattice, u_line), lattice.cell * lattice.weight(at)
+            held, size = lattice.stored(u_line), lattice.cell * lattice.weight(at)
             return size * float(held.value), size * float(held.first), 0.0
         count = far(lattice) + 2
         first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
@@ -94,7 +94,7 @@ class Plain:
         (energy, force, u), (other, pressed, _) = (self.outside(at, side) for at in (node, after))
         own, slope = self.g(node), (self.g(after) - self.g(node)) / lattice.spacing
         at = self.row.first + node
-        held, cell = NodalEnergy.spring(lattice, own), lattice.cell * lattice.weight(at)
+        held, cell = lattice.stored(own), lattice.cell * lattice.weight(at)
         size = lattice.cell * lattice.weight(at + side * (0.5 + lattice.edge))
         stretch = terms.surface(slope, gamma1=lattice.gamma1 * size, slopes=lattice.slopes)
         gap = u - self.g(after)
@@ -172,7 +172,7 @@ def on_plain(row: Row, depth: float, branch: str) -> State | None:
     lowest energy, where that pays. ValueError for one that reaches the end of the known profile."""
     lattice, work = row.lattice, row.lattice.w
     if not lattice.gamma1 and branch == "adhered":
-        work = min(work, lattice.k / 2 * max(0.0, row.lowest - depth) ** 2 * (1 + _TIE))
+        work = min(work, float(lattice.stored(max(0.0, row.lowest - depth)).value) * (1 + _TIE))
     plain = Plain(row, depth, work)
     if (found := plain.contact()) is None:
         return None
@@ -209,9 +209,10 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 
 @dataclass(frozen=True)
 class SteepTail(LatticeTail):
-    """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line.
+    """Free surfaces of a lattice that is not linear, from nodes that begin at the contact line.
 
-    u' at nodes follows from u'' = k u (1 + u'²)^{3/2}/γ₁, linear between them, as are u and u'.
+    u' at nodes follows from u'' = k u (1 + u'²)^{3/2}/γ₁, k u the springs' pressure, the bracket
+    for finite slopes, linear between them, as are u and u'.
     """
 
     lattice: Lattice
@@ -223,7 +224,8 @@ class SteepTail(LatticeTail):
         model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
         u = model.relaxed(np.full(model.contact.size, u_line))
         u = np.append(u, math.exp(-lat.log_decay) * u[-1])
-        bend = lat.k / lat.gamma1 * u * (1 + np.gradient(u, lat.spacing, edge_order=2) ** 2) ** 1.5
+        steep = np.gradient(u, lat.spacing, edge_order=2) * (lat.slopes == "finite")
+        bend = lat.stored(u).first / lat.gamma1 * (1 + steep**2) ** 1.5
         chord = np.diff(u) / lat.spacing
         return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
 

@@ -97,7 +97,7 @@ def _read(found: State, known: line.Lines | None) -> dict[str, Any]:
     row, lattice, balance = found.row, found.row.lattice, found.balance
     at, there = np.reshape(found.nodes, (1, -1)), None if known is None else np.array([known])
     lines, more = line.between(row, at, np.array([found.depth]), found.passed, there, found.work)
-    steep, single = lattice.slopes == "finite", len(found.nodes) == 1
+    steep, single = not lattice.linear, len(found.nodes) == 1
     if steep:
         refuse_turning(found, lines[0])
     contacts = lines.reshape(-1, 2)

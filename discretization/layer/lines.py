@@ -1,9 +1,8 @@
 """Where the line of a contact of a layer rests, how far it moves, and what the contact takes.
 
-A convex profile that is mirrored about its lowest point, or turned about an axis, has one contact
-with one line, at the half-width or radius a. From first touch the line advances while D(a) < d;
-withdrawn it recedes while D(a) > d, D as in contact.py. At a corner, and at the edge of the body,
-D jumps, and the line may be pinned.
+A convex profile, mirrored about its lowest point or turned about an axis, has one contact with one
+line, at the half-width or radius a. From first touch the line advances while D(a) < d; withdrawn it
+recedes while D(a) > d, D as in contact.py. At corners and edges D jumps and may pin it.
 
 What a contact takes is the same at any depth: a state asks a few half-widths, a path a table.
 """
@@ -59,9 +58,8 @@ class Lines:
     def walk(self, start: float, here: float, to: float, way: int, *, past: bool = True) -> Found:
         """How far a line comes, out (1) or in (-1), from where it rests at a depth to another.
 
-        And the depth there, and how: it "rests" there, is at a "corner", where D "turns", or is
-        "lost". past: on over places where D turns, and corners that do not hold it. ValueError
-        where the profile is not known any further.
+        And the depth there, and how: it "rests", is at a "corner", where D "turns", or "lost".
+        past: on over such turns, and corners that do not hold. ValueError beyond a known profile.
         """
         before, a, last, rising = start, start, here, not past
         size = abs(here - to) + abs(self.body.height(start) - self.body.touch)

@@ -18,13 +18,14 @@ are independent, so it is counted per node, and a contact reaches half a node pa
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
-from energy import Scene
+from energy import Scene, terms
 from energy.arrays import Array
 from energy.checks import positive
 
@@ -75,7 +76,8 @@ class Lattice:
     Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
     shape; energies [energy/length] and forces [force/length] per length of the contact line.
 
-    slopes: "finite" if U is of finite slopes, for which only `NodalEnergy` knows the free surfaces.
+    slopes: "finite" if U is of finite slopes; stored: by springs per area, and its derivatives, as
+    `Scene.spring`; linear: neither, else only `NodalEnergy` knows the free surfaces.
 
     A line that advances over a link to the free node beside it, with gap v = A u + B u' - g there,
     changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, so that the line stops at
@@ -92,11 +94,13 @@ class Lattice:
     gamma1: float
     w: float
     slopes: str = "small"
+    stored: Any = None
     spring: float = field(init=False)
     link: float = field(init=False)
     log_decay: float = field(init=False)
     end_stiffness: float = field(init=False)
     cell: float = field(init=False)
+    linear: bool = field(init=False)
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
@@ -113,7 +117,7 @@ class Lattice:
         kinds: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
         kind = next(kind for kind in kinds if (kind.axis == 0) == scene.axisymmetric)
         scales = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-        return kind(spacing, origin, *scales, slopes)
+        return kind(spacing, origin, *scales, slopes, scene.spring)
 
     def __post_init__(self) -> None:
         dx, k, gamma1 = self.spacing, self.k, self.gamma1
@@ -121,6 +125,9 @@ class Lattice:
         log_decay = 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf
         vars(self).update(spring=spring, link=link, cell=dx, log_decay=log_decay)
         vars(self).update(end_stiffness=-link * math.expm1(-log_decay))
+        vars(self).update(stored=self.stored or functools.partial(terms.spring, k=k))
+        hookean = np.ndim(self.stored(np.zeros(2)).second) == 0
+        vars(self).update(linear=self.slopes == "small" and hookean)
 
     def seen(self, scene: Scene) -> Scene:
         """The scene as far as it has nodes."""

@@ -77,18 +77,13 @@ class NodalEnergy:
         both = self.contact[1:][at] & self.contact[:-1][at]
         return np.asarray(self.adhesion[at] if both.all() else self.adhesion[at] * both)
 
-    @staticmethod
-    def spring(lattice: Lattice, u: ArrayLike) -> terms.Density:
-        """What a node stores per dx at displacement u; `lattice/plain.py` asks for it, too."""
-        return terms.spring(u, k=lattice.k)
-
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
         lat, u = self.lattice, np.asarray(u, float)
         pulled, forces, sums = self.pulls * u[[0, -1]], np.empty(u.size), []
         for start in range(0, u.size, PIECE):
             end, new = start + PIECE, int(start > 0)  # and the link before
-            own, spring = slice(start, end), self.spring(lat, u[start:end])
+            own, spring = slice(start, end), lat.stored(u[start:end])
             slopes = np.diff(u[start - new : end + 1])
             slopes /= lat.spacing
             stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
@@ -121,29 +116,32 @@ class NodalEnergy:
     def hessian(self, u: ArrayLike = 0.0) -> Array:
         """∂²U/∂u_i∂u_j [force/length²] at u, lower banded (2, n): diagonal, then sub-diagonal.
 
-        For small slopes it is the same at every u.
+        Of a linear lattice it is the same at every u.
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
         stiffness = self.tension / lat.spacing * stretch.second
         beside = np.concatenate([self.pulls[:1], stiffness, self.pulls[1:]])
-        springs = self.cells * self.spring(lat, u).second
+        springs = self.cells * lat.stored(u).second
         return np.array([springs + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])
 
     def relaxed(self, g: ArrayLike) -> Array:
         """argmin U[u] s.t. u_i = g_i on the contact nodes: one banded Cholesky solve.
 
-        With finite slopes Newton's method from that of small ones, with steps that are halved while
-        they would raise the energy, which is convex. NotCertifiedError if it does not come to rest.
+        Where it is not linear Newton's method, with finite slopes from the solution of small ones,
+        and steps halved while they raise the energy, which is convex. NotCertifiedError if in vain.
 
         Plain elimination: it loses digits as l/Δx grows (1e-4 relative at 1e6). It is the
         independent check of the exact tails, not what the minimisers run on.
         """
-        if self.lattice.slopes == "small":
-            u = np.where(self.contact, g, 0.0)
-            return u + self._step(self.gradient(u), self.hessian()) if self.lattice.gamma1 else u
-        linear = replace(self.lattice, slopes="small")
-        u = NodalEnergy(linear, self.contact, self.first).relaxed(g)
+        u = np.where(self.contact, g, 0.0)
+        if self.lattice.slopes == "finite":
+            small = replace(self.lattice, slopes="small")
+            u = NodalEnergy(small, self.contact, self.first).relaxed(g)
+        elif not self.lattice.gamma1:
+            return u
+        if self.lattice.linear:
+            return u + self._step(self.gradient(u), self.hessian())
         found, before = self.balance(u), math.inf
         for turn in range(_NEWTON):
             step, rounding = self._step(found.forces, self.hessian(u)), _ROUNDING * found.scale

@@ -4,8 +4,7 @@
 
 A_0 = π(Δr/2)², A_i = 2πr_iΔr, t_m = 2πγ₁r_{m+½}/Δr. Nodes and links are those of a line contact
 times a weight, i of node i (1/8 on the axis) and m + ½ of link m. Known is one contact around the
-axis, with the free surface outside. From end node m to m + 1, with the outer surface
-re-equilibrated before and after,
+axis. From end node m to m + 1, with the outer surface in equilibrium before and after,
 
     ΔE = t_m/(2λ_m) (λ_m g_m - g_{m+1})² - w 2πr_{m+½}Δr,
 
@@ -22,8 +21,7 @@ there not counted. Node by node, of positive numbers alone, so that errors shrin
 
     σ_m = (m + ½) s/(m + ½ + s),   s = κ(m + 1) + σ_{m+1}.
 
-It begins far out, where u_m, the Legendre function Q_{m-½}(cosh μ), κ = 4 sinh²(μ/2), is an
-integral over t > 0,
+It begins far out: u_m, the Legendre function Q_{m-½}(cosh μ), κ = 4 sinh²(μ/2), is, over t > 0,
 
     u_m = ∫ z^(-m-½) dt,   σ_m u_m = (m + ½) ∫ (1 - 1/z) z^(-m-½) dt,   z = cosh μ + sinh μ cosh t,
 

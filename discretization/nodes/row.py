@@ -162,8 +162,7 @@ class Row:
     def sums(self) -> tuple[Array, Array]:
         """Running sums from the node that touches first up to node ends, and up to nodes.
 
-        Of the nodes' weights, of these times the heights above it, and times their squares
-        (3, n + 1); of the energies of links in contact (n,).
+        Of weights, of these times heights above it, and squares (3, n + 1); of links' energies.
         """
         h, lattice, touch = self.f - self.lowest, self.lattice, self.touch
         nodes, steps = self.first + np.arange(h.size), np.diff(self.f)
@@ -210,7 +209,7 @@ def _outermost(scene: Scene, lattice: Lattice, ends: Any, lowest: int, depth: fl
         own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + sides))
         top = max(depth, float(own[0, 0]))
         holds = after <= top + scene.critical_separation * (1 + 1e-9)
-        if lattice.slopes == "small":
+        if lattice.linear:
             _, remainder, stiffness = lattice.beside(nodes, sides)
             bonds = strongest * lattice.cell * lattice.weight(nodes + sides / 2)
             holds = own + (after - own - np.sqrt(2 * bonds / stiffness)) / remainder <= top

@@ -21,8 +21,7 @@ _CREEPING = 100  # and so many in a row are not followed any further
 class LoadPath:
     """A path under way: where it is, and what has been recorded.
 
-    value: of the control, at which the point is in equilibrium. dead, imposed: whether a dead load
-    holds the indenter, or its depth is imposed.
+    value: of the control, in equilibrium. dead, imposed: whether a load, or depth, holds the body.
     """
 
     branch: Branch

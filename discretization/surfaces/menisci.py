@@ -67,8 +67,7 @@ def elements(side: int, s: Array, halvings: int) -> Array:
 def solve(side: int, s: Array, sines: Array, halvings: int) -> tuple[Array, Array, Array]:
     """Surfaces that are pulled by S = sines (n,) at lines of radii s (n,), by Newton's method.
 
-    The energy is convex, and the steps are halved while they are too long. Lengths of elements
-    (n, m), nodal u (n, nodes), and energies (n,).
+    Too long steps are halved, as U is convex. Elements' lengths (n, m), nodal u, and energies (n,).
     """
     lengths = elements(side, s, halvings)
     ends = np.cumsum(np.hstack([np.zeros((s.size, 1)), lengths]), axis=1)

@@ -39,8 +39,7 @@ _COVERED = 4.0  # l: beside a line, by elements
 def rounded(degree: int) -> tuple[Array, Array, Array]:
     """Gauss-Lobatto points on [-1, 1], their weights, and the matrix of derivatives there.
 
-    Found in the widest floating-point type of the machine: the rounding of these entries would be
-    the largest error of a smooth solution.
+    In the machine's widest floating-point type, as their rounding would be the largest error.
     """
     p = Legendre.basis(degree)
     slope, curvature = p.deriv(), p.deriv(2)

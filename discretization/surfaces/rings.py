@@ -1,7 +1,6 @@
 """Free surfaces about an axis with small slopes as networks, in units of l and γ₁.
 
-A ring between two lines q < p is a network (network.py) for E/(2π): of an element, by elimination
-of its inner nodes, and of elements in a row.
+A ring between lines q < p is a network (network.py) for E/(2π): elements, inner nodes eliminated.
 
 Beyond a line of radius s, and on the disc inside one, the reaction per length of the line is the
 displacement times a stiffness S(s), a function of the radius alone. It is that of some elements

@@ -2,19 +2,11 @@
 
 import math
 
+import lattices
 import mpmath
 import numpy as np
 import pytest
-from lattices import (
-    Found,
-    crowded,
-    enumerated,
-    of_heights,
-    plateaus,
-    random_lattice,
-    rough_row,
-    unpruned,
-)
+from lattices import Found, crowded, enumerated, of_heights, random_lattice, rough_row, unpruned
 from scenes import DELTA0, L, adhesive, roughness, turned
 
 from discretization import NodalEnergy
@@ -65,7 +57,7 @@ def assert_certified(lattice, g, ends, seed):
     ("draw", "seeds"),
     [
         (rough_row, range(8)),
-        (plateaus, range(20)),
+        (lattices.plateaus, range(20)),
         (crowded, [1772, 3277, 3576, 4495, 5523, *range(20)]),
     ],
 )

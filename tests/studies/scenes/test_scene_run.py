@@ -8,18 +8,9 @@ import pytest
 from scene_files import DEPTH, INDENTER, SURFACES, by_hand, refused, writer
 from scenes import ROOT
 
+import energy
 from discretization import minimise
-from energy import (
-    Circle,
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    Plane,
-    PowerLaw,
-    Sampled,
-    SurfaceEnergies,
-    Wedge,
-)
+from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, SurfaceEnergies, Wedge
 from energy.description import described
 from studies.scenes import run as study
 from studies.scenes.file import load
@@ -126,9 +117,9 @@ TILTED = Parabola(2.0).tilted(1e-3).shifted(3e-4)
         ('shape = "flat_punch"\nhalf_width = 3e-4', FlatPunch(3e-4)),
         ('shape = "wedge"\ndelta = 0.02', Wedge(0.02)),
         ('shape = "wedge"\ndelta_degrees = 9', Wedge(math.pi / 20)),
-        ('shape = "power_law"\nc = 7.0\nn = 3', PowerLaw(7.0, 3.0)),
+        ('shape = "power_law"\nc = 7.0\nn = 3', energy.PowerLaw(7.0, 3.0)),
         ('shape = "parabola"\nR = 2\nshifted = 3e-4\ntilted = 1e-3', TILTED),
-        ('shape = "circle"\nR = 2', Circle(2.0)),
+        ('shape = "circle"\nR = 2', energy.Circle(2.0)),
         (f'shape = "sampled"\n{SAMPLES}', Sampled([-1e-3, 0, 2e-3], [1e-6, 0, 3e-6])),
         (f'shape = "sampled"\nkind = "smooth"\n{SAMPLES}', SMOOTH),
     ],
