@@ -40,7 +40,7 @@ def first_zero(
 ) -> float | None:
     """First x from a start to a limit with h >= 0, or a place just before; None if there is none.
 
-    closed: the limit is asked as well, where no other line is. tie: how much less h may begin.
+    closed: the limit is asked as well, where no other line is. tie: h may begin less by this.
     """
     (start, limit), side = ends, 1 if ends[1] > ends[0] else -1
     value = float(h(profile.past(start, side), *profile.beside(np.array(start), side)))

@@ -36,7 +36,7 @@ class Tried(NamedTuple):
 
     reserves (n, 4): what is left of both lines' ways, the clearance and the contact on the right;
     turns: places and depths (2, n, 2) at which lines would turn back; pieces: of the way there.
-    failed: surfaces to which something happens; known: something known to one, else ask less.
+    failed: surfaces to which something happens; known: what is known to one of these, if any.
     """
 
     depth: float

@@ -129,7 +129,7 @@ class State:
 def on_row(row: Row, nodes: Contacts, depth: float) -> State:
     """Contacts between these first and last nodes of a row, from left to right, at a depth.
 
-    In contact u = g = d - f, beside it exact. Of convex profiles the contact's nodes; else all.
+    u = g = d - f in contact, exact beside it; on the contact's nodes if f is convex, else on all.
     """
     own = slice(nodes[0][0], nodes[-1][1] + 1) if row.clear else slice(0, row.size)
     held = np.zeros(own.stop - own.start, bool)

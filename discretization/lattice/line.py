@@ -82,7 +82,7 @@ class Corners(NamedTuple):
 
             p(t) = mean + rise t + (bend + turn t)(t² - 1/4)
 
-        through four links, or three, or two beside the node, a missing one like the other.
+        through four links, or three, or two beside the node; a missing one is like the other.
         """
         links = np.arange(-2, 2) - LINKS[0]
         if middle.any():
@@ -197,7 +197,7 @@ def offsets(
 ) -> Array:
     """ζ of all lines (s, 2m) of s states with m contacts each, between these nodes (s, 2m).
 
-    passed: of lines on their nodes; works: of closing, opening; before: how far lines were held.
+    passed: of lines on their nodes; works: of closing, opening; before: where lines that resist were.
     """
     most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
     least, zeta = np.full(nodes.shape, -_HALF), np.zeros(nodes.shape)

@@ -55,7 +55,7 @@ def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     """First and last node of each contact (m, 2) of lowest energy of all sets, and its proof.
 
     g (n,): d - f of nodes in a row; in the free tails beyond contact must be impossible. Of states
-    whose energies agree within 1e-12 wΔx per contact that with more. ValueError without g finite.
+    whose energies agree within 1e-12 wΔx per contact that with more. ValueError if g is not finite.
     """
     g = np.asarray(g, float)
     if g.ndim != 1 or not g.size or not np.isfinite(g).all():

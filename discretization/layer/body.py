@@ -1,6 +1,6 @@
 """A scene with the exact response of its layer: the contacts that it may have, by half-width.
 
-A half-width, or radius, a is that about the lowest point of a mirrored profile, or the axis.
+A half-width or radius a is measured from the lowest point of a mirrored profile, or the axis.
 """
 
 import math

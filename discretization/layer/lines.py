@@ -4,7 +4,7 @@ A convex profile, mirrored about its lowest point or turned about an axis, has o
 line, at the half-width or radius a. From first touch the line advances while D(a) < d; withdrawn it
 recedes while D(a) > d, D as in contact.py. At corners and edges D jumps and may pin it.
 
-What a contact takes is the same at any depth: a state asks a few half-widths, a path a table.
+What a contact takes is the same at any depth: a state looks at a few a, a path reads a table.
 """
 
 import functools
