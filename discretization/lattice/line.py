@@ -197,7 +197,7 @@ def offsets(
 ) -> Array:
     """ζ of all lines (s, 2m) of s states with m contacts each, between these nodes (s, 2m).
 
-    passed: of lines on their nodes; works: of closing, opening; before: where lines that resist were.
+    passed: of lines on their nodes; works: of closing, opening; before: of lines that resist.
     """
     most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
     least, zeta = np.full(nodes.shape, -_HALF), np.zeros(nodes.shape)
