@@ -119,7 +119,8 @@ class Resolved:
 def resolve(scene: Scene, depth: float) -> Resolved:
     """The profile of a scene; of an endless one what may be in contact at depths up to this one.
 
-    AccuracyWarning if MOST samples are too few; ValueError without finite heights and a lowest.
+    AccuracyWarning where MOST samples do not resolve it; ValueError for a profile without a lowest
+    point, or with heights that are not finite.
     """
     indenter = Radial(scene.indenter) if scene.axisymmetric else scene.indenter
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)

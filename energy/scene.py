@@ -157,7 +157,7 @@ class Scene:
     @functools.cached_property
     def hookean(self) -> bool:
         """Whether `spring` is quadratic, as nearly all that knows a free surface needs it to be."""
-        return np.ndim(self.spring(np.zeros(2)).second) == 0
+        return self.spring(np.zeros(2)).quadratic
 
     @functools.cached_property
     def gamma1(self) -> float:

@@ -26,6 +26,11 @@ class Density(NamedTuple):
     first: np.ndarray
     second: np.ndarray
 
+    @property
+    def quadratic(self) -> bool:
+        """Whether the second derivative is one number."""
+        return np.ndim(self.second) == 0
+
 
 def spring(u: ArrayLike, *, k: float) -> Density:
     """Winkler foundation: k u²/2, k u, k. Source of Eqs. (5) and (9)."""

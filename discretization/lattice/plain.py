@@ -88,7 +88,7 @@ class Plain:
     def link(self, node: int, side: int) -> tuple[float, ...]:
         """What the link outwards from a line at this node takes: one of each of `Advances`.
 
-        What is stored is the difference of energies; without adhesion half of force times way.
+        What is stored is the difference of energies; without adhesion half the force times the way.
         """
         lattice, after = self.row.lattice, node + side
         (energy, force, u), (other, pressed, _) = (self.outside(at, side) for at in (node, after))

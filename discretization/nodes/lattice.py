@@ -126,7 +126,7 @@ class Lattice:
         vars(self).update(spring=spring, link=link, cell=dx, log_decay=log_decay)
         vars(self).update(end_stiffness=-link * math.expm1(-log_decay))
         vars(self).update(stored=self.stored or functools.partial(terms.spring, k=k))
-        hookean = np.ndim(self.stored(np.zeros(2)).second) == 0
+        hookean = self.stored(np.zeros(2)).quadratic
         vars(self).update(linear=self.slopes == "small" and hookean)
 
     def seen(self, scene: Scene) -> Scene:
