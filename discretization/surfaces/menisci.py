@@ -27,7 +27,15 @@ from numpy.polynomial.chebyshev import chebpts1
 from scipy.linalg import lapack
 
 from discretization.roots import crossings
-from discretization.surfaces.network import Family, Shape, band, chebyshev, on_elements, rounded
+from discretization.surfaces.network import (
+    Family,
+    Shape,
+    band,
+    chebyshev,
+    on_elements,
+    rounded,
+    shipped,
+)
 from discretization.surfaces.protocol import ANY, Free, Surfaces
 from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, rough, stiffness
 from energy.arrays import Array
@@ -142,7 +150,15 @@ def _solved(kind: int, s: Array) -> Array:
     return np.hstack(found)
 
 
-_FAMILY = Family(_solved, 2 * _INCLINATIONS, _RADII, _RANGE)
+_OUTSIDE, _ON_DISCS = shipped(_SOLVED, _RANGE), shipped(LEAST[-1], _RANGE)
+FAMILY = Family(
+    "menisci",
+    _solved,
+    2 * _INCLINATIONS,
+    _RADII,
+    _RANGE,
+    {1: _OUTSIDE, 2: _OUTSIDE, -1: _ON_DISCS, -2: _ON_DISCS},
+)
 
 
 def read(side: Any, s: Array, phi: Array) -> tuple[Array, Array]:
@@ -155,7 +171,7 @@ def read(side: Any, s: Array, phi: Array) -> tuple[Array, Array]:
     steep = (np.abs(phi) > _MILD).astype(int)
     low, high = _SQUARES[steep], _SQUARES[steep + 1]
     over = chebyshev(2 * (half * half - low) / (high - low) - 1, _INCLINATIONS)
-    family = _FAMILY.at(side * (1 + steep), own).reshape(s.size, 2, _INCLINATIONS)
+    family = FAMILY.at(side * (1 + steep), own).reshape(s.size, 2, _INCLINATIONS)
     g, e = (family * over[:, None]).sum(axis=2).T * rough(side, own)
     part, sine = np.minimum(s / _SOLVED, 1.0), np.sin(np.clip(phi, -STEEPEST, STEEPEST))
     more = -part * _SOLVED * np.log(part) * sine

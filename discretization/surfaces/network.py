@@ -21,6 +21,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +34,8 @@ Shape = tuple[Array, Array]  # u and u' of a surface at places (n,)
 FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
 _LONGEST = 0.5  # l: of an element, which rounding then resolves
 _COVERED = 4.0  # l: beside a line, by elements
+TABLES = Path(__file__).with_name("families.npz")  # written by tables.py
+_WIDEST = 2.0**12  # l: up to these radii pieces of families are shipped; few contacts are wider
 
 
 @functools.lru_cache(maxsize=64)
@@ -95,24 +98,52 @@ def chebyshev(t: Array, count: int) -> Array:
     return np.asarray(np.cos(angle[:, None] * np.arange(count)))
 
 
+def shipped(least: float, octaves: float) -> range:
+    """Numbers of the pieces of so many octaves that are shipped of a family, from a radius on."""
+    first, last = math.log2(least) / octaves, math.log2(_WIDEST) / octaves
+    return range(math.floor(first), math.ceil(last))
+
+
+@functools.cache
+def tables() -> dict[str, Array]:
+    """The pieces of all families that are shipped: (pieces, points, values) by family and kind."""
+    with np.load(TABLES) as file:
+        return dict(file)
+
+
 @dataclass(frozen=True, eq=False)
 class Family:
     """Smooth functions of log s, of several kinds, read as polynomials on pieces of some octaves.
 
-    solve(kind, s): their values (n, values) at s (n,). A piece is solved for once it is asked for.
+    solve(kind, s): their values (n, values) at s (n,). Piece number n is the octaves that begin at
+    s = 2^(n octaves). As the functions depend on nothing else, those pieces that most scenes need
+    are read from a file (tables.py); others are solved for when first needed.
     """
 
+    name: str  # in the file
     solve: Callable[[int, Array], Array]
     values: int
     points: int
     octaves: float
+    shipped: dict[int, range]  # numbers of the pieces in the file, by kind
 
     @functools.cache  # noqa: B019
     def piece(self, kind: int, number: float) -> Array:
         """Chebyshev coefficients (points, values)."""
+        numbers = self.shipped[kind]
+        if number in numbers:
+            return tables()[self.key(kind)][numbers.index(int(number))]
+        return self.fitted(kind, number)
+
+    def fitted(self, kind: int, number: float) -> Array:
+        """Chebyshev coefficients (points, values) of the polynomials through values solved for."""
         t = chebpts1(self.points)
         found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
         return np.asarray(np.linalg.solve(chebyshev(t, self.points), found))
+
+    def key(self, kind: int) -> str:
+        """The name of one kind's pieces in the file."""
+        return f"{self.name} {kind:+d}"
 
     def one(self, kind: int, s: float) -> Array:
         """Values of one kind at one s."""

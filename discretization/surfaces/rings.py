@@ -15,7 +15,16 @@ import numpy as np
 from scipy.linalg import solveh_banded
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.surfaces.network import FAR, Family, Network, Shape, band, on_elements, rounded
+from discretization.surfaces.network import (
+    FAR,
+    Family,
+    Network,
+    Shape,
+    band,
+    on_elements,
+    rounded,
+    shipped,
+)
 from energy.arrays import Array
 
 _DEGREE = 12  # the least whose errors are rounding
@@ -32,9 +41,9 @@ def stiffness(side: Any, s: Any) -> Any:
     Within 2⁻⁴⁰ l of the axis that of a ring or a disc without springs; at the axis as just there.
     """
     if isinstance(s, float) and s >= BESIDE:
-        return float(_FAMILY.one(side, s)[0] / rough(side, s))
+        return float(FAMILY.one(side, s)[0] / rough(side, s))
     near = np.maximum(s, BESIDE)
-    found = _FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / rough(side, near)
+    found = FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / rough(side, near)
     if (near == s).all():
         return found[()]
     part = np.where(np.greater(s, 0), np.minimum(s / BESIDE, 1.0), 1.0)
@@ -65,7 +74,8 @@ def _solved(side: int, s: Array) -> Array:
     return np.asarray(pull / s * rough(side, s))[:, None]
 
 
-_FAMILY = Family(_solved, 1, _POINTS, _OCTAVES)
+_PIECES = shipped(BESIDE, _OCTAVES)
+FAMILY = Family("rings", _solved, 1, _POINTS, _OCTAVES, {1: _PIECES, -1: _PIECES})
 
 
 def far_stiffness(side: int, r: Any) -> Any:

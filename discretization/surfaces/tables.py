@@ -1,0 +1,47 @@
+"""Writes families.npz, the pieces of the families of free surfaces about an axis that are shipped.
+
+    python -m discretization.surfaces.tables
+
+from the top level of a clone, after a change of what the families are or how they are solved for. It
+takes ten seconds. Solving for the pieces where they are needed costs .1 s for each, and a first load
+path with finite slopes needs a dozen. Nothing in them depends on a scene or on units.
+"""
+
+import numpy as np
+
+from discretization.surfaces import menisci, rings
+from discretization.surfaces.network import TABLES, Family
+from energy.arrays import Array
+
+FAMILIES = (rings.FAMILY, menisci.FAMILY)
+
+
+def pieces(family: Family) -> dict[str, Array]:
+    """The Chebyshev coefficients that are shipped of a family, by its kinds.
+
+    Parameters
+    ----------
+    family : Family
+
+    Returns
+    -------
+    dict of ndarray (pieces, points, values)
+        Under the names that they have in the file; dimensionless.
+    """
+    return {
+        family.key(kind): np.stack([family.fitted(kind, number) for number in numbers])
+        for kind, numbers in family.shipped.items()
+    }
+
+
+def main() -> None:
+    """Write the file anew."""
+    found: dict[str, Array] = {}
+    for family in FAMILIES:
+        found |= pieces(family)
+    np.savez(TABLES, **found)  # type: ignore[arg-type]
+    print(f"{TABLES}: {sum(part.shape[0] for part in found.values())} pieces")
+
+
+if __name__ == "__main__":
+    main()
