@@ -2,9 +2,9 @@
 
     python -m discretization.surfaces.tables
 
-from the top level of a clone, after a change of what the families are or how they are solved for. It
-takes ten seconds. Solving for the pieces where they are needed costs .1 s for each, and a first load
-path with finite slopes needs a dozen. Nothing in them depends on a scene or on units.
+from the top level of a clone, after a change of what the families are or how they are solved for.
+It takes ten seconds. Nothing in the pieces depends on a scene or on units; solving for one where it
+is needed costs .1 s, and a first load path with finite slopes needs a dozen.
 """
 
 import numpy as np

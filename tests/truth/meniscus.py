@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from scipy.special import k0e, k1e
+from scipy.special import i0e, i1e, k0e, k1e
 
 FAINT = 1e-8
 RTOL, ROUGHLY, BESIDE = 3e-14, 1e-8, 1e-6  # of the solution; of its first guess, and around it
@@ -52,6 +52,53 @@ def outside(radius, phi, rtol=RTOL):
     root = near if rtol >= ROUGHLY else brentq(excess, *ends, xtol=1e-15, rtol=1e-15)
     run = followed(np.exp(root), rtol)
     return Surface(float(run.y[0, -1]), float(run.y[2, -1]), phi, run)
+
+
+class Lines(NamedTuple):
+    """Lines at which surfaces rest: radii over l, φ > 0, |u|/l, and energies over 2πγ₁l²."""
+
+    radius: np.ndarray
+    inclination: np.ndarray
+    height: np.ndarray
+    energy: np.ndarray
+
+
+def lines_of_a_surface(side, radius, phi):
+    """The lines at which one surface could rest, about as inclined as φ at this radius.
+
+    A surface outside a line (side 1), or on the disc inside one (-1), is also that of each line on
+    its way. Followed from where it is faint, nothing has to be sought.
+    """
+    if side > 0:
+        most = phi / k1e(radius)
+        far = radius + brentq(lambda x: np.log(most * k1e(radius + x) / FAINT) - x, 0.0, 60.0)
+        run = _integrated(far, radius, _faint(most, far, radius), RTOL)
+        r = np.exp(run.t) if radius < 1 else radius + run.t
+    else:
+        run = _integrated_on_a_disc(radius, phi)
+        r = np.exp(run.t)
+    height, sine, energy = run.y
+    return Lines(r, np.arcsin(np.minimum(sine, 1.0)), height, energy)
+
+
+def _integrated_on_a_disc(radius, phi):
+    """From the linear solution, h ∝ I₀(r), far inside to the line, in ln r."""
+    start = max(radius - 20.0, 1e-8 * min(radius, 1.0))
+    sine = phi * i1e(start) / i1e(radius) * math.exp(start - radius)
+    height = sine * i0e(start) / i1e(start)
+
+    def slopes(x, y):
+        r, (h, s, _) = math.exp(x), y.tolist()
+        c = math.sqrt(max(1 - s * s, 1e-6))
+        return [s / c * r, r * h - s, r * r * (h * h / 2 + s * s / (1 + c) / c)]
+
+    def overhangs(x, y):
+        return 0.9999 - abs(y[1])
+
+    overhangs.terminal = True
+    faint = [height, sine, start * height * sine / 2]
+    span = math.log(start), math.log(radius)
+    return solve_ivp(slopes, span, faint, method="DOP853", rtol=RTOL, atol=1e-30, events=overhangs)
 
 
 def _faint(amplitude, far, radius):
