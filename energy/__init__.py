@@ -24,7 +24,10 @@ Per unit length of the line contact, any consistent units; arrays are float64 of
 | α      | √(2w/γ₁) = δ₀/l, small-slope π - θ  | 1               |                               |
 """
 
-from energy import cards, indenters
+import importlib
+from typing import TYPE_CHECKING
+
+from energy import indenters
 from energy.indenter import Indenter, Profile
 from energy.indenters import *  # noqa: F403
 from energy.layer import ElasticLayer
@@ -34,6 +37,17 @@ from energy.sampled import Sampled
 from energy.scene import Scene
 from energy.surfaces import SurfaceEnergies
 from energy.validity import Assumption
+
+if TYPE_CHECKING:
+    from energy import cards
+else:
+
+    def __getattr__(name):
+        """The closed forms are imported when they are first used, since no minimiser uses them."""
+        if name == "cards":
+            return importlib.import_module("energy.cards")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
 
 __all__ = [
     "Assumption",

@@ -10,6 +10,7 @@ The free surface varies over l, so that c₂(h/l)² and h/l tell what the spring
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +21,7 @@ from energy.layer import relative_stiffness, second_order
 if TYPE_CHECKING:
     from energy.scene import Scene
 
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(200)
+_rule = functools.cache(np.polynomial.legendre.leggauss)  # of 200 points it takes a while
 MUCH_LESS = 0.1  # how "≪" is read
 # What springs miss at pull-off of a sphere, in %, over ν (rows) and l/h: layer_springs_worst.csv of
 # `python -m studies layer`
@@ -180,8 +181,9 @@ def compliance_error(nu: float, thickness: float) -> float:
 
     thickness: h/l.
     """
-    angle = math.pi / 4 * (_POINTS + 1)
+    points, weights = _rule(200)
+    angle = math.pi / 4 * (points + 1)
     still = 2 * (1 - nu) / (1 - 2 * nu)
     relative = relative_stiffness(nu, thickness * np.tan(angle)) / still
     density = 1 / (np.cos(angle) ** 2 * relative + np.sin(angle) ** 2)
-    return float(_WEIGHTS @ density) / 2 - 1
+    return float(weights @ density) / 2 - 1

@@ -104,6 +104,42 @@ def test_only_cvxpy_and_matplotlib_are_imported_inside_functions():
                 assert nested == (top in LAZY), f"{path}: {module}"
 
 
+def test_scipy_special_is_loaded_when_a_bessel_function_is_first_called():
+    """Modules import scipy and write scipy.special.k0e: scipy loads a subpackage when it is used.
+
+    That of special functions costs a sixth of numpy and scipy.linalg, and only free surfaces about
+    an axis, nodes of a layer and some closed forms call them.
+    """
+    uses = 0
+    for package in ("energy", "discretization"):
+        for path in modules(package):
+            for module, names, _ in imported(path):
+                assert not module.startswith("scipy.special"), f"{path} imports {module}"
+                assert module != "scipy" or "special" not in names, f"{path} imports special"
+            uses += "scipy.special." in path.read_text("utf-8")
+    assert uses >= 5
+
+
+def test_what_most_states_do_not_need_is_not_imported():
+    """Neither special functions, unless scipy.linalg needs them, nor the closed forms."""
+    code = """
+import sys, numpy, scipy.linalg
+before = set(sys.modules)
+import discretization, energy
+for lazy in ("scipy.special", "scipy.optimize", "matplotlib", "cvxpy", "energy.cards"):
+    assert lazy in before or lazy not in sys.modules, lazy
+energy.cards.parabola
+try:
+    energy.card
+except AttributeError as error:
+    assert "'card'" in str(error)
+else:
+    raise AssertionError("energy.card")
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize("package", PACKAGES)
 def test_modules_import_each_other_without_circles(package):
     """Imports that only type checkers follow count, too."""

@@ -28,7 +28,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.special import k0e, k1e, kve
+import scipy
 
 from discretization.layer.body import Body
 from discretization.layer.elements import DEGREE, Fields, elements, grid
@@ -55,8 +55,9 @@ def decayed(power: int, decays: Complex, a: float, beside: Array) -> Complex:
 def _bessel(order: int, z: Complex) -> Complex:
     """K(z) exp(z)."""
     real, near, found = z.imag == 0, np.abs(z) <= _LARGEST, np.empty_like(z)
-    found[real], near, far = (k1e if order else k0e)(z.real[real]), near & ~real, ~near & ~real
-    found[near], far_z = kve(order, z[near]), z[far]
+    of_reals = scipy.special.k1e if order else scipy.special.k0e
+    found[real], near, far = of_reals(z.real[real]), near & ~real, ~near & ~real
+    found[near], far_z = scipy.special.kve(order, z[near]), z[far]
     found[far] = np.sqrt(math.pi / (2 * far_z)) * (1 + (4 * order - 1) / (8 * far_z))
     return found
 

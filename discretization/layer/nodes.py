@@ -25,9 +25,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.polynomial import Polynomial
 from scipy.linalg import cholesky, solve_triangular
-from scipy.special import i0e, j0, k0e, sici
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
@@ -242,7 +242,7 @@ def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
     k = layer.stiffness_at(q)
     rest = (gamma * m * m - k) / ((k + gamma * q * q) * gamma * (q * q + m * m)) * weights
     rest *= q / (2 * math.pi) if axis else 1 / math.pi
-    found, wave = _springs(scene, z, x, m), j0 if axis else np.cos
+    found, wave = _springs(scene, z, x, m), scipy.special.j0 if axis else np.cos
     for part in np.array_split(np.arange(q.size), max(1, q.size * max(x.size, z.size) // 10**7)):
         there = wave(np.outer(z, q[part]))
         found += (there * rest[part]) @ (there if z is x else wave(np.outer(x, q[part]))).T
@@ -256,12 +256,14 @@ def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
 def _beyond(last: float, apart: Array) -> Array:
     """∫ cos(qs)/q³ dq from the largest q on, of distances s."""
     y = np.maximum(last * apart, _SAME)
-    return np.asarray((np.cos(y) - y * np.sin(y) + y * y * sici(y)[1]) / (2 * last * last))
+    cosine = scipy.special.sici(y)[1]  # the cosine integral
+    return np.asarray((np.cos(y) - y * np.sin(y) + y * y * cosine) / (2 * last * last))
 
 
 def _springs(scene: Scene, z: Array, x: Array, m: float) -> Array:
     near, far = np.minimum.outer(z, x), np.maximum.outer(z, x)
     apart = np.exp(-m * (far - near)) / (2 * scene.gamma1)
     if scene.axisymmetric:
-        return np.asarray(i0e(m * near) * k0e(m * far) * apart / math.pi)
+        both = scipy.special.i0e(m * near) * scipy.special.k0e(m * far)
+        return np.asarray(both * apart / math.pi)
     return np.asarray(apart * (1 + np.exp(-2 * m * near)) / (2 * m))

@@ -34,7 +34,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.special import k0e, k1e
+import scipy
 
 from discretization.nodes.lattice import Lattice, LatticeTail
 from energy import Scene
@@ -87,8 +87,8 @@ class RadialTail(LatticeTail):
         if left is None:
             return np.zeros_like(z), np.zeros_like(z)
         r, a = self.rate * z, self.rate * left.x
-        u = (depth - left.f) * np.exp(a - r) / k0e(a)
-        return u * k0e(r), -self.rate * u * k1e(r)
+        u = (depth - left.f) * np.exp(a - r) / scipy.special.k0e(a)
+        return u * scipy.special.k0e(r), -self.rate * u * scipy.special.k1e(r)
 
 
 def outer_pull(kappa: float, nodes: Any) -> Array:

@@ -12,8 +12,8 @@ import math
 from typing import Any
 
 import numpy as np
+import scipy
 from scipy.linalg import solveh_banded
-from scipy.special import i0e, i1e, k0e, k1e
 
 from discretization.surfaces.network import (
     FAR,
@@ -80,12 +80,14 @@ FAMILY = Family("rings", _solved, 1, _POINTS, _OCTAVES, {1: _PIECES, -1: _PIECES
 
 def far_stiffness(side: int, r: Any) -> Any:
     """The exact reaction of all that is beyond a radius, per length and displacement there."""
-    return k1e(r) / k0e(r) if side > 0 else i1e(r) / i0e(r)
+    if side > 0:
+        return scipy.special.k1e(r) / scipy.special.k0e(r)
+    return scipy.special.i1e(r) / scipy.special.i0e(r)
 
 
 def decayed(side: int, start: Any, r: Array) -> Array:
     """u at radii r beyond a line displaced by 1, and u' outwards (2, n): the exact decay."""
-    bessel = k0e if side > 0 else i0e
+    bessel = scipy.special.k0e if side > 0 else scipy.special.i0e
     u = bessel(r) / bessel(start) * np.exp(side * (start - r))
     return np.array([u, -u * far_stiffness(side, r)])
 

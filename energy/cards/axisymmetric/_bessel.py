@@ -8,8 +8,8 @@ where the three terms of q' cancel but for 1/(2s²); the coefficients follow fro
 """
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import i0e, i1e, k0e, k1e
 
 from energy.cards._checks import Array, unwrap
 
@@ -45,7 +45,7 @@ def decay(s: ArrayLike) -> Array:
     """q = K₀(s)/K₁(s): the surface outside leaves its line with the slope −u_a/(l q)."""
     s = np.asarray(s, float)
     near = np.where((s > 0.0) & (s < _FAR), s, 1.0)
-    outside = np.where(s > 0.0, k0e(near) / k1e(near), 0.0)
+    outside = np.where(s > 0.0, scipy.special.k0e(near) / scipy.special.k1e(near), 0.0)
     return unwrap(np.where(s < _FAR, outside, _series(s, _C)))
 
 
@@ -61,4 +61,4 @@ def disc(s: ArrayLike) -> Array:
     """1/p = I₁(s)/I₀(s): a free disc meets the line around it with the slope u_b/(l p)."""
     s = np.asarray(s, float)
     near = np.where(np.isfinite(s), s, 1.0)
-    return unwrap(np.where(np.isfinite(s), i1e(near) / i0e(near), 1.0))
+    return unwrap(np.where(np.isfinite(s), scipy.special.i1e(near) / scipy.special.i0e(near), 1.0))

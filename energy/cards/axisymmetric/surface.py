@@ -5,8 +5,8 @@ of inner radius b, smooth on the axis, u = u_b I₀(r/l)/I₀(b/l).
 """
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import i0e
 
 from energy.cards._checks import excess, finite, non_negative, positive, refuse, unwrap
 from energy.cards._types import Values
@@ -53,7 +53,7 @@ def disc_displacement(
     x, b = non_negative("x", x), positive("b", b)
     refuse("x", x, x > b, "is beyond the ring's inner line, pass x <= b")
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
-    ratio = i0e(x / ell) / i0e(b / ell) * np.exp(-(b - x) / ell)
+    ratio = scipy.special.i0e(x / ell) / scipy.special.i0e(b / ell) * np.exp(-(b - x) / ell)
     return unwrap(finite("u_b", u_b) * ratio)
 
 
