@@ -143,7 +143,7 @@ class Family:
 
     def key(self, kind: int) -> str:
         """The name of one kind's pieces in the file."""
-        return f"{self.name} {kind:+d}"
+        return f"{self.name} {int(kind):+d}"
 
     def one(self, kind: int, s: float) -> Array:
         """Values of one kind at one s."""
