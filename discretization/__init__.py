@@ -9,7 +9,8 @@
 | λ      | decay of a tail per node   | 1           |       |
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
-minimise.py answers with one state, loading.py with a path of states; routes.py says what does, or
+minimise.py answers with one state, many.py with arrays of states of one contact, loading.py with a
+path of states; routes.py says what does, or
 why nothing does. Seven packages do the work, each importing only those above it in this list:
 
 nodes/      fixed nodes in a row: the lattice, its energy, what they see of the indenter
@@ -31,6 +32,7 @@ try:
     from discretization.certificate import AccuracyWarning, NotCertifiedError
     from discretization.equilibrium import Equilibrium
     from discretization.loading import load_path
+    from discretization.many import Equilibria, minimise_many
     from discretization.minimise import minimise
     from discretization.nodes.lattice import Lattice
     from discretization.nodes.nodal_energy import NodalEnergy
@@ -48,6 +50,7 @@ except ImportError as error:
 
 __all__ = [
     "AccuracyWarning",
+    "Equilibria",
     "Equilibrium",
     "Event",
     "History",
@@ -58,4 +61,5 @@ __all__ = [
     "Snapshot",
     "load_path",
     "minimise",
+    "minimise_many",
 ]

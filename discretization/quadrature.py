@@ -93,6 +93,38 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
     return found
 
 
+def summed_each(density: Density, ends: Array, *, smooth: bool) -> Array:
+    """Integrals (m, n) over each of the panels with ends (2, n), to rounding of its own size.
+
+    Halved as in `summed`, each by itself: what a panel gives does not depend on the others.
+    """
+    count = ends.shape[1]
+    own, total = np.arange(count), np.zeros(0)
+    limit, luck = np.zeros(0), np.zeros(0)
+    for more in reversed(range(_HALVINGS)):
+        (lo, hi), middle = ends, ends.sum(axis=0) / 2
+        panels = np.array([[lo, lo, middle], [hi, middle, hi]])  # whole ones and their halves
+        sums, sizes = over(density, panels)
+        if not total.size:
+            total, luck = np.zeros((len(sums), count)), np.zeros((len(sums), count))
+            limit = ROUNDING * sizes[:, 0]
+        both, size = sums[:, 1:].sum(axis=1), sizes[:, 1:].sum(axis=1)
+        apart = np.abs(both - sums[:, 0])
+        off = np.maximum(apart, luck)
+        rough = (off > np.maximum(limit[:, own], _SUMMED * size)).any(axis=0)
+        rough &= (lo < middle) & (middle < hi)
+        if not more or rough.sum() > _MOST * count:
+            rough[:] = False
+        for row, values in zip(total, both, strict=True):
+            np.add.at(row, own[~rough], values[~rough])
+        if not rough.any():
+            break
+        ends = panels[:, 1:, rough].reshape(2, -1)
+        own = np.tile(own[rough], 2)
+        luck = np.tile(apart[:, rough] * (0.0 if smooth else _LUCK), 2)
+    return total
+
+
 def densities(scene: Scene, level: float, x: Array) -> Array:
     """Of ∫1, ∫g, ∫g², ∫γ₁ψ(f') and ∫c s(f'), g = level - f, over dx or 2πr dr.
 

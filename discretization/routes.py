@@ -48,6 +48,11 @@ _LAYER = (
 )
 _OTHERWISE = "change that, or use response='springs'"
 _LOWER = "use that branch, or response='springs' for what has least energy"
+_MANY = (
+    ": minimise_many finds states of one contact of a convex indenter on linear springs, about an "
+    "axis of a punch, wedge, parabola, power law or circle, without opening and pattern; use "
+    "minimise in a loop, or load_path"
+)
 _LAYER_NODES = "method = 'lattice': nodes answer no load paths of a layer; use method='fitted'"
 
 
@@ -76,6 +81,23 @@ def one_contact(scene: Scene) -> bool:
     return scene.indenter.convex and (
         not scene.axisymmetric or isinstance(scene.indenter, UNIMODAL)
     )
+
+
+def vectorised(scene: Scene) -> None:
+    """ValueError unless many states of a scene can be found at once: those of one contact."""
+    turned, body = scene.axisymmetric, scene.indenter
+    beyond = {
+        f"layer.response = {scene.layer.response!r}": scene.layer.exact,
+        f"opening = {scene.opening!r}": scene.opening is not None,
+        f"pattern = {scene.pattern!r}": scene.pattern is not None,
+        f"indenter = {body!r} has no lowest point": isinstance(body, Plane),
+        f"indenter = {body!r} is not convex": not body.convex,
+        f"indenter = {body!r} about an axis": turned and not isinstance(body, UNIMODAL),
+        "springs that are not linear": not scene.hookean,
+    }
+    for what, so in beyond.items():
+        if so:
+            raise ValueError(what + _MANY)
 
 
 def route(scene: Scene, question: str, *, nodes: bool) -> str:
