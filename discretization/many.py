@@ -118,8 +118,8 @@ def minimise_many(
     >>> works = np.array([3e-5, 6e-5])
     >>> states = minimise_many(scene, [[0.0], [3e-7]], w=works)
     >>> print(np.array2string(states.half_width * 1e6, precision=2))
-    [[ 99.8  120.06]
-     [149.83 160.08]]
+    [[ 99.56 120.16]
+     [144.87 160.08]]
     """
     usable(scene, 0.5, "auto", ("auto",), None)
     vectorised(scene)
