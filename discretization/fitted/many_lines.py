@@ -80,6 +80,7 @@ class ManyLines:
         """Lines of states with γ₁ > 0."""
         length, separation = states.length, states.separation
         size = np.maximum(np.abs(states.depth), abs(alone.touch)) + separation
+        size[size == 0] = 1.0  # a touch without adhesion: nothing is displaced
         ratio = states.work / states.gamma1
         lowest = alone.touch - _HOLDS * separation
         return cls(alone, states.depth, length, ratio, size, length, lowest)
@@ -166,6 +167,10 @@ class ManyLines:
             free = between[behind > _TIE]
             outer = x[free]
             inner = places[first[free] - 1]
+            ahead = self.off(side, inner, own[free], 1)
+            moves = ahead < 0
+            x[free] = inner
+            free, inner, outer = free[moves], inner[moves], outer[moves]
             x[free] = self._root(side, own[free], inner, outer)
 
         beyond = np.flatnonzero(first == places.size)
