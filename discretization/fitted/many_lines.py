@@ -20,8 +20,9 @@ from discretization.roots import crossings
 from energy.arrays import Array, Indices, Mask
 
 _TIE = ROUNDING  # of the size of displacements: D - d where moving a line costs nothing
-_KNOWN = 1e-16  # of the same: a line need not be known better than that
 _FARTHER = 4.0  # each place at which the outer end of a bracket is looked for, over the one before
+_STEEP = 30.0  # of the size of displacements: D - d from which secants find a line
+_HALVINGS = 200  # of a bracket at most, as in roots.py
 _DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
 _PARTS = np.arange(1, 8) / 8  # of what is between two places, where the least D is looked for
 _SECTIONS = 16  # each leaves two of these parts, in the end 5e-10 of all: a minimum is flat
@@ -64,7 +65,8 @@ class ManyLines:
 
     goal: the depth at which each line would rest, D = goal; with tension that is the depth of the
     state. length: l, 0 where there is no tension: then D is the height of the profile. ratio: w/γ₁.
-    size: of displacements; step: a first distance to look for a line in.
+    size: of displacements; step: a first distance to look for a line in; lowest: a goal below which
+    no line rests.
     """
 
     alone: Alone
@@ -82,7 +84,9 @@ class ManyLines:
         size = np.maximum(np.abs(states.depth), abs(alone.touch)) + separation
         size[size == 0] = 1.0  # a touch without adhesion: nothing is displaced
         ratio = states.work / states.gamma1
-        lowest = alone.touch - _HOLDS * separation
+        lowest = np.full_like(size, -math.inf)
+        if alone.scene.axisymmetric:
+            lowest = alone.touch - _HOLDS * separation
         return cls(alone, states.depth, length, ratio, size, length, lowest)
 
     @classmethod
@@ -93,8 +97,8 @@ class ManyLines:
         """
         depth, separation = states.depth, states.separation
         level = np.minimum(np.maximum(depth, alone.touch), depth + separation)
-        size = np.maximum(np.abs(depth), separation)
-        size[size == 0] = 1.0
+        size = np.maximum(np.abs(depth), abs(alone.touch)) + separation
+        size[size == 0] = 1.0  # a touch without adhesion: nothing is displaced
         attached = level >= alone.touch - _TIE * size
         goal = np.where(attached, np.maximum(level, alone.touch), level)
         none = np.zeros_like(depth)
@@ -239,7 +243,7 @@ class ManyLines:
             return inner
         if values is None:
             values = self.off(side, inner, own), self.off(side, outer, own)
-        low, high = values
+        inner, outer, low, high = self._narrowed(side, own, inner, outer, *values)
         width = outer - inner
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             rise = (high - low) / width
@@ -247,13 +251,34 @@ class ManyLines:
         usable = np.isfinite(rise) & (rise * side > 0)
         usable &= (side * guess > side * inner) & (side * guess < side * outer)
         guess = np.where(usable, guess, (inner + outer) / 2)
-        rise = np.where(usable, rise, side)
+        with np.errstate(divide="ignore"):
+            rise = np.where(usable, rise, side / np.abs(width))
 
         def off(x: Array, which: Indices) -> Array:
             return self.off(side, x, own[which])
 
         ends = np.minimum(inner, outer), np.maximum(inner, outer)
-        return crossings(off, *ends, guess, rise, _KNOWN)
+        return crossings(off, *ends, guess, rise, 0.0)
+
+    def _narrowed(
+        self, side: int, own: Indices, inner: Array, outer: Array, low: Array, high: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """Brackets halved until D is of the size of depths at both ends.
+
+        Secants from where a profile such as x¹⁰⁰ has risen by orders of magnitude would not move.
+        """
+        inner, outer, low, high = inner.copy(), outer.copy(), low.copy(), high.copy()
+        steep = np.flatnonzero(~(high <= _STEEP))
+        for _ in range(_HALVINGS):
+            if not steep.size:
+                break
+            middle = (inner[steep] + outer[steep]) / 2
+            value = self.off(side, middle, own[steep])
+            above = value > 0
+            outer[steep[above]], high[steep[above]] = middle[above], value[above]
+            inner[steep[~above]], low[steep[~above]] = middle[~above], value[~above]
+            steep = steep[~(high[steep] <= _STEEP)]
+        return inner, outer, low, high
 
     def _pulled(self, side: int, own: Indices) -> tuple[Array, Mask]:
         """Lines about an axis at depths less than that of touching, nan where contact is lost.

@@ -14,10 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.certificate import TOLERANCE
 from discretization.fitted.alone import Alone
 from discretization.fitted.many_lines import ManyLines, States
-from discretization.fitted.rest_depths import DIFFERENCE, FELT, FLAT, LEAST, TIE
+from discretization.fitted.rest_depths import DIFFERENCE, FELT, FLAT, LEAST
 from discretization.quadrature import densities, summed_each
 from discretization.surfaces import menisci
 from discretization.surfaces.menisci import MeniscusSurfaces
@@ -225,7 +224,7 @@ class ManyContacts:
 
         Where a line is free both are D.
         """
-        lines, states, scene = self.lines, self.states, self.lines.alone.scene
+        lines = self.lines
         own = np.arange(x.size)
         rest = lines.rest_depth(side, x, own)
         off = np.abs(rest - lines.goal)
@@ -235,12 +234,8 @@ class ManyContacts:
             behind = lines.rest_depth(side, x[held], held, -1) - lines.goal[held]
             behind = np.where(self.lone[held], 0.0, behind)
             off[held] = np.maximum(np.maximum(ahead, behind), 0.0)
-        steep = self._steepest(x)
-        height = np.asarray(scene.indenter.height(x), float)
-        scale = np.maximum(np.abs(states.depth), states.separation)
-        terms = np.abs(states.depth) + np.abs(height) + np.where(pinned, 0.0, np.abs(rest - height))
-        size = np.maximum(scale, TIE / TOLERANCE * terms) + lines.length * steep
-        return np.divide(off, size, out=np.zeros_like(off), where=size > 0)
+        size = lines.size + lines.length * self._steepest(x)
+        return np.asarray(off / size)
 
     def _steepest(self, x: Array) -> Array:
         """|f'| at lines, at corners on either side; with finite slopes the sine of its angle."""
