@@ -129,7 +129,7 @@ def crossings(
         if not own.size:
             break
         before, value = value, h(new, own)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             value, slope = value if newton else (value, (value - before) / (new - at))
         slow, at = (np.abs(value) > np.abs(before) / 2) & ~slow, new
     return x

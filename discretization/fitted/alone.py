@@ -10,6 +10,11 @@ There D = f + l f' q - δ₀ q with q = 1/S, S(s) the stiffness beside a radius 
     dD/ds = (q' / l) {[l f' + l² f'' q]/q' + l f' - δ₀}    (f', f'' by x),
 
 in which f', f'' q and 1/q' grow with s, so that the brace changes sign once.
+
+Beside an apex that is all but a tip, f = c |x|ⁿ with n next to 1, a line may rest at |x| = 10⁻¹⁰⁰ l.
+There it is looked for in log |x|. Nearer than doubles resolve D jumps past d at the apex itself:
+the contact is that one point, P = 2kl (d - f), and holds like a wider one as long as D there, where
+f' = 0, is not above d.
 """
 
 from __future__ import annotations
@@ -31,6 +36,9 @@ from discretization.surfaces.protocol import At, Felt, Free, Surfaces
 from energy import Indenter, Scene
 
 _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
+_TIP = 2.0**-1000  # beside an apex at 0, in any unit: nearer to it doubles lose digits
+_ROUNDED = 1e-6  # of the slope beside the apex: by less it does not fall towards 0, but is a kink
+_RESTS = 1e-11  # of the size of depths: D - d of a line that has been found
 _DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
 _BESIDE = np.array([[1], [1], [-1], [0], [0], [0], [0]])  # on which side D judges a line
 
@@ -87,8 +95,30 @@ class Alone:
             left = 0.0
         else:
             left = -right if body.symmetric and not body.apex else self.find(-1, depth)
-        held = left < right or (left == right and depth >= self.touch)
+        if left == right and depth < self.touch:
+            held = self.pointed(left) and float(self.rest_depth(1, left)) < depth
+        else:
+            held = left <= right
         return (left, right) if held else ()
+
+    def pointed(self, x: float) -> bool:
+        """Whether a contact of the one point x stands for one too narrow for doubles."""
+        return x == self.apex and self.tip > 0
+
+    @functools.cached_property
+    def tip(self) -> float:
+        """Distance from the apex at which a line is last told from it; 0: lines get there.
+
+        At a corner, about an axis, and where the slope no longer changes towards the apex, as at a
+        kink nobody declared, there is no such place either.
+        """
+        scene, indenter, apex = self.scene, self.scene.indenter, self.apex
+        least = max(_TIP, ULPS * math.ulp(apex)) if apex else _TIP
+        if scene.axisymmetric or apex in indenter.corners or apex in indenter.extent:
+            return 0.0
+        sides, middle = np.array(self.sides), math.sqrt(least * LEAST * scene.elastocapillary_length)
+        near, far = (sides * indenter.slope(apex + sides * x) for x in (least, max(least, middle)))
+        return least if (near < (1 - _ROUNDED) * far).all() else 0.0
 
     def felt(self, lines: Sequence[float], depth: float) -> list[Felt]:
         """What judges both lines, or the one about an axis; held are those at corners, and there.
@@ -100,10 +130,14 @@ class Alone:
         known = np.array([-math.inf, *scene.indenter.corners, math.inf])
         first, after = known.searchsorted(x), known.searchsorted(x, "right")
         loose, near = (first == after) & ((x != 0) | (sides.size > 1)), np.spacing(np.abs(x))
+        one_point = lines[0] == lines[1] and self.pointed(lines[0])
+        loose &= not one_point
         span = np.minimum(np.maximum(x, LEAST * length), length) if scene.axisymmetric else length
         off, step = ULPS * near * loose * sides, np.maximum(DIFFERENCE * span, FELT * near)
+        step = np.where(x == self.apex, step, np.minimum(step, np.abs(x - self.apex) / 2))
         ends = np.clip([x + step, x - step], (x + known[first - 1]) / 2, (x + known[after]) / 2)
-        z = np.clip([x + off, x + off, x - off, x, x, *ends], *scene.indenter.extent)
+        beyond = off + one_point * self.tip * sides
+        z = np.clip([x + beyond, x + beyond, x - off, x, x, *ends], *scene.indenter.extent)
         works = np.array([w, 0.0, scene.opened.work_of_adhesion, w, 0.0, w, w])[:, None]
         closing, bare, behind, *rest = self.rest_depth(sides, z, _BESIDE, works)
         f, (there, free, one, other) = np.asarray(scene.indenter.height(x), float), rest
@@ -167,7 +201,26 @@ class Alone:
             if held:
                 return bracketed(h, inside, x) if inside != x and h(x, -1) > tie else x
         last = places[-1]
-        return last if beyond[-1] >= 0 else bracketed(h, *self._around(h, side, last, depth))
+        if beyond[-1] >= 0:
+            return last
+        found = bracketed(h, *self._around(h, side, last, depth))
+        off, near = _RESTS * self.size(depth, self.touch), LEAST * self.scene.elastocapillary_length
+        if last != self.apex or abs(found - last) > near or abs(h(found)) <= off:
+            return found
+        return self._beside_apex(h, side, found)
+
+    def _beside_apex(self, h: Callable[[float], float], side: int, found: float) -> float:
+        """A line so near to the apex that its distance is found by its logarithm; or the apex.
+
+        found: by the distance itself, if this does not find it.
+        """
+        apex, tip = self.apex, self.tip
+        if not tip:
+            return found
+        if h(apex + side * tip) >= 0:
+            return apex
+        ends = math.log(tip), math.log(LEAST * self.scene.elastocapillary_length)
+        return apex + side * math.exp(bracketed(lambda t: h(apex + side * math.exp(t)), *ends))
 
     def _around(self, h: Callable[[float], float], side: int, start: float, depth: float) -> Pair:
         """Points on both sides of a line, or ValueError where the known profile ends before it."""

@@ -78,6 +78,13 @@ class Motion:
         least = (self.free_part.least(pair, depth, exact=True)[0] for pair in free_parts(lines))
         return max(0.0, -min(least))
 
+    def pointed(self, x: float) -> bool:
+        """Whether a contact of the one point x stands for one too narrow for doubles: never here.
+
+        Only a convex profile alone has such a contact (alone.py).
+        """
+        return False
+
     def felt(self, lines: Lines, depth: float) -> list[Felt]:
         """What judges the lines of every free surface.
 

@@ -41,13 +41,15 @@ class LoneTrack:
         sides, size = np.array(alone.sides), alone.size(start, end)
         ahead = alone.rest_depth(sides, first, 1 if end > start else -1)
         around = alone.scene.axisymmetric and first[0] < place
-        if around or (np.abs(ahead - start) > TIE * size).any():
+        pointed = first[0] == first[-1] and alone.pointed(float(first[0]))
+        at_rest = alone.lines(start) == lines if pointed else np.abs(ahead - start) <= TIE * size
+        if around or not np.all(at_rest):
             return None
         end = max(end, min(low + _LOST * size, start))
         last = np.array([alone.find(side, end) for side in alone.sides]) if end != start else first
         corners = np.reshape(alone.scene.indenter.corners, (-1, 1))
         met = ((corners - first) * (corners - last) <= 0) & (corners != first)
-        if met.any() or (end != start and (last == first).any()):
+        if met.any() or (end != start and (last == first).any() and not pointed):
             return None
         for side, x in zip(alone.sides, last.tolist(), strict=True):
             alone.solve(side, x, end)
@@ -69,11 +71,19 @@ class LoneTrack:
             rise = np.where(other == one, 1.0, span / (other - one))
         low, high = np.minimum(one, other), np.maximum(one, other)
         x = crossings(off, low, high, guess, rise, _KNOWN * size)
-        if (np.abs(off(x, np.arange(x.size))) > NEAR * size).any():
+        for i in np.flatnonzero(np.abs(off(x, np.arange(x.size))) > NEAR * size).tolist():
+            x[i] = self._beside_apex(int(side[i]), float(goal[i]))
+        found = np.tile([-math.inf, 0.0, 0.0, math.inf], (count, 1))
+        found[:, 3 - sides.size : 3] = x.reshape(sides.size, count).T
+        return found.reshape(count, 2, 2)
+
+    def _beside_apex(self, side: int, depth: float) -> float:
+        """A line that is found by the logarithm of its distance from the apex, or is at the apex."""
+        x = self.alone.find(side, depth)
+        off = abs(float(self.alone.rest_depth(side, x)) - depth)
+        if off > NEAR * self.size and not self.alone.pointed(x):
             raise NotCertifiedError(
                 f"the contact between depth = {self.start!r} and {self.end!r} does not come to "
                 "rest; try other depths, or method='lattice'"
             )
-        found = np.tile([-math.inf, 0.0, 0.0, math.inf], (count, 1))
-        found[:, 3 - sides.size : 3] = x.reshape(sides.size, count).T
-        return found.reshape(count, 2, 2)
+        return x

@@ -17,8 +17,9 @@ import numpy as np
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, certify
+from discretization.fitted.free_part import Lines
 from discretization.fitted.motion import Motion, free_parts
-from discretization.fitted.rest_depths import TIE
+from discretization.fitted.rest_depths import LEAST, TIE
 from discretization.fitted.zeros import followed
 from discretization.following.events import Events
 from discretization.following.lone import NEAR, LoneTrack
@@ -132,7 +133,21 @@ class FittedMany(Branch):
         return _FELT * self.scene.elastocapillary_length
 
     touch = property(lambda self: self.motion.profile.touch)
-    first = functools.cached_property(lambda self: Point(self.touch, self.motion.first()))
+
+    @functools.cached_property
+    def first(self) -> Point:
+        """The state at first touch."""
+        lines = self.motion.first()
+        if alone := self._beside_apex(lines):
+            lines = alone.lines(self.touch)
+        return Point(self.touch, lines)
+
+    def _beside_apex(self, lines: Lines) -> Alone | None:
+        """What finds lines closer to the apex of a lone contact than the samples of the profile."""
+        alone, near = self.events.alone.get(1), LEAST * self.scene.elastocapillary_length
+        if alone is None or not lines:
+            return None
+        return alone if max(abs(x - alone.apex) for x in lines) <= near else None
 
     def leg(self, point: Point, goal: float) -> Tracked:
         """The way from a point towards another depth, up to the first event or free line."""
@@ -185,7 +200,8 @@ class FittedMany(Branch):
         """NotCertifiedError unless the contacts are in equilibrium."""
         if not point.lines:
             return
-        contacts = Contacts(self.motion, point.lines, point.depth)  # by the sizes of the whole path
+        judge = self._beside_apex(point.lines) or self.motion  # by the sizes of the whole path
+        contacts = Contacts(judge, point.lines, point.depth)
         certify(contacts, contacts.totals()).demand(
             f"the state at depth = {point.depth!r}",
             "the path stops before it; try other depths, or method='lattice'",
