@@ -39,6 +39,7 @@ _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
 _TIP = 2.0**-1000  # beside an apex at 0, in any unit: nearer to it doubles lose digits
 _ROUNDED = 1e-6  # of the slope beside the apex: by less it does not fall towards 0, but is a kink
 _RESTS = 1e-11  # of the size of depths: D - d of a line that has been found
+_TOUCHING = 2.0**-100  # of LEAST: beside the axis D is next to nothing whether a line rests or not
 _DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
 _BESIDE = np.array([[1], [1], [-1], [0], [0], [0], [0]])  # on which side D judges a line
 
@@ -204,8 +205,11 @@ class Alone:
         if beyond[-1] >= 0:
             return last
         found = bracketed(h, *self._around(h, side, last, depth))
-        off, near = _RESTS * self.size(depth, self.touch), LEAST * self.scene.elastocapillary_length
-        if last != self.apex or abs(found - last) > near or abs(h(found)) <= off:
+        near = LEAST * self.scene.elastocapillary_length
+        if last != self.apex or abs(found - last) > near:
+            return found
+        at_rest = abs(h(found)) <= _RESTS * self.size(depth, self.touch)
+        if at_rest and not (self.scene.axisymmetric and found < _TOUCHING * near):
             return found
         return self._beside_apex(h, side, found)
 
@@ -214,7 +218,7 @@ class Alone:
 
         found: by the distance itself, if this does not find it.
         """
-        apex, tip = self.apex, self.tip
+        apex, tip = self.apex, _TIP if self.scene.axisymmetric else self.tip
         if not tip:
             return found
         if h(apex + side * tip) >= 0:

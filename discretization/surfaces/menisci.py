@@ -42,7 +42,8 @@ from energy.arrays import Array
 
 DEGREE = 12  # of the polynomials on an element
 STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind resolves them
-LEAST = {1: 2.0**-40, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is known
+# l: radii beside which, and inside which, surfaces are known; smaller ones round
+LEAST = {1: 2.0**-1000, -1: 2.0**-15}
 _SOLVED = 2.0**-20  # l: beside smaller radii springs do not matter next to the line
 _MILD = math.radians(60)
 # sin²(φ/2) at the ends of a piece of mild lines, and of the one of steep lines beyond
@@ -200,7 +201,10 @@ def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
 class MeniscusSurfaces(Surfaces):
     """Free surfaces of a scene."""
 
-    lost = "is inclined by more than 86° or narrower than a millionth of l, and is not resolved"
+    lost = (
+        "is inclined by more than 86°, which no mesh of this kind resolves (beyond 90° there is no "
+        "state), or ends in a disc narrower than 3e-5 l"
+    )
 
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
         """The inclination at rest is known, and the displacement that has it is read.
@@ -215,7 +219,8 @@ class MeniscusSurfaces(Surfaces):
         off, u = s > 0, np.sin(phi) * rough(1, BESIDE)
         u[off] = read(side[off], least[off], phi[off])[0]
         beyond = np.maximum(np.abs(np.sin(phi / 2)) / math.sin(STEEPEST / 2), 1.0)
-        beyond = beyond * least / np.maximum(s, BESIDE)  # what is on a tiny disc does not count
+        # what is on a tiny disc does not count
+        beyond = beyond * np.where(side > 0, 1.0, least / np.maximum(s, BESIDE))
         u = np.where(off | (side > 0), u * beyond, ANY)
         return u[0] if one else u
 
@@ -246,11 +251,20 @@ class MeniscusSurfaces(Surfaces):
         return Free(energy, (pull, 0.0), pull, self._imbalance(side, s, u, pull / s))
 
     def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
-        """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms."""
+        """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms.
+
+        Next to 90° a radius changes φ at a given u₀ ever more. There φ is given in its place: what
+        u₀ changes by then takes the work s sin φ du₀.
+        """
         steps, rule = _RULE
-        radii = s * (1 + _DIFFERENCE * steps)
-        phi = inclination(side, radii, np.full_like(radii, u))
-        rate = float(rule @ (radii * read(side, radii, phi)[1])) / (_DIFFERENCE * s * s)
+        radii, scaled = s * (1 + _DIFFERENCE * steps), 1 + _DIFFERENCE * steps
+        phi, work = inclination(side, np.array([s]), np.array([u])), 0.0
+        if abs(float(phi[0])) > _MILD:
+            phi = np.full_like(radii, phi[0])
+            work = pull * float(rule @ read(side, radii, phi)[0]) / (_DIFFERENCE * s)
+        else:
+            phi = inclination(side, radii, np.full_like(radii, u))
+        rate = float(rule @ (scaled * read(side, radii, phi)[1])) / (_DIFFERENCE * s) - work
         cos = math.sqrt(1 - pull * pull)
         off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
         return off / (pull * pull + u * u or 1.0)

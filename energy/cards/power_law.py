@@ -1,7 +1,8 @@
 """Power-law profile f = c|x|ⁿ, n >= 1: Eqs. (11) and (16) beyond the paper's n = 1 and 2.
 
 n = 1 is the wedge with tan δ = c, tip-pinned range included; n = 2 the parabola with
-R = 1/(2c). For n > 1 the line is free on the whole branch d >= −δ₀.
+R = 1/(2c). For n > 1 the line is free on the whole branch d >= −δ₀, if at a half-width below the
+range of float64 for n next to 1: then u_a = d and P = 2kld, as for a wedge pinned at its tip.
 """
 
 import numpy as np
@@ -52,8 +53,8 @@ def _state(d: ArrayLike, c: Array, n: float, ell: Array, delta0: Array) -> tuple
     """Half-width and displacement of the contact line at depth d."""
     depth, remedy = finite("d", d), "the contact has let go, pass d >= detachment_depth(...)"
     if n > 1.0:
-        a = _root(excess("d", depth, -delta0, remedy) / c, n, ell)
-        return a, ell * n * c * a ** (n - 1.0) - delta0
+        a = np.asarray(_root(excess("d", depth, -delta0, remedy) / c, n, ell))[()]
+        return a, np.where(a > 0.0, ell * n * c * a ** (n - 1.0) - delta0, depth)[()]
     q = ell * c - delta0
     excess("d", depth, np.minimum(q, 0.0), remedy, scale=ell * c)
     return np.maximum(depth - q, 0.0) / c, np.minimum(depth, q)
