@@ -28,11 +28,16 @@ from energy.arrays import Array, Mask
 from energy.axis import Radial
 
 MOST = 200_000  # samples
+LOOKS = 8  # times a profile is resolved again around what quadrature has found between its samples
 _FIRST = 512  # samples of the first pass
 _TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
 _PART = 1 / 64  # of √(2w/γ₁), which a slope must change by for a contact line to notice
 _OF_RANGE = 1 / 256  # of how much the slope varies within an interval
+_HIDDEN = 4.0  # times what samples resolve: more in between is a feature that they have missed,
+_LONE = 16.0  # or so many times what the cubic is off by at both tests, if a contact line or an
+_SLIGHT = 1e-3  # energy notices: of √(2w/γ₁), or without adhesion of the steepest slope
 _NOISE = 1e-12  # of the steepest slope, and of an interval: they are not known better
+_NAMED = 5  # places in a warning
 _FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
 _ROUNDS = 48  # of halving, more than _FINEST allows
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
@@ -109,6 +114,38 @@ class Resolved:
         inside = known[(known > ends[0]) & (known < ends[1])]
         return np.unique(np.append(ends, inside)) if inside.size else ends
 
+    def hidden(self, scene: Scene, x: Array) -> Array:
+        """The place in each interval between samples where a feature shows that they have missed.
+
+        x: places at which quadrature has looked closer. There the cubic must predict the slope as
+        it does at the tests of every interval, or nearly so.
+        """
+        i = np.clip(np.searchsorted(self.x, x, "right") - 1, 0, self.x.size - 2)
+        i, x = i[self.x[i] < self.x[i + 1]], x[self.x[i] < self.x[i + 1]]
+        if not x.size:
+            return x
+        steep = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
+        steep = steep or float(np.abs(self.slope).max())
+        places = self.x[i] + np.array(_TESTS)[:, None] * (self.x[i + 1] - self.x[i])
+        z = np.vstack([x, places])
+        slope = np.asarray(self.indenter.slope(z), float)
+        off = np.abs(slope - self._cubic_slope(i, z))
+        seen = np.vstack([slope[1:], self.slope[i], self.slope[i + 1]])
+        resolved = np.maximum(_PART * steep, _OF_RANGE * np.ptp(seen, axis=0))
+        missed = (off[0] > _HIDDEN * resolved) | (off[0] > _LONE * off[1:].max(axis=0))
+        missed &= off[0] > _SLIGHT * steep
+        found, off = x[missed], off[0][missed]
+        order = np.lexsort((off, i[missed]))
+        last = np.append(np.diff(i[missed][order]) > 0, True)[: order.size]
+        return found[order][last]
+
+    def _cubic_slope(self, i: Array, x: Array) -> Array:
+        """f' at x of the cubic through heights and slopes at the samples i and i + 1."""
+        width, low, high = self.x[i + 1] - self.x[i], self.slope[i], self.slope[i + 1]
+        secant, t = (self.f[i + 1] - self.f[i]) / width, (x - self.x[i]) / width
+        a, b = 3 * (low + high - 2 * secant), 6 * secant - 4 * low - 2 * high
+        return np.asarray(low + t * (b + a * t))
+
     def falls(self, slopes: str) -> Array:
         """By how much the slope falls at the corners; for finite slopes the inclination [rad]."""
         at = np.flatnonzero(np.diff(self.x) == 0)
@@ -116,8 +153,22 @@ class Resolved:
         return np.asarray(np.arctan(one) - np.arctan(other) if slopes == "finite" else one - other)
 
 
-def resolve(scene: Scene, depth: float) -> Resolved:
+def warn_hidden(places: Array, stacklevel: int) -> None:
+    """AccuracyWarning of features that quadrature has found between the samples."""
+    named = ", ".join(f"{x!r}" for x in places[:_NAMED].tolist())
+    warnings.warn(
+        f"the profile has a feature near x = {named} that is narrower than its samples: it was only "
+        "found by chance, and another depth, or a path in place of a state, may miss it; give "
+        "Profile(..., knots=(x, ...)) with its place",
+        AccuracyWarning,
+        stacklevel=stacklevel + 1,
+    )
+
+
+def resolve(scene: Scene, depth: float, places: ArrayLike = ()) -> Resolved:
     """The profile of a scene; of an endless one what may be in contact at depths up to this one.
+
+    places: where it is sampled besides, as it has a narrow feature there.
 
     AccuracyWarning where MOST samples do not resolve it; ValueError for a profile without a lowest
     point, or with heights that are not finite.
@@ -126,7 +177,7 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
     size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
     lo, hi = window(indenter, depth, _WINDOW * size, scene.opened.critical_separation)
-    known = np.concatenate([indenter.breaks(), edges, np.nextafter(edges, -math.inf)])
+    known = np.concatenate([indenter.breaks(), edges, np.nextafter(edges, -math.inf), places])
     cuts = np.unique(np.concatenate([[lo, hi], known[(known > lo) & (known < hi)]]))
     x, resolved = _refined(scene, indenter, cuts)
     if not resolved:

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from discretization.certificate import EPSILON, ROUNDING
 from discretization.profile import Resolved
@@ -50,6 +51,9 @@ _LUCK = 1 / 8  # of what the whole was off by
 _EXACT = 1e-15  # of a whole integral: what halving a panel may change it by
 _STEPS = 32  # steps of a contact in which heights are read
 _SHORT = 2.0**-10  # of a panel: a slope is smooth there, a height changes by more than its rounding
+_AGREE = 1e-9  # of the sizes of integrals: by no more do they differ on other panels
+_CLOSE = 0.6  # of the widest interval between samples, or of a panel's own: half of it is closer
+_APART = 8  # wide intervals between samples that make one panel
 _LEFT_OUT = 2  # of the steps, those with the largest differences
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _GOLDEN = 0.6180339887498949  # irrational: no period of the profile falls on all steps
@@ -162,11 +166,14 @@ def densities(scene: Scene, level: float, x: Array) -> Array:
     return found * scene.measure(x) if scene.axisymmetric else found
 
 
-def in_contact(scene: Scene, depth: float, contacts: Array) -> tuple[Array, float]:
+def in_contact(
+    scene: Scene, depth: float, contacts: Array, profile: Resolved | None = None
+) -> tuple[Array, float, Array]:
     """Springs, surface, adhesion as it binds and pressure over contacts (m, 2).
 
-    Their integrals, those of absolute values, and errors (3, 4); and what the heights are off by as
-    measured, which is counted in the errors.
+    Their integrals, those of absolute values, and errors (3, 4); what the heights are off by as
+    measured, which is counted in the errors; and where there are features that the samples of the
+    profile, if it is given, have missed.
     """
     ends, smooth, k = _ends(scene, contacts), scene.indenter.complete, scene.stiffness
     rounding, lost = height_rounding(scene.indenter, ends.T), np.zeros((5, 1))
@@ -176,17 +183,67 @@ def in_contact(scene: Scene, depth: float, contacts: Array) -> tuple[Array, floa
         lost[1] = rounding * wide * float(scene.measure(contacts.max()))
         lost[2] = 2 * deepest * lost[1]
     part, density = ROUNDING / max(1, ends.shape[1]), functools.partial(densities, scene, depth)
-    found = np.array(summed(density, ends, part, lost, smooth=smooth)[1:]).sum(axis=2)
-    return found[:, [2, 3, 4, 1]] * (k / 2, 1.0, scene.work_of_adhesion, k), rounding
+    sums = summed(density, ends, part, lost, smooth=smooth)
+    hidden = np.empty(0)
+    if profile is not None and not smooth:
+        sums = _compared(scene, density, contacts, profile, sums, part, lost)
+        hidden = profile.hidden(scene, _closer(profile, sums.ends))
+    found = np.array(sums[1:]).sum(axis=2)
+    return found[:, [2, 3, 4, 1]] * (k / 2, 1.0, scene.work_of_adhesion, k), rounding, hidden
 
 
-def _ends(scene: Scene, contacts: Array) -> Array:
-    """Ends (2, n) of the panels of contacts (m, 2)."""
-    cuts = scene.indenter.breaks()
+def _compared(
+    scene: Scene,
+    density: Density,
+    contacts: Array,
+    profile: Resolved,
+    sums: Sums,
+    part: float,
+    lost: Array,
+) -> Sums:
+    """Sums over contacts, or what panels that end at samples of the profile add up to instead.
+
+    Wide panels and their halves may agree by luck where both miss a feature that the samples have
+    resolved. So the integrals are compared with those over narrower panels.
+    """
+    ends = _ends(scene, contacts, _thinned(profile.x))
+    allowed = sums.off.sum(axis=1) + lost[:, 0] + _AGREE * sums.sizes.sum(axis=1)
+
+    def agree(found: Array) -> bool:
+        return bool((np.abs(found.sum(axis=1) - sums.sums.sum(axis=1)) <= allowed).all())
+
+    if agree(over(density, ends)[0]):
+        return sums
+    closer = summed(density, ends, part, lost, smooth=False)
+    return sums if agree(closer.sums) else closer
+
+
+def _thinned(x: Array) -> Array:
+    """Samples where they are closer than elsewhere, and some of the others."""
+    width = np.diff(x)
+    close = width < _CLOSE * width.max()
+    kept = np.append(False, close) | np.append(close, False)
+    kept[::_APART] = True
+    return x[kept]
+
+
+def _closer(profile: Resolved, ends: Array) -> Array:
+    """The places at which panels (2, n) were looked at that are narrower than the samples."""
+    middle, x = ends.sum(axis=0) / 2, profile.x
+    i = np.clip(np.searchsorted(x, middle, "right") - 1, 0, x.size - 2)
+    lo, hi = ends[:, ends[1] - ends[0] < _CLOSE * (x[i + 1] - x[i])]
+    return np.asarray((lo[:, None] + (hi - lo)[:, None] * _AT).ravel())
+
+
+def _ends(scene: Scene, contacts: Array, more: ArrayLike = ()) -> Array:
+    """Ends (2, n) of the panels of contacts (m, 2); more: places where panels end besides."""
+    cuts = np.append(scene.indenter.breaks(), more)
     if scene.pattern is not None:
         cuts = np.append(cuts, scene.pattern.edges)
     own = contacts[:, 0].searchsorted(cuts) - 1  # the contact that begins before
     inner = cuts[(own >= 0) & (cuts < contacts[own, 1])]
+    if np.size(more):  # some twice
+        inner = np.unique(inner)
     return np.sort([np.concatenate([end, inner]) for end in contacts.T])
 
 
@@ -217,7 +274,8 @@ def height_rounding(indenter: Indenter, ends: Array) -> float:
 class Interval(NamedTuple):
     """Totals over contacts and their free surfaces, with the force by two routes.
 
-    errors: of energy and force; rounding: what measured heights are off by [length], among these.
+    errors: of energy and force; rounding: what measured heights are off by [length], among these;
+    hidden: places of features that the samples of the profile have missed.
     """
 
     energy: float
@@ -227,6 +285,7 @@ class Interval(NamedTuple):
     force_scale: float
     errors: tuple[float, float] = (0.0, 0.0)
     rounding: float = 0.0
+    hidden: Array = np.empty(0)
 
     @property
     def of_state(self) -> dict[str, Any]:
@@ -235,16 +294,22 @@ class Interval(NamedTuple):
         return {"force": self.force, "energy": self.energy, "scales": scales}
 
 
-def refined(scene: Scene, depth: float, contacts: Array, free: Sequence[Free]) -> Interval:
+def refined(
+    scene: Scene,
+    depth: float,
+    contacts: Array,
+    free: Sequence[Free],
+    profile: Resolved | None = None,
+) -> Interval:
     """Energy and force of contacts (m, 2) and of the free surfaces beside them."""
-    parts, rounding = in_contact(scene, depth, contacts)
+    parts, rounding, hidden = in_contact(scene, depth, contacts, profile)
     (springs, tension, adhesion, force), (*_, size), off = parts.tolist()
     pulls = [pull for each in free for pull in each.pulls]
     stored = springs + tension + sum(each.energy for each in free)
     by_field = force + sum(each.area for each in free)
     scales = stored + adhesion, size + sum(map(abs, pulls))
     totals = stored - adhesion, force + sum(pulls), by_field, *scales
-    return Interval(*totals, (sum(off[:3]), off[3]), rounding)
+    return Interval(*totals, (sum(off[:3]), off[3]), rounding, hidden)
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,7 +317,8 @@ class Integrals:
     """The integrals of `densities` over a resolved profile, g from the depth of first touch.
 
     Only of what may be in contact, f <= level: what stands higher would but cost digits. parts
-    (5, n): from the lowest point to each x (n,), increasing, with the heights f.
+    (5, n): from the lowest point to each x (n,), increasing, with the heights f. hidden: places of
+    features that the samples of the profile have missed.
     """
 
     scene: Scene
@@ -260,6 +326,7 @@ class Integrals:
     x: Array
     f: Array
     parts: Array
+    hidden: Array
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, level: float) -> Integrals:
@@ -274,7 +341,10 @@ class Integrals:
         sums[:, np.searchsorted(x, found.ends[0])] = found.sums
         before = -np.cumsum(sums[:, :start][:, ::-1], axis=1)[:, ::-1]
         after = np.cumsum(sums[:, start:], axis=1)
-        return cls(scene, profile, x, f, np.hstack([before, np.zeros((5, 1)), after]))
+        hidden = np.empty(0)
+        if not profile.indenter.complete:
+            hidden = profile.hidden(scene, _closer(profile, found.ends))
+        return cls(scene, profile, x, f, np.hstack([before, np.zeros((5, 1)), after]), hidden)
 
     def at(self, x: Array) -> Array:
         """The five integrals from the lowest point to x (n,)."""

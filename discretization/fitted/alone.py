@@ -64,6 +64,7 @@ class Alone:
             apex = lowest_point(scene.indenter, scene.elastocapillary_length)
         return cls(scene, surfaces_of(scene), apex, float(scene.indenter.height(apex)))
 
+    profile = None  # it needs no samples
     sides = property(lambda self: (1,) if self.scene.axisymmetric else (-1, 1))
 
     def size(self, *depths: float) -> float:

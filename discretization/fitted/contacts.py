@@ -87,7 +87,8 @@ class Contacts:
 
     def totals(self) -> Interval:
         """Energy and force."""
-        return refined(self.motion.scene, self.depth, self.x, self.surfaces)
+        profile = self.motion.profile
+        return refined(self.motion.scene, self.depth, self.x, self.surfaces, profile)
 
 
 def estimated(

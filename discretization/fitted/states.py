@@ -21,7 +21,7 @@ from discretization.fitted.contacts import Contacts, certify, errors
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
-from discretization.profile import resolve
+from discretization.profile import LOOKS, resolve, warn_hidden
 from energy import Scene
 from energy.arrays import Array
 
@@ -59,8 +59,15 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
     AccuracyWarning where the profile is not resolved, or a finer lattice might lead to a lower one.
     """
-    motion = Motion.of(scene, resolve(scene, depth), depth)
-    adhered = state_of(motion, motion.adhered(depth), depth, branch)
+    places = np.empty(0)
+    for _ in range(LOOKS):
+        motion = Motion.of(scene, resolve(scene, depth, places), depth)
+        adhered, hidden = _judged(motion, motion.adhered(depth), depth, branch)
+        if not hidden.size:
+            break
+        places = np.union1d(places, hidden)
+    if places.size:
+        warn_hidden(places, stacklevel=3)
     if branch == "adhered" or not scene.work_of_adhesion:
         return adhered
     discs, found, same = scene.axisymmetric and scene.indenter.convex, list[Equilibrium](), False
@@ -139,12 +146,24 @@ def _turns(x: Array, slope: Array, least: float) -> list[float]:
 def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) -> Equilibrium:
     """The certified state with these lines.
 
-    NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
+    NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over;
+    AccuracyWarning where there are features that the samples of the profile have missed.
     """
-    scene = motion.scene
+    state, hidden = _judged(motion, lines, depth, branch)
+    if hidden.size:
+        warn_hidden(hidden, stacklevel=4)
+    return state
+
+
+def _judged(
+    motion: Motion | Alone, lines: Lines, depth: float, branch: str
+) -> tuple[Equilibrium, Array]:
+    """The certified state, and places of features that the samples of the profile have missed."""
+    scene, hidden = motion.scene, np.empty(0)
     if lines:
         contacts = Contacts(motion, lines, depth)
         found = contacts.totals()
+        hidden = found.hidden
         state = Equilibrium(
             scene,
             depth,
@@ -165,4 +184,4 @@ def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) ->
         state = detached(scene, depth, branch, motion.surfaces, apart)
     name = f"the state at depth = {depth!r} with {len(state.contacts)} contacts"
     state.certificate.demand(name, "try another depth: this one may be that of an event")
-    return state
+    return state, hidden

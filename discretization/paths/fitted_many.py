@@ -25,7 +25,7 @@ from discretization.following.events import Events
 from discretization.following.lone import NEAR, LoneTrack
 from discretization.following.smooth import Piece
 from discretization.paths.branch import Branch, Leg, Pinned, Point
-from discretization.profile import resolve
+from discretization.profile import resolve, warn_hidden
 from discretization.routes import one_contact
 from energy import Scene
 from energy.arrays import Array, Mask
@@ -122,10 +122,15 @@ class FittedMany(Branch):
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> FittedMany:
         """deepest: the largest depth of the programme."""
-        motion = Motion.of(scene, resolve(scene, deepest), deepest)
         alone = one_contact(scene) and scene.pattern is None
         lone = {1: Alone.of(scene), -1: Alone.of(scene.opened)} if alone else {}
-        return cls(scene, motion, Events(motion, lone))
+        motion = Motion.of(scene, resolve(scene, deepest), deepest)
+        events = Events(motion, lone)
+        if not (scene.indenter.convex or scene.indenter.complete):
+            hidden = events.trials.smooth.integrals.hidden
+            if hidden.size:
+                warn_hidden(hidden, stacklevel=4)
+        return cls(scene, motion, events)
 
     @property
     def resolution(self) -> float:
