@@ -259,10 +259,7 @@ class Equilibrium:
         deformed = self._deformation if self.contacts.size else None
         return (*assumptions(self.scene, deformed), *self.resolution)
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The violated assumptions in plain words; empty if all hold."""
-        return tuple(str(a) for a in self.validity if not a.holds)
+    warnings = property(readings.violated)
 
     plot = plots.plot_state
     to_dict = readings.state_row

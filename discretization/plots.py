@@ -239,6 +239,7 @@ def plot_path(
     row[0].legend(fontsize=9)
     if driven:
         _programme(row[2], history, si)
+    note(drawn, [one for one in history.validity if not one.holds])
     drawn.suptitle(title, fontsize=14)
     return drawn
 

@@ -28,7 +28,7 @@ from discretization.certificate import AccuracyWarning
 from discretization.quadrature import in_contact, summed
 from energy import Assumption, Scene, terms
 from energy.arrays import Array
-from energy.validity import Deformation
+from energy.validity import Deformation, assumptions
 
 OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
 _UNRESOLVED = "not resolved: use smaller spacing"
@@ -101,6 +101,17 @@ def with_surface(state: Any, surface: float) -> dict[str, float]:
         "pressure": state.force - lines,
         "lines": lines,
     }
+
+
+def of_path(history: Any) -> tuple[Assumption, ...]:
+    """What a load path assumes whatever its states are: of surfaces, samples and nodes."""
+    nodes = resolution(history.scene, history.spacing or math.nan)
+    return (*assumptions(history.scene, None), *nodes)
+
+
+def violated(shown: Any) -> tuple[str, ...]:
+    """The violated assumptions of a state or of a path in plain words."""
+    return tuple(str(one) for one in shown.validity if not one.holds)
 
 
 def half_widths(state: Any) -> Array:
@@ -226,7 +237,10 @@ def path_line(history: Any) -> str:
 
 
 def path_text(history: Any, si: bool = False) -> str:
-    """The events in their order, the most tensile state and the energy lost; si: with SI units."""
+    """The events in their order, the most tensile state, the energy lost, and what does not hold.
+
+    si: with SI units.
+    """
     control, count, per = history.control, len(history.events), history.scene.per_length
     written = "/({})" if per else "/{}"
     units = {"depth": "/m", "force": written.format(f"N{per}"), "lost": written.format(f"J{per}")}
@@ -241,7 +255,8 @@ def path_text(history: Any, si: bool = False) -> str:
     if (pull := most_tensile(history)) is not None:
         at = f"d = {pull.depth:.6g}{metres}, a = {pull.half_width:.6g}{metres}"
         lines.append(f"most tensile: P = {pull.force:.6g}{newtons} at {at}")
-    return "\n".join([*lines, f"energy lost on the way: {history.dissipated:.6g}{joules}"])
+    lines.append(f"energy lost on the way: {history.dissipated:.6g}{joules}")
+    return "\n".join([*lines, *(f"validity     {told}" for told in history.warnings)])
 
 
 def most_tensile(history: Any) -> Any:

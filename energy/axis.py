@@ -38,6 +38,10 @@ class Mirrored(Indenter):
         object.__setattr__(self, "convex", convex)
         object.__setattr__(self, "apex", 0.0 if convex else None)
 
+    @property
+    def noise_slope(self) -> float | None:
+        return self.base.noise_slope
+
     def height(self, x: ArrayLike) -> Array:
         return self.base.height(np.abs(np.asarray(x, float)))
 
@@ -67,6 +71,10 @@ class Radial(Indenter):
 
     def __repr__(self) -> str:
         return repr(self._whole)
+
+    @property
+    def noise_slope(self) -> float | None:
+        return self._whole.noise_slope
 
     def slope(self, x: ArrayLike) -> Array:
         x = np.asarray(x, float)

@@ -13,6 +13,7 @@ what a minimiser need not search for:
 | `walls`     | the ends of `extent` at which the body itself ends (a punch, not a data set)   |
 | `symmetric` | mirror-symmetric about the apex                                                |
 | `convex`    | the slope never decreases: one contact, with one line on each side            |
+| `noise_slope` | rms slope that noise makes between neighbouring samples; None without samples |
 
 Built-in shapes stand in indenters.py, measured ones in sampled.py; this file holds what they share:
 the base class and the ways to compose profiles.
@@ -47,6 +48,11 @@ class Indenter:
     walls: tuple[float, ...] = ()
     symmetric: bool = False
     convex: bool = False
+
+    @property
+    def noise_slope(self) -> float | None:
+        """Rms slope that noise makes between neighbouring samples; None where none are known."""
+        return None
 
     def height(self, x: ArrayLike) -> Array:
         """f(x) [length]."""
@@ -198,6 +204,10 @@ class Shifted(Indenter):
         for name in ("symmetric", "convex", "complete"):
             object.__setattr__(self, name, getattr(self.base, name))
 
+    @property
+    def noise_slope(self) -> float | None:
+        return self.base.noise_slope
+
     def height(self, x: ArrayLike) -> Array:
         return self.base.height(self._own(x))
 
@@ -224,6 +234,10 @@ class Tilted(Indenter):
     def __post_init__(self) -> None:
         for name in ("corners", "knots", "extent", "walls", "convex", "complete"):
             object.__setattr__(self, name, getattr(self.base, name))
+
+    @property
+    def noise_slope(self) -> float | None:
+        return self.base.noise_slope
 
     def height(self, x: ArrayLike) -> Array:
         return self.base.height(x) + self.tilt * np.asarray(x, float)
@@ -255,6 +269,13 @@ class Sum(Indenter):
         if one.apex is not None and one.apex == two.apex:
             object.__setattr__(self, "apex", one.apex)
             object.__setattr__(self, "symmetric", one.symmetric and two.symmetric)
+
+    @property
+    def noise_slope(self) -> float | None:
+        """Of noise in either that is independent of that in the other."""
+        known = [part.noise_slope for part in (self.first, self.second)]
+        slopes = [slope for slope in known if slope is not None]
+        return math.hypot(*slopes) if slopes else None
 
     def height(self, x: ArrayLike) -> Array:
         return self.first.height(x) + self.second.height(x)

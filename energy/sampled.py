@@ -13,6 +13,7 @@ from scipy.linalg import solve_banded
 
 from energy.checks import array, option
 from energy.indenter import Array, Indenter
+from energy.noise import noise_slope
 
 _SAME = 1e-12  # of an interval: a lowest point so near to a sample is that
 _ROUNDING = 1e-12
@@ -34,6 +35,16 @@ class Sampled(Indenter):
     ------
     ValueError
         For unequal lengths, fewer than 2 (smooth: 3) samples, NaN, unsorted x.
+
+    Notes
+    -----
+    A contact line rests at a corner between straight pieces over a range of depths: at a convex one
+    it waits while the slope turns, a concave one it passes with a jump. Pieces whose slopes differ
+    by much less than √(2w/γ₁) are as good as a curve. Noise of the heights makes slopes between
+    neighbours that grow as samples come closer, with both kinds of interpolation. An rms slope of a
+    twentieth of √(2w/γ₁) changes the energy lost on a path by a sixth or more, larger ones decide
+    it. `noise_slope` is this rms, as far as neighbours do not explain it (energy.noise); `validity`
+    of states and paths compares it with √(2w/γ₁). The remedy is a filter, not more samples.
 
     Examples
     --------
@@ -120,6 +131,11 @@ class Sampled(Indenter):
         at = float(self.x[i] - h * m[i] / (bend / 2 + root))  # m + bend s + curl s² = 0
         near = float(self.x[np.abs(self.x - at).argmin()])
         return near if abs(near - at) <= _SAME * h else at
+
+    @functools.cached_property
+    def noise_slope(self) -> float:  # type: ignore[override]
+        """Rms slope that noise makes between neighbouring samples; see energy.noise."""
+        return noise_slope(self.x, self.z)
 
     def height(self, x: ArrayLike | float) -> Array:
         return self._read(x, self._heights, math.inf)

@@ -61,6 +61,9 @@ class History:
     events : tuple of Event
     dissipated, friction : float
         Energy lost on the way, and by lines that moved without a jump under adhesion hysteresis.
+    validity, warnings : tuple
+        How far those assumptions of the model hold that all states share (2w/γ₁, h/l, the noise of
+        samples, the nodes), and those that do not, in words; each state has more.
 
     Notes
     -----
@@ -247,6 +250,8 @@ class History:
             if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
                 yield self._branch.snapshot(curve.refined(least, -1))
 
+    validity = property(readings.of_path)
+    warnings = property(readings.violated)
     plot = plots.plot_path
     to_dict = readings.path_columns
     _repr_html_ = readings.html

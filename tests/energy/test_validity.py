@@ -2,16 +2,17 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, rough, two
+from scenes import DELTA0, L, adhesive, plain, rough, roughness, turned, two
 from scipy.integrate import quad
 
-from discretization import minimise
+from discretization import load_path, minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, SurfaceEnergies
 from energy.layer import second_order
-from energy.validity import compliance_error, springs_error
+from energy.validity import assumptions, compliance_error, springs_error
 from studies.scenes import run
 from studies.verify import scenes as checks
 
@@ -150,3 +151,138 @@ def test_an_endless_contact_is_judged():
 def test_the_scenes_of_checks_are_inside_the_model():
     for scene in (checks.gel(checks.PARABOLA), checks.gel(checks.WEDGE)):
         assert minimise(scene, 0.0).warnings == ()
+
+
+NOISY = "noise slope/√(2w/γ₁)"
+
+
+def waved(pieces, noise=0.0, *, wave=2 * math.pi / 3, height=0.03, R=15.0, seed=0, kind="linear"):
+    """x²/(2R) and waves on (-9, 9), measured with white noise of this rms."""
+    x = np.linspace(-9, 9, pieces + 1)
+    z = x**2 / (2 * R) + height * np.cos(2 * math.pi * x / wave)
+    return Sampled(x, z + noise * np.random.default_rng(seed).normal(size=x.size), kind=kind)
+
+
+def noise_of(scene):
+    """What is said of its samples, whatever the state."""
+    (found,) = [one for one in assumptions(scene, None) if one.name == NOISY]
+    return found
+
+
+@pytest.mark.parametrize("kind", ["linear", "smooth"])
+@pytest.mark.parametrize(
+    ("pieces", "noise", "given"),
+    [
+        (400, 1e-3, {}),
+        (1000, 1e-3, {}),
+        (4000, 3e-4, {}),
+        (250, 1.5e-3, {"height": 0.0}),
+        (700, 6e-4, {"height": 0.01, "wave": 0.7}),
+        (2500, 5e-4, {"R": 2.0, "height": 0.2, "wave": 3.0}),
+    ],
+)
+def test_noise_that_holds_lines_is_measured_and_warned_of(pieces, noise, given, kind):
+    """Its rms slope √2 σ/Δx over √(2w/γ₁) = 0.2, as well as a quartile of a few hundred tells."""
+    for seed in range(3):
+        found = noise_of(plain(waved(pieces, noise, seed=seed, kind=kind, **given)))
+        share = math.sqrt(2) * noise / (18 / pieces) / 0.2
+        assert found.value == pytest.approx(share, rel=1 / 3, abs=0)
+        assert not found.holds
+        assert "the samples' noise decides where lines rest: filter the profile" in str(found)
+
+
+def test_states_and_paths_say_that_noise_decides():
+    noisy, smooth = plain(waved(400, 1e-3)), plain(waved(400))
+    nodes = {"method": "lattice", "spacing": 0.045}
+    for scene, wrong in ((noisy, True), (smooth, False)):
+        path = load_path(scene, depths=[0.0, 0.05], **nodes)
+        state = minimise(scene, 0.05, **nodes)
+        for shown in (path, state):
+            assert NOISY in {one.name for one in shown.validity}
+            assert any(NOISY in warning for warning in shown.warnings) == wrong
+            assert ("filter the profile" in str(shown)) == wrong
+        note = path.plot(si=False).get_supxlabel()
+        assert (NOISY in note) == wrong
+
+
+@pytest.mark.parametrize("wrap", [
+    lambda body: body.shifted(0.31),
+    lambda body: body.tilted(0.02),
+    lambda body: (body + FlatPunch(8.0)).shifted(0.1),
+    lambda body: Parabola(20.0) + body.tilted(0.01),
+])  # fmt: skip
+def test_noise_is_known_of_what_is_made_of_samples(wrap):
+    body = waved(400, 1e-3)
+    own, made = noise_of(plain(body)), noise_of(plain(wrap(body)))
+    assert made.value == pytest.approx(own.value, rel=1e-9, abs=0)
+    both = noise_of(plain(body + waved(400, 1e-3, seed=5)))
+    assert both.value > 1.2 * own.value
+    assert NOISY not in measures(minimise(plain(Parabola(15.0)), 0.1))
+
+
+@pytest.mark.parametrize("kind", ["linear", "smooth"])
+@pytest.mark.parametrize(("length", "stress"), [(1.0, 1.0), (1e-9, 1e6), (1e5, 1e-3)])
+def test_noise_about_an_axis_and_in_any_units(kind, length, stress):
+    r = np.linspace(0, 9, 301)
+    for noise, wrong in ((1e-3, True), (0.0, False)):
+        z = r**2 / 30 + noise * np.random.default_rng(2).normal(size=r.size)
+        scene = plain(Sampled(length * r, length * z, kind=kind), length=length, stress=stress)
+        found = noise_of(replace(scene, geometry="axisymmetric"))
+        unit = noise_of(plain(Sampled(r, z, kind=kind)))
+        assert found.holds != wrong
+        if wrong:
+            assert found.value == pytest.approx(unit.value, rel=0.3, abs=0)  # of both halves
+
+
+X = np.linspace(-9.0, 9.0, 721)
+STEP = X[1] - X[0]
+TEETH = 2.0 * STEP * np.abs((X / STEP) % 12 - 6) / 6
+PILLARS = np.repeat(np.random.default_rng(3).uniform(1, 2, 361), 2)[:721]
+RESOLVED = {
+    "parabola": X**2 / 30,
+    "sharp parabola": 5 * X**2,
+    "eight samples a wave": X**2 / 30
+    + 0.3 / (2 * math.pi / (8 * STEP)) * np.cos(2 * math.pi * X / (8 * STEP) + 0.4),
+    "rough": X**2 / 30 + 0.1 * roughness(721, 300, 8, seed=4),
+    "wedge": np.abs(X),
+    "facets": np.maximum.reduce([s * X - s**2 * 7 for s in np.linspace(-1, 1, 15)]),
+    "teeth": X**2 / 30 + TEETH,
+    "corners of teeth alone": STEP * (np.arange(721) % 2) + X**2 / 30,
+    "pillars": np.where(np.arange(721) % 4 < 2, 3.0, 3.0 - PILLARS * STEP),
+    "level": np.zeros(721),
+}
+
+
+@pytest.mark.parametrize("kind", ["linear", "smooth"])
+@pytest.mark.parametrize("name", RESOLVED)
+def test_profiles_that_their_samples_resolve_are_not_called_noisy(name, kind):
+    for w in (0.02, 2e-3):
+        assert noise_of(plain(Sampled(X, RESOLVED[name], kind=kind), w=w)).holds
+    uneven = X + 0.3 * STEP * np.sin(1.7 * np.arange(721))
+    curve = Sampled(uneven, uneven**2 / 30 + 0.05 * np.cos(uneven), kind)
+    assert noise_of(plain(curve)).holds
+
+
+def test_a_few_corners_are_a_body_whatever_their_heights():
+    rng = np.random.default_rng(7)
+    for n in (5, 12, 39):
+        x = np.sort(rng.uniform(-5, 5, n))
+        body = Sampled(x, x**2 / 10 + rng.uniform(0, 0.5, n))
+        assert noise_of(plain(body)).value == 0
+    assert noise_of(turned(Sampled([0.0, 0.01, 0.02], [0.0, 0.001, 0.004]))).value == 0
+
+
+def test_noise_of_a_part_of_the_samples_is_found():
+    """Outer parts of two thirds are filled in with straight lines."""
+    x = np.linspace(-9, 9, 3001)
+    noise = 1e-3 * np.random.default_rng(0).normal(size=x.size)
+    body = Sampled(x, np.where(np.abs(x) < 3, x**2 / 30 + noise, np.abs(x) - 2.7))
+    assert not noise_of(plain(body)).holds
+
+
+def test_without_an_angle_no_noise_is_judged():
+    body = waved(400, 1e-3)
+    for scene in (plain(body, w=0.0), plain(body, gamma1=0.0)):
+        assert NOISY not in {one.name for one in assumptions(scene, None)}
+    opened = replace(plain(body, w=0.0), opening=SurfaceEnergies.from_work(1.0, 0.02))
+    assert noise_of(opened).value == noise_of(plain(body)).value
