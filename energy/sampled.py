@@ -133,7 +133,7 @@ class Sampled(Indenter):
         return near if abs(near - at) <= _SAME * h else at
 
     @functools.cached_property
-    def noise_slope(self) -> float:  # type: ignore[override]
+    def noise_slope(self) -> float:
         """Rms slope that noise makes between neighbouring samples; see energy.noise."""
         return noise_slope(self.x, self.z)
 
