@@ -9,12 +9,14 @@ import numpy as np
 
 from energy import units
 from energy.arrays import Array
-from energy.checks import positive
+from energy.checks import option, positive
 from energy.sampled import Sampled
 from energy.text_table import Layout, TextTable, read_table
 
 TEXT = (".txt", ".csv", ".dat", ".tsv", ".xyz", ".asc", ".prn")
 NAMES = ("x", "z")
+LEVELS = {"tilt": 1, "curvature": 2}  # degrees of the polynomials that are removed
+NEAR_END = 0.02  # of the length: where the end of a scan begins
 
 
 def read_profile(
@@ -23,6 +25,10 @@ def read_profile(
     kind: str = "linear",
     unit: float | None = None,
     columns: Sequence[str | int] | None = None,
+    line: int | str | None = None,
+    flip: bool | None = None,
+    level: str | None = None,
+    cutoff: float | None = None,
     delimiter: str | None = None,
     decimal: str | None = None,
     encoding: str | None = None,
@@ -30,18 +36,31 @@ def read_profile(
 ) -> Sampled:
     """A `Sampled` profile from a file of positions x and heights z, in metres.
 
+    The file is read, turned over (`flip`), levelled (`level`) and filtered (`cutoff`), in this
+    order.
+
     Parameters
     ----------
     path : str or Path
-        Text (.txt, .csv, .dat, .tsv, .xyz, .asc, .prn), or .npz with arrays `x` and `z`; anything
-        else is a line scan, read by the library SurfaceTopography where that is installed.
+        Text (.txt, .csv, .dat, .tsv, .xyz, .asc, .prn), or .npz with arrays `x` and `z` in metres;
+        anything else is a scan, read by the library SurfaceTopography where that is installed.
     kind : {"linear", "smooth"}
         As in `Sampled`.
     unit : float, optional
-        Of x and z in metres, where the file does not state it; 1 if it is not given either.
+        Of x and z in metres, where the file does not state it.
     columns : two names or numbers from 1, optional
         Of x and of z in text, with a unit where the header has none ("height [nm]"); else those
         named x and z, or the two there are.
+    line : int or "mean", optional
+        Of an area scan: the number of one line along x, from 1; or the mean of all lines.
+    flip : bool, optional
+        Whether the scan is upside down, as that of an indenter that stands on a table: its lowest
+        point has to be what touches first. Where the lowest point is at an end of the scan, True or
+        False is needed.
+    level : {"tilt", "curvature"}, optional
+        Removes the straight line or the parabola nearest to the heights.
+    cutoff : float, optional
+        Removes waves shorter than this [m], as `Sampled.filtered`.
     delimiter, decimal, encoding, skip : optional
         How text is written, as in `text_table.Layout`; found from the file where not given.
 
@@ -49,7 +68,8 @@ def read_profile(
     ------
     ValueError
         Naming file, line and what was expected, for a file that holds no such columns or can be
-        read in more than one way, a `unit` beside one in the file, and what `Sampled` refuses.
+        read in more than one way, a column without a unit, a `unit` beside one in the file, a scan
+        that may be upside down, and what `Sampled` does not accept.
 
     Examples
     --------
@@ -58,29 +78,64 @@ def read_profile(
     >>> from energy import read_profile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "scan.csv")
-    ...     _ = path.write_text("x [µm];z [nm]\\n-1;4\\n0;0\\n1;5\\n", encoding="utf-8")
+    ...     _ = path.write_text("x [µm];z [nm]\n-1;4\n0;0\n1;5\n", encoding="utf-8")
     ...     print(read_profile(path).x)
     [-1.e-06  0.e+00  1.e-06]
     """
-    path, given = Path(path), None if unit is None else positive("unit", unit)
+    path = Path(path)
+    given = None if unit is None else positive("unit", unit)
+    if level is not None:
+        option("level", level, tuple(LEVELS))
+    if flip is not None and not isinstance(flip, bool):
+        raise ValueError(f"flip = {flip!r} must be True, False or None")
     if not path.is_file():
         raise ValueError(f"path = {str(path)!r} is no file; give the name of a measured profile")
-    layout, text = Layout(delimiter, decimal, encoding, skip), path.suffix.lower() in TEXT
+    layout = Layout(delimiter, decimal, encoding, skip)
+    text = path.suffix.lower() in TEXT
     if not text and (columns is not None or layout != Layout()):
         raise ValueError(
             f"path = {str(path)!r}: columns and layout are for text ({', '.join(TEXT)}); "
             "leave them out, or name the file so"
         )
+    is_scan = not text and path.suffix.lower() != ".npz"
+    if line is not None and not is_scan:
+        raise ValueError(f"line = {line!r} is for area scans, which {str(path)!r} is not")
     if text:
         x, z = _columns(read_table(path, layout), columns, given)
-    elif path.suffix.lower() == ".npz":
-        x, z = ((given or 1.0) * column for column in _arrays(path))
+    elif is_scan:
+        x, z = _topography(path, given, line)
     else:
-        x, z = _topography(path, given or 1.0)
+        x, z = ((given or 1.0) * column for column in _arrays(path))
     try:
-        return Sampled(x, z, kind)
+        whole = Sampled(x, z, kind)
+        x, z = _levelled(whole.x, -whole.z if flip else whole.z, level)
+        if flip is None:
+            _check_lowest_point(x, z)
+        body = Sampled(x, z, kind)
+        return body if cutoff is None else body.filtered(cutoff)
     except ValueError as error:
         raise ValueError(f"path = {str(path)!r}: {error}") from None
+
+
+def _levelled(x: Array, z: Array, level: str | None) -> tuple[Array, Array]:
+    """The heights less the polynomial nearest to them."""
+    if level is None:
+        return x, z
+    trend = np.polynomial.Polynomial.fit(x, z, LEVELS[level])
+    return x, z - trend(x)
+
+
+def _check_lowest_point(x: Array, z: Array) -> None:
+    """ValueError where contact would begin at an end of the scan."""
+    lowest = float(x[int(np.argmin(z))])
+    margin = NEAR_END * float(x[-1] - x[0])
+    if x[0] + margin < lowest < x[-1] - margin:
+        return
+    raise ValueError(
+        f"the lowest point of the profile, at x = {lowest!r}, is at an end of the scan, where "
+        "contact would begin: the scan may be upside down (flip=True) or tilted (level='tilt'); "
+        "if it is neither, give flip=False"
+    )
 
 
 def _arrays(path: Path) -> tuple[Array, Array]:
@@ -117,8 +172,17 @@ def _wanted(table: TextTable) -> tuple[str | int, ...]:
 
 
 def _length(table: TextTable, column: str | int, given: float | None) -> Array:
-    place, unit = table.place(*units.named(str(column)))
-    size = units.size(unit, "length") if unit else given or 1.0
+    """A column in metres."""
+    name = str(column)
+    place = table.place(name, ("length",))
+    unit = table.unit(place, name)
+    if not unit and given is None:
+        raise ValueError(
+            f"{table.path}: column {column!r} has no unit: {table.told()}; write it into the "
+            'header, "x [µm]", or behind the name, columns=("x [µm]", "z [nm]"), or give unit=1e-6 '
+            "for micrometres"
+        )
+    size = units.size(unit, "length") if unit else given
     if size is None:
         raise ValueError(
             f"{table.path}: the unit {unit!r} of column {column!r} is no length; correct it to m, "
@@ -132,7 +196,8 @@ def _length(table: TextTable, column: str | int, given: float | None) -> Array:
     return size * table.numbers(place)
 
 
-def _topography(path: Path, unit: float) -> tuple[Array, Array]:
+def _topography(path: Path, given: float | None, line: int | str | None) -> tuple[Array, Array]:
+    """Positions and heights of a scan in metres; of an area scan those of one line, or the mean."""
     try:
         library: Any = importlib.import_module("SurfaceTopography")
     except ImportError:
@@ -141,8 +206,32 @@ def _topography(path: Path, unit: float) -> tuple[Array, Array]:
             "elastocap[topography] to read instrument files"
         ) from None
     scan = library.read_topography(str(path))
-    if scan.dim != 1:
-        raise ValueError(f"path = {str(path)!r} is an area scan; give a line scan")
-    scan, unit = (scan, unit) if scan.unit is None else (scan.to_unit("m"), 1.0)
-    x, z = scan.positions_and_heights()
-    return unit * np.asarray(x, float), unit * np.asarray(z, float)
+    if scan.unit is None and given is None:
+        raise ValueError(
+            f"path = {str(path)!r} states no unit; give unit=1e-6 if its lengths are micrometres"
+        )
+    if scan.unit is not None:
+        scan = scan.to_unit("m")
+        given = 1.0
+    if scan.dim == 1:
+        if line is not None:
+            raise ValueError(f"line = {line!r}: {str(path)!r} is a line scan; leave it out")
+        x, z = scan.positions_and_heights()
+    else:
+        x, z = _line_of_area(path, scan, line)
+    size = given or 1.0
+    return size * np.asarray(x, float), size * np.asarray(z, float)
+
+
+def _line_of_area(path: Path, scan: Any, line: int | str | None) -> tuple[Array, Array]:
+    """One line of an area scan along x, or the mean of all lines that have no missing heights."""
+    x, _, heights = (np.ma.filled(part, np.nan) for part in scan.positions_and_heights())
+    count = heights.shape[1]
+    if line == "mean":
+        return x[:, 0], heights.mean(axis=1)
+    if isinstance(line, bool) or not isinstance(line, int) or not 1 <= line <= count:
+        raise ValueError(
+            f"line = {line!r}: {str(path)!r} is an area scan; give the number of one of its "
+            f"{count} lines along x, or line='mean'"
+        )
+    return x[:, line - 1], heights[:, line - 1]

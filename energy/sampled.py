@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_banded
 
-from energy.checks import array, option
+from energy import gaussian_filter
+from energy.checks import array, option, positive
 from energy.indenter import Array, Indenter
 from energy.noise import noise_slope
 
@@ -85,6 +86,31 @@ class Sampled(Indenter):
         for name, values in (("x", x), ("z", z), ("_slopes", slopes)):
             values.flags.writeable = False
             object.__setattr__(self, name, values)
+
+    def filtered(self, cutoff: float) -> Sampled:
+        """The profile without waves shorter than a cut-off (Gaussian filter, ISO 16610-21).
+
+        Noise of the heights decides where contact lines rest if the slopes that it makes between
+        neighbouring samples are not small against √(2w/γ₁). A cut-off removes it; choose it so that
+        the rms slope of what was removed tells no more of the surface than of the instrument.
+
+        Parameters
+        ----------
+        cutoff : float
+            Wavelength of which half the amplitude passes [length], λs of surface metrology.
+
+        Returns
+        -------
+        Sampled
+            Of the same kind, evenly spaced, and shorter by the cut-off at either end.
+
+        Raises
+        ------
+        ValueError
+            If the cut-off is shorter than two spacings or too long for the profile.
+        """
+        x, z = gaussian_filter.filtered(self.x, self.z, positive("cutoff", cutoff))
+        return Sampled(x, z, self.kind)
 
     def level_at(self, sample: int) -> Sampled:
         """The same with f' = 0 at a sample, as symmetry has it there but for rounding."""

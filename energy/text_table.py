@@ -62,6 +62,16 @@ class Layout:
             raise ValueError(f"skip = {self.skip!r} must be a whole number of lines, 0 or more")
 
 
+def _plain(text: str) -> str:
+    """A name without what readers do not see: its case, and how many blanks stand in it."""
+    return " ".join(text.split()).casefold()
+
+
+def _is_of_kind(unit: str, kinds: Sequence[str]) -> bool:
+    """Whether the unit is one of these kinds."""
+    return any(units.size(unit, kind) is not None for kind in kinds)
+
+
 @dataclass(frozen=True)
 class TextTable:
     """The rows of a file, all with as many cells, below a header (None: there is none)."""
@@ -82,28 +92,59 @@ class TextTable:
         if column.strip().isdecimal():
             place = int(column) - 1
             return [place] if 0 <= place < len(self.columns) else []
-        wanted = " ".join(column.split()).casefold()
-        return [i for i, (name, _) in enumerate(self.columns) if name.casefold() == wanted]
+        wanted = _plain(column)
+        return [i for i, (name, _) in enumerate(self.columns) if _plain(name) == wanted]
 
-    def place(self, column: str, unit: str = "") -> tuple[int, str]:
-        """Place and unit of a column by its name or number; ValueError unless there is one.
+    def places(self, column: str, kinds: Sequence[str] = ()) -> list[int]:
+        """Places of all columns that this text names.
 
-        unit: what it is measured in, where the file does not say so; it must not contradict it.
+        Parameters
+        ----------
+        column : str
+            The cell of the header as it is written, "Depth (nm)"; or a name with or without a unit,
+            "depth [nm]"; or a number from 1. The first of these that is in the file counts.
+        kinds : sequence of str
+            Kinds of units (`units.KINDS`). They choose among several columns of one name.
         """
-        found = self.find(column)
+        header = self.header.cells if self.header else ()
+        exact = [i for i, cell in enumerate(header) if _plain(cell) == _plain(column)]
+        if exact:
+            return exact
+        name, unit = units.named(column)
+        found = self.find(name)
+        if len(found) < 2:
+            return found
+        if unit:
+            of_this_unit = [i for i in found if self.columns[i][1] == unit]
+            return of_this_unit or found
+        of_these_kinds = [i for i in found if _is_of_kind(self.columns[i][1], kinds)]
+        return of_these_kinds or found
+
+    def place(self, column: str, kinds: Sequence[str] = ()) -> int:
+        """Place of the only column that this text names; ValueError unless there is one."""
+        found = self.places(column, kinds)
         if len(found) != 1:
             count = "no column" if not found else f"{len(found)} columns"
             raise ValueError(
                 f"{self.path}: {count} {column!r}: {self.told()}; give columns by the names in the "
                 "file or by their numbers from 1"
             )
-        stated = self.columns[found[0]][1]
-        if unit and stated and unit != stated:
+        return found[0]
+
+    def unit(self, place: int, column: str) -> str:
+        """Unit of a column: the file's own, else the one in the text that names it.
+
+        ValueError where the two contradict each other.
+        """
+        stated = self.columns[place][1]
+        header = self.header.cells[place] if self.header else ""
+        name, given = units.named(column)
+        if given and stated and given != stated and _plain(header) != _plain(column):
             raise ValueError(
-                f"{self.path}: unit {unit!r} of column {column!r} contradicts the file's own, "
+                f"{self.path}: unit {given!r} of column {name!r} contradicts the file's own, "
                 f"{stated!r}; leave it out or correct the file"
             )
-        return found[0], unit or stated
+        return stated or given
 
     def told(self) -> str:
         """The columns in words, for errors."""
@@ -113,10 +154,20 @@ class TextTable:
         listed = ", ".join(repr(cell) for cell in self.header.cells)
         return f"its line {self.header.line} names {count} columns: {listed}"
 
-    def numbers(self, place: int) -> Array:
-        """A column (n,). ValueError naming file, line and cell of what is no finite number."""
+    def filled(self, places: Sequence[int]) -> int:
+        """How many rows there are up to the last one in which one of these columns is filled."""
+        count = len(self.rows)
+        while count and all(missing(self.rows[count - 1].cells[place]) for place in places):
+            count -= 1
+        return count
+
+    def numbers(self, place: int, count: int | None = None) -> Array:
+        """The first numbers of a column (count,), by default all.
+
+        ValueError naming file, line and cell of what is no finite number.
+        """
         name = self.columns[place][0] or f"column {place + 1}"
-        return np.array([self._number(row, place, name) for row in self.rows])
+        return np.array([self._number(row, place, name) for row in self.rows[:count]])
 
     def _number(self, row: Row, place: int, name: str) -> float:
         text, mark = row.cells[place], self.pattern.decimal
@@ -141,7 +192,7 @@ def read_table(path: Path, layout: Layout | None = None) -> TextTable:
     numbered = list(enumerate(lines, 1))[layout.skip :]
     kept = [(number, line) for number, line in numbered if line.strip(' \t;,|"')]
     rows, pattern, key = rows_of(path, kept, layout.delimiter, layout.decimal)
-    rows, pattern = _without_last_delimiter(rows, pattern)
+    rows, pattern = _without_empty_columns(rows, pattern)
     begin = next(i for i, row in enumerate(rows) if pattern.fits(row))
     data = [row for row in rows[begin:] if not row.comment]
     header = _header(path, rows[:begin], data, pattern, key)
@@ -159,19 +210,33 @@ def _refuse_width(path: Path, row: Row, first: Row) -> None:
     refuse(path, row, f"{why}; mend or remove the line, or skip what is above the data")
 
 
-def _without_last_delimiter(rows: list[Row], pattern: Pattern) -> tuple[list[Row], Pattern]:
-    """Without the empty cell behind a delimiter that ends every row of data."""
-    data = [row for row in rows if pattern.fits(row)]
-    above = [row for row in rows if row.line < data[0].line and not row.comment]
-    names_it = above and len(above[-1].cells) == len(pattern.numeric) and above[-1].cells[-1]
-    if names_it or any(row.cells[-1] for row in data):
-        return rows, pattern
+def _without_empty_columns(rows: list[Row], pattern: Pattern) -> tuple[list[Row], Pattern]:
+    """Without the columns at the end that hold nothing: neither names nor data.
+
+    They stand behind a delimiter that ends every line, or behind several of them where a
+    spreadsheet had more columns.
+    """
     width = len(pattern.numeric)
-    cut = [
-        row._replace(cells=row.cells[:-1]) if len(row.cells) == width and not row.cells[-1] else row
-        for row in rows
-    ]
-    return cut, pattern._replace(numeric=pattern.numeric[:-1])
+    first = next(i for i, row in enumerate(rows) if pattern.fits(row))
+    data = [row.cells for row in rows if pattern.fits(row)]
+    names = [row.cells for row in rows[:first] if not row.comment][-1:]
+    filled = [_last_filled(cells) for cells in data]
+    filled += [_last_filled(cells) for cells in names if len(cells) == width]
+    keep = max(filled)
+    if keep == width and not any(len(cells) > width for cells in names):
+        return rows, pattern
+    shortened = []
+    for row in rows:
+        end = len(row.cells)
+        while end > keep and not row.cells[end - 1]:
+            end -= 1
+        shortened.append(row._replace(cells=row.cells[:end]))
+    return shortened, pattern._replace(numeric=pattern.numeric[:keep])
+
+
+def _last_filled(cells: Sequence[str]) -> int:
+    """How many cells there are up to the last one that is not empty."""
+    return max((i for i, cell in enumerate(cells, 1) if cell), default=0)
 
 
 def _header(
@@ -180,25 +245,49 @@ def _header(
     """The line of names above the data, plain or in a comment, joined with a row of units."""
     width = len(data[0].cells)
     plain = [row for row in above if not row.comment]
-    found = _joined(plain, width, pattern)
+    found = _joined(_without_remarks(plain, width, pattern), width, pattern)
     if found is None and plain:
         _check_line_above(path, plain[-1], data[0], pattern, delimiter)
     return found or _joined([row for row in above if row.comment], width, pattern)
 
 
+def _is_names(row: Row, width: int, pattern: Pattern) -> bool:
+    """Whether a row holds as many cells as the data, and words in them."""
+    words = any(row.cells) and not any(map(pattern.is_number, row.cells))
+    return words and len(row.cells) == width
+
+
+def _without_remarks(above: Sequence[Row], width: int, pattern: Pattern) -> Sequence[Row]:
+    """The lines up to the names, where nothing but words without a number stands below these.
+
+    Such lines mark the end of a header ("eoh", "Data:"), and hold fewer cells than the data.
+    """
+    end = len(above)
+    while end and len(above[end - 1].cells) < width and not re.search(r"\d", above[end - 1].text):
+        end -= 1
+    if end and _is_names(above[end - 1], width, pattern):
+        return above[:end]
+    return above
+
+
 def _joined(above: Sequence[Row], width: int, pattern: Pattern) -> Row | None:
-    """The last row if it holds as many names, with that of units below it; else None."""
+    """The names in the last rows, with the units below them; None if there are no names.
 
-    def names(row: Row) -> bool:
-        words = any(row.cells) and not any(map(pattern.is_number, row.cells))
-        return words and len(row.cells) == width
-
-    if not above or not names(above[-1]):
+    Below the units there may be one more row of words, as of a program that writes comments there.
+    """
+    names = []
+    for row in reversed(above):
+        if not _is_names(row, width, pattern):
+            break
+        names.insert(0, row)
+    if not names:
         return None
-    if len(above) == 1 or not names(above[-2]) or not _are_units(above[-1]):
-        return above[-1]
-    joined = zip(above[-2].cells, above[-1].cells, strict=True)
-    return above[-2]._replace(cells=tuple(_with_unit(name, unit) for name, unit in joined))
+    for units_at in (len(names) - 1, len(names) - 2):
+        if units_at > 0 and _are_units(names[units_at]):
+            named = names[units_at - 1]
+            pairs = zip(named.cells, names[units_at].cells, strict=True)
+            return named._replace(cells=tuple(_with_unit(name, unit) for name, unit in pairs))
+    return names[-1]
 
 
 def _are_units(row: Row) -> bool:

@@ -15,12 +15,36 @@ KINDS = {
     "length": re.compile(_METRE),
     "force": re.compile(_NEWTON),
     "force per length": re.compile(f"{_NEWTON}/{_METRE}"),
+    "voltage": re.compile("([mµuμn]?)V"),
+}
+_SPELLED = {  # units as words, in the singular and in small letters
+    "metre": "m",
+    "meter": "m",
+    "millimetre": "mm",
+    "millimeter": "mm",
+    "micrometre": "µm",
+    "micrometer": "µm",
+    "micron": "µm",
+    "nanometre": "nm",
+    "nanometer": "nm",
+    "newton": "N",
+    "millinewton": "mN",
+    "micronewton": "µN",
+    "nanonewton": "nN",
+    "piconewton": "pN",
+    "volt": "V",
+    "millivolt": "mV",
 }
 
 
 def size(unit: str, kind: str) -> float | None:
-    """The unit in m, N or N/m; None unless it is one of that kind of KINDS, such as "mN/m"."""
-    found = KINDS[kind].fullmatch(unit.strip())
+    """The unit in m, N, N/m or V; None unless it is one of that kind of KINDS, such as "mN/m".
+
+    Units may be written as words: "microns", "Micrometer", "nanonewtons".
+    """
+    unit = unit.strip()
+    symbol = _SPELLED.get(unit.casefold().removesuffix("s"), unit)
+    found = KINDS[kind].fullmatch(symbol)
     if found is None:
         return None
     first, *below = found.groups()

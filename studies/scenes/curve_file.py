@@ -1,12 +1,22 @@
 """Force–depth curves from files: text as instruments and spreadsheets write it, instrument files.
 
-Text needs columns of the depth and of the force, by default named so, with units in the header, in
-a row below it or given with their names: "Weg [µm]", "2 [mN]". A force in newtons is divided by the
-`width`, the length of the line contact. Instrument files (.jpk-force, .ibw, .h5, .tab and others)
-are read by the library afmformats, the extra elastocap[afm]: forces in newtons, and the depth is
-that of the tip, - (height + force / spring constant of the cantilever), from an arbitrary zero. A
-plain .h5 file with one data set of the depth and one of the force, each with an attribute "unit",
-is read as text is. A column named drive or piezo is the position of the piezo, towards the layer.
+Text needs columns of a position and of a force, by default named so, with units in the header, in
+a row below it or given with their names: "Weg [µm]", "2 [mN]". Two pairs of columns, of extending
+and retracting, make one loop. A force in newtons is divided by the `width`, the length of the line
+contact. What is measured is converted by these rules:
+
+    position    depth, indentation    the depth d
+                drive, piezo          towards the layer: d = drive - force / spring constant
+                height                away from the layer: d = -(height + force / spring constant)
+    force       newtons, N/m          the force P
+                length                a deflection δ of the cantilever: P = spring constant · δ
+                volts                 its signal V: P = spring constant · sensitivity · V
+
+Instrument files (.jpk-force, .ibw, .h5, .tab and others) are read by the library afmformats, the
+extra elastocap[afm]: forces in newtons, and the depth is that of the tip, from an arbitrary zero.
+Spring constant and sensitivity of the file are replaced by those that are given: its forces change
+in proportion. A plain .h5 file with one data set of the depth and one of the force, each with an
+attribute "unit", is read as text is.
 
 What a scene file says of measured data:
 
@@ -14,6 +24,7 @@ What a scene file says of measured data:
 columns = ["Weg [µm]", "Kraft [mN]"]     # depth and force: names or numbers, with missing units
 width = 0.01                             # m: length of the line contact, for forces in newtons
 spring_constant = 0.08                   # N/m, of the cantilever: its noise is in the depth, too
+sensitivity = 50e-9                      # m/V, of its deflection, for signals in volts
 curve = 3                                # of an instrument file with several
 delimiter = ";"                          # and decimal, encoding, skip; else found from the file
 
@@ -21,6 +32,7 @@ delimiter = ";"                          # and decimal, encoding, skip; else fou
 shape = "sampled"
 file = "scan.csv"                        # in place of x and z; beside the scene file
 columns = ["x", "z [nm]"]                # and unit, delimiter, decimal, encoding, skip
+flip = true                              # and level, line, cutoff: as those of read_profile
 """
 
 import importlib
@@ -29,7 +41,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,39 +51,70 @@ from energy.text_lines import Pattern, Row
 from energy.text_table import Layout, TextTable, read_table
 from studies.scenes.fit.force_curve import Array, Curve
 from studies.scenes.table import Table
+from studies.shared.batches import in_own_process
 
 INSTRUMENT = (
     *(".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series"),
     *(".ibw", ".h5", ".tab", ".zip"),
 )
 LAYOUT = ("delimiter", "decimal", "encoding", "skip")
-MEASURED = ("columns", "width", "curve", "spring_constant", *LAYOUT)
-PROFILE = ("file", "columns", "unit", *LAYOUT)
+SIZES = ("width", "spring_constant", "sensitivity")
+MEASURED = ("columns", "curve", *SIZES, *LAYOUT)
+PROFILE = ("file", "columns", "unit", "flip", "level", "line", "cutoff", *LAYOUT)
 DRIVES = ("drive", "piezo", "piezo position", "piezoweg")
-DEPTHS = ("depth", "indentation", "Weg", "Tiefe", "Eindringtiefe", *DRIVES)
-FORCES = ("force", "load", "Kraft", "Last")
-HEIGHTS = ("height (measured)", "height (piezo)")
+HEIGHTS = ("height", "height (measured)", "height (piezo)", "z height", "Höhe")
+DEPTHS = ("depth", "indentation", "Weg", "Tiefe", "Eindringtiefe", *DRIVES, *HEIGHTS)
+DEFLECTIONS = ("deflection", "vertical deflection", "Auslenkung", "Durchbiegung")
+FORCES = ("force", "load", "Kraft", "Last", *DEFLECTIONS)
+FORCE_KINDS = ("force", "force per length", "length", "voltage")
+INSTRUMENT_HEIGHTS = ("height (measured)", "height (piezo)")  # as afmformats calls them
+RETRACTING = ("retract", "unload", "withdraw", "rückzug")  # in the names of columns
+NO_LOAD_PATH = (
+    "a creep or relaxation curve at constant force or height is no load path: give a file in which "
+    "the tip moves in and out"
+)
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How a file is read.
+    """How a file is read; None: not given.
 
-    columns: of depth and force, by name or number, with a unit where the file has none; width:
-    length of the line contact [m], for forces in newtons; layout: of text; number: of the curve in
-    an instrument file, from 1; spring_constant: of a cantilever [N/m]. None: not given.
+    Parameters
+    ----------
+    columns : tuple of 2 or 4 str, optional
+        Of depth and force, by name or number, with a unit where the file has none; four where
+        extending and retracting stand in columns of their own.
+    width : float, optional
+        Length of the line contact [m], for forces in newtons.
+    layout : Layout
+        Of text.
+    number : int, optional
+        Of the curve in an instrument file, from 1.
+    spring_constant : float, optional
+        Of a cantilever [N/m].
+    sensitivity : float, optional
+        Deflection of the cantilever over its signal [m/V].
+
+    Raises
+    ------
+    ValueError
+        For another number of columns, and for sizes that are not positive.
     """
 
-    columns: tuple[str, str] | None = None
+    columns: tuple[str, ...] | None = None
     width: float | None = None
     layout: Layout = field(default_factory=Layout)
     number: int | None = None
     spring_constant: float | None = None
+    sensitivity: float | None = None
 
     def __post_init__(self) -> None:
-        if self.columns is not None and len(self.columns) != 2:
-            raise ValueError(f"columns = {self.columns!r} must be two: of the depth and the force")
-        for name in ("width", "spring_constant"):
+        if self.columns is not None and len(self.columns) not in (2, 4):
+            raise ValueError(
+                f"columns = {self.columns!r} must be two, of the depth and the force, or four: "
+                "those of extending and those of retracting"
+            )
+        for name in SIZES:
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name))
         if self.number is not None and self.number < 1:
@@ -81,10 +124,11 @@ class Reading:
 def reading(path: Path, content: Any) -> Reading:
     """The table [measured]. ValueError naming file and key."""
     table = Table(path, "measured", content, MEASURED)
-    sizes = {key: table.number(key) for key in ("width", "spring_constant") if key in table.table}
+    sizes = {key: table.number(key) for key in SIZES if key in table.table}
     number = table.whole("curve", 1) if "curve" in table.table else None
     layout = table.build(lambda: Layout(**_layout(table)))
-    return table.build(lambda: Reading(_named(table), layout=layout, number=number, **sizes))
+    columns = _named(table, (2, 4))
+    return table.build(lambda: Reading(columns, layout=layout, number=number, **sizes))
 
 
 def profile(table: Table) -> Sampled:
@@ -92,21 +136,29 @@ def profile(table: Table) -> Sampled:
     for key in ("x", "z"):
         if key in table.table:
             table.refuse(key, table.table[key], "stands beside file: give one of the two")
-    file, kind = table.path.parent / table.text("file"), table.text("kind", "linear")
-    unit = table.number("unit") if "unit" in table.table else None
-    columns, layout = _named(table), _layout(table)
-    return table.build(lambda: read_profile(file, kind=kind, unit=unit, columns=columns, **layout))
+    file = table.path.parent / table.text("file")
+    options: dict[str, Any] = _layout(table)
+    for key in ("unit", "cutoff"):
+        if key in table.table:
+            options[key] = table.number(key)
+    for key in ("flip", "level", "line"):
+        if key in table.table:
+            options[key] = table.table[key]
+    columns = _named(table, (2,))
+    kind = table.text("kind", "linear")
+    return table.build(lambda: read_profile(file, kind=kind, columns=columns, **options))
 
 
-def _named(table: Table) -> tuple[str, str] | None:
+def _named(table: Table, counts: Sequence[int]) -> tuple[str, ...] | None:
+    """The columns that a table names, as many as one of these counts."""
     if "columns" not in table.table:
         return None
     given = table.table["columns"]
     kinds = isinstance(given, list) and all(type(c) in (str, int) for c in given)
-    if not kinds or len(given) != 2:
-        table.refuse("columns", given, "must be a list of two names or numbers of columns")
-    first, second = map(str, given)
-    return first, second
+    if not kinds or len(given) not in counts:
+        words = " or ".join({2: "two", 4: "four"}[count] for count in counts)
+        table.refuse("columns", given, f"must be a list of {words} names or numbers of columns")
+    return tuple(map(str, given))
 
 
 def _layout(table: Table) -> dict[str, Any]:
@@ -114,8 +166,26 @@ def _layout(table: Table) -> dict[str, Any]:
     return found | ({"skip": table.whole("skip", 0)} if "skip" in table.table else {})
 
 
-def read_curve(path: Path, reading: Reading | None = None) -> Curve:
-    """The curve of a file. ValueError naming file, line, cell and what was expected."""
+def read_curve(path: str | Path, reading: Reading | None = None) -> Curve:
+    """The curve of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+    reading : Reading, optional
+        How the file is written, where that is not found from the file.
+
+    Returns
+    -------
+    Curve
+        Depth [m] and force [N/m, or N], with the stiffness of the cantilever.
+
+    Raises
+    ------
+    ValueError
+        Naming file, line, cell and what was expected.
+    """
+    path = Path(path)
     reading = reading or Reading()
     plain = _of_hdf5(path) if path.suffix.lower() == ".h5" else None
     if plain is None and path.suffix.lower() in INSTRUMENT:
@@ -123,29 +193,121 @@ def read_curve(path: Path, reading: Reading | None = None) -> Curve:
     if reading.number is not None:
         raise ValueError(f"{path}: curve = {reading.number}: text has one; give columns instead")
     table = plain or read_table(path, reading.layout)
-    depth, force = reading.columns or (_default(table, DEPTHS), _default(table, FORCES))
-    examples = "in m, mm, µm or nm, such as: depth [µm]"
-    measured, _ = _column(table, "depth", depth, ("length",), examples)
-    examples = "per length, such as: force [mN/m], or in mN with --width"
-    load, unit = _column(table, "force", force, ("force", "force per length"), examples)
-    if units.size(unit, "force") is not None:
-        load = load / _width(path, reading.width)
-    elif reading.width is not None:
-        raise ValueError(
-            f"{path}: width = {reading.width!r} with a force in {unit}: it is per length already; "
-            "leave the width out"
-        )
+    branches = [_branch(table, reading, *pair) for pair in _pairs(table, reading.columns)]
+    if len(branches) == 1:
+        return branches[0]
+    extending, retracting = branches
+    return _loop(extending, retracting)
+
+
+class _Column(NamedTuple):
+    """Place of a column, and the text that names it."""
+
+    place: int
+    name: str
+
+
+def _pairs(table: TextTable, columns: tuple[str, ...] | None) -> list[tuple[_Column, _Column]]:
+    """The columns of position and force; two pairs for extending and retracting."""
+    if columns is None:
+        columns = (_default(table, DEPTHS), _default(table, FORCES))
+    if len(columns) == 2:
+        position, force = columns
+        positions = table.places(position, ("length",))
+        forces = table.places(force, FORCE_KINDS)
+        if len(positions) == 2 and len(forces) == 2:
+            both = zip(positions, forces, strict=True)
+            return [(_Column(x, position), _Column(p, force)) for x, p in both]
+        return [(_only(table, position, ("length",)), _only(table, force, FORCE_KINDS))]
+    pairs = [
+        (_only(table, position, ("length",)), _only(table, force, FORCE_KINDS))
+        for position, force in (columns[:2], columns[2:])
+    ]
+    first_name = columns[1].casefold()
+    retracts_first = any(word in first_name for word in RETRACTING)
+    return pairs[::-1] if retracts_first else pairs
+
+
+def _only(table: TextTable, name: str, kinds: Sequence[str]) -> _Column:
+    return _Column(table.place(name, kinds), name)
+
+
+def _loop(extending: Curve, retracting: Curve) -> Curve:
+    """Both branches in the order measured: the second one begins where the first one ends."""
+    end = extending.drive[-1]
+    drive = retracting.drive
+    if abs(drive[-1] - end) < abs(drive[0] - end):
+        retracting = retracting._replace(depth=retracting.depth[::-1], force=retracting.force[::-1])
+    return extending._replace(
+        depth=np.concatenate([extending.depth, retracting.depth]),
+        force=np.concatenate([extending.force, retracting.force]),
+    )
+
+
+def _branch(table: TextTable, reading: Reading, position: _Column, force: _Column) -> Curve:
+    """The curve of one pair of columns."""
+    path = table.path
+    count = table.filled((position.place, force.place))
+    unit = _unit(table, position, "depth", ("length",), "in m, mm, µm or nm, such as: depth [µm]")
+    measured = _size(unit, "length") * table.numbers(position.place, count)
+    load = _load(table, reading, force, count)
+    name = units.named(position.name)[0].casefold()
+    if position.name.strip().isdecimal():
+        name = table.columns[position.place][0].casefold()
     stiffness = math.inf
     if reading.spring_constant is not None:
         stiffness = reading.spring_constant / (reading.width or 1.0)
-    if units.named(depth)[0].casefold() in DRIVES:
+    falls_on_approach = name in map(str.casefold, HEIGHTS)
+    if falls_on_approach:
+        measured = -measured
+    if falls_on_approach or name in DRIVES:
         if math.isinf(stiffness):
             raise ValueError(
-                f"{path}: {depth!r} is the position of the piezo, from which the depth differs by "
-                "force over spring constant; give that with --spring-constant"
+                f"{path}: {position.name!r} is the position of the piezo, from which the depth "
+                "differs by force over spring constant; give that with --spring-constant"
             )
         measured = measured - load / stiffness
     return Curve(measured, load, stiffness)
+
+
+def _load(table: TextTable, reading: Reading, force: _Column, count: int) -> Array:
+    """The force per length [N/m], or the force about an axis [N]."""
+    path = table.path
+    examples = "per length, such as: force [mN/m], or in mN with --width"
+    unit = _unit(table, force, "force", FORCE_KINDS, examples)
+    signal = table.numbers(force.place, count)
+    if units.size(unit, "force per length") is not None:
+        if reading.width is not None:
+            raise ValueError(
+                f"{path}: width = {reading.width!r} with a force in {unit}: it is per length "
+                "already; leave the width out"
+            )
+        return _size(unit, "force per length") * signal
+    if units.size(unit, "force") is not None:
+        newtons = _size(unit, "force") * signal
+        return newtons / _width(path, reading.width)
+    if reading.spring_constant is None:
+        raise ValueError(
+            f"{path}: {force.name!r} in {unit} is a deflection; its force needs the spring "
+            "constant of the cantilever: give that with --spring-constant"
+        )
+    if units.size(unit, "voltage") is None:
+        deflection = _size(unit, "length") * signal
+    elif reading.sensitivity is None:
+        raise ValueError(
+            f"{path}: {force.name!r} is a signal in {unit}; its deflection needs the sensitivity "
+            "in m/V: give that with --sensitivity"
+        )
+    else:
+        deflection = reading.sensitivity * _size(unit, "voltage") * signal
+    return reading.spring_constant * deflection / _width(path, reading.width)
+
+
+def _size(unit: str, kind: str) -> float:
+    """A unit of this kind in SI."""
+    size = units.size(unit, kind)
+    assert size is not None
+    return size
 
 
 def _of_hdf5(path: Path) -> TextTable | None:
@@ -179,26 +341,25 @@ def _of_hdf5(path: Path) -> TextTable | None:
     return TextTable(path, Pattern(".", (True,) * len(columns)), names, tuple(rows))
 
 
-def _default(table: TextTable, known: tuple[str, ...]) -> str:
+def _default(table: TextTable, known: Sequence[str]) -> str:
     """The first of some names that the table has; the first of all, to be missed, if none."""
     return next((name for name in known if table.find(name)), known[0])
 
 
-def _column(
-    table: TextTable, what: str, column: str, quantities: Sequence[str], examples: str
-) -> tuple[Array, str]:
-    """The numbers of a column in SI, and the unit, which is one of some quantities, in the file."""
-    place, unit = table.place(*units.named(column))
+def _unit(table: TextTable, column: _Column, what: str, kinds: Sequence[str], examples: str) -> str:
+    """The unit of a column, which is one of some kinds. ValueError naming it and the file."""
+    unit = table.unit(column.place, column.name)
     if not unit:
         raise ValueError(
-            f"{table.path}: column {column!r} has no unit: {table.told()}; write it into the "
+            f"{table.path}: column {column.name!r} has no unit: {table.told()}; write it into the "
             'header, "depth [µm], force [mN/m]", or behind the name: --columns "depth [µm]" ...'
         )
-    for size in (units.size(unit, quantity) for quantity in quantities):
-        if size is not None:
-            return size * table.numbers(place), unit
-    unknown = f"the unit {unit!r} of the {what} {column!r} is unknown"
-    raise ValueError(f"{table.path}: {unknown}; write it {examples}")
+    if all(units.size(unit, kind) is None for kind in kinds):
+        raise ValueError(
+            f"{table.path}: the unit {unit!r} of the {what} {column.name!r} is unknown; write it "
+            f"{examples}"
+        )
+    return unit
 
 
 def _width(path: Path, width: float | None) -> float:
@@ -216,28 +377,64 @@ def _of_instrument(path: Path, reading: Reading) -> Curve:
         raise ValueError(f"{path}: columns and layout are for text; leave them out")
     width = _width(path, reading.width)
     curves = _loaded(path)
-    number, count = reading.number or 1, len(curves)
+    number = reading.number or 1
+    count = len(curves)
     if (count > 1 and reading.number is None) or number > count:
-        remedy = f"give one of 1 to {count} with --curve" if count else "give another file"
+        remedy = f"give one of 1 to {count} with --curve" if count else NO_LOAD_PATH
         raise ValueError(
             f"{path}: curve = {reading.number!r}, but it holds {count} force-distance curves; "
             f"{remedy}"
         )
     data = curves[number - 1]
-    force = np.asarray(data["force"], float)
-    depth = -_tip(path, data, force)
+    if "force" not in data.columns:
+        raise ValueError(
+            f"{path}: curve {number} has no force; export it as text with its deflection, and give "
+            "--spring-constant and --sensitivity"
+        )
+    stiffness = reading.spring_constant or _stated(data, "spring constant")
+    force = np.asarray(data["force"], float) * _calibration(path, data, reading)
+    depth = -_tip(path, data, force, stiffness)
     bad = np.flatnonzero(~np.isfinite(depth + force))
     if bad.size:
         raise ValueError(f"{path}: point {bad[0] + 1} of curve {number} is not finite; remove it")
-    own = data.metadata.get("spring constant", None) or math.inf
-    stiffness = own if reading.spring_constant is None else reading.spring_constant
-    return Curve(depth, force / width, float(stiffness) / width)
+    return Curve(depth, force / width, (stiffness or math.inf) / width)
+
+
+def _stated(data: Any, name: str) -> float | None:
+    """A positive number that an instrument file states; None if it states none."""
+    value = data.metadata.get(name, None)
+    return float(value) if value is not None and value > 0 else None
+
+
+def _calibration(path: Path, data: Any, reading: Reading) -> float:
+    """Factor of the file's forces where another spring constant or sensitivity is given."""
+    factor = 1.0
+    names = {"spring constant": reading.spring_constant, "sensitivity": reading.sensitivity}
+    for name, given in names.items():
+        own = _stated(data, name)
+        if given is not None and own is not None:
+            factor *= given / own
+        if given is not None and own is None and name == "sensitivity":
+            raise ValueError(
+                f"{path}: sensitivity = {given!r}: the file states none that it could replace; "
+                "leave it out, or export the signal in volts as text"
+            )
+    return factor
 
 
 def count(path: Path) -> int:
-    """How many curves an instrument file holds."""
-    plain = path.suffix.lower() == ".h5" and _of_hdf5(path) is not None
-    return 1 if plain else len(_loaded(path))
+    """How many curves an instrument file holds.
+
+    The file is opened in a process of its own: the library keeps an archive open, and processes
+    that inherited it would read it at one common position.
+    """
+    if path.suffix.lower() == ".h5" and _of_hdf5(path) is not None:
+        return 1
+    return in_own_process(_number_of_curves, path)
+
+
+def _number_of_curves(path: Path) -> int:
+    return len(_loaded(path))
 
 
 def _loaded(path: Path) -> list[Any]:
@@ -263,13 +460,17 @@ def _loaded(path: Path) -> list[Any]:
         ) from None
 
 
-def _tip(path: Path, data: Any, force: Array) -> Array:
+def _tip(path: Path, data: Any, force: Array, stiffness: float | None) -> Array:
     """Height of the tip above an arbitrary level [m]."""
-    if "tip position" in data.columns:
+    own = _stated(data, "spring constant")
+    if "tip position" in data.columns and stiffness == own:
         return np.asarray(data["tip position"], float)
-    height = next((name for name in HEIGHTS if name in data.columns), None)
-    stiffness = data.metadata.get("spring constant", None)
-    if height is None or stiffness is None or not stiffness > 0:
-        lacks = "heights" if height is None else "spring constant of the cantilever"
-        raise ValueError(f"{path}: states no {lacks}, which the depth needs; export it as text")
-    return np.asarray(data[height], float) + force / float(stiffness)
+    height = next((name for name in INSTRUMENT_HEIGHTS if name in data.columns), None)
+    if height is None:
+        raise ValueError(f"{path}: states no heights, which the depth needs; export it as text")
+    if stiffness is None:
+        raise ValueError(
+            f"{path}: states no spring constant of the cantilever, which the depth needs; give it "
+            "with --spring-constant"
+        )
+    return np.asarray(data[height], float) + force / stiffness

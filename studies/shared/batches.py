@@ -87,6 +87,13 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
         pool.shutdown(cancel_futures=True)
 
 
+def in_own_process(function: Callable[[Case], Result], case: Case) -> Result:
+    """function(case) in a process of its own, so that nothing it opens stays open in this one."""
+    context: Any = get_context("fork" if alone() else "spawn")
+    with ProcessPoolExecutor(1, context) as pool:
+        return pool.submit(function, case).result()
+
+
 def alone() -> bool:
     """Whether this process has a single thread; one that has just ended may take a moment to go."""
     tasks, until = Path("/proc/self/task"), time.monotonic() + 0.1

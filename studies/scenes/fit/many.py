@@ -11,7 +11,7 @@ import numpy as np
 
 from energy.arrays import Array
 from energy.units import prefixed
-from studies.scenes.curve_file import INSTRUMENT, Reading, count, read_curve
+from studies.scenes.curve_file import INSTRUMENT, NO_LOAD_PATH, Reading, count, read_curve
 from studies.scenes.file import load
 from studies.scenes.fit.estimate import UNITS, fit
 from studies.scenes.fit.model import parameters_of, scene_with
@@ -70,6 +70,8 @@ def curves(data: Path, reading: Reading) -> list[str]:
         return [name for path in files for name in curves(path, reading)]
     several = data.suffix.lower() in INSTRUMENT and reading.number is None
     total = count(data) if several else 1
+    if not total:
+        raise ValueError(f"{data}: holds no force-distance curve: {NO_LOAD_PATH}")
     return [str(data)] if total == 1 else [f"{data}#{i}" for i in range(1, total + 1)]
 
 

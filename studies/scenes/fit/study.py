@@ -122,11 +122,14 @@ def _reading_options(parser: command.Parser) -> None:
     """How DATA is written, each in place of the same key of [measured] in the scene file."""
     group = parser.add_argument_group("how DATA is written, found from the file where not given")
     about = 'of depth and force: names or numbers from 1, with missing units, as "2 [mN]"'
-    group.add_argument("--columns", nargs=2, metavar="NAME", help=about)
+    about += "; four where extending and retracting stand in columns of their own"
+    group.add_argument("--columns", nargs="+", metavar="NAME", help=about)
     about = "length of the line contact in m, for forces in newtons"
     group.add_argument("--width", type=float, metavar="M", help=about)
     about = "of the cantilever in N/m: the noise of the force is in the depth, too"
     group.add_argument("--spring-constant", type=float, metavar="N/M", help=about)
+    about = "of its deflection in m/V, for a signal in volts"
+    group.add_argument("--sensitivity", type=float, metavar="M/V", help=about)
     about = "number of the curve in an instrument file with several"
     group.add_argument("--curve", type=int, metavar="N", help=about)
     group.add_argument("--delimiter", choices=DELIMITERS, help="between columns of text")

@@ -213,9 +213,9 @@ def test_profiles_are_read_by_the_same_reader(tmp_path, text, given):
     ("text", "given", "told"),
     [
         ("-1,25;0,5;3\n2,5;3,5;4\n", {}, "3 columns without names; give a file with two"),
-        ("1 2\n2 three\n", {}, "line 2: column 2 = 'three' must be a finite number"),
-        ("1 2\n", {}, "at least 2 samples"),
-        ("2 0\n1 0\n", {}, r"scan.txt'?: x\[1\] = 1.0 does not exceed"),
+        ("1 2\n2 three\n", {"unit": 1.0}, "line 2: column 2 = 'three' must be a finite number"),
+        ("1 2\n", {"unit": 1.0}, "at least 2 samples"),
+        ("2 0\n1 0\n", {"unit": 1.0}, r"scan.txt'?: x\[1\] = 1.0 does not exceed"),
         ("z [m];x [m]\n1;2\n2;3\n", {"columns": (1,)}, "columns = .* must be two"),
         ("x [mm];z [mm]\n1;2\n2;3\n", {"unit": 1e-6}, "unit = 1e-06 contradicts the file's own"),
         ("x [px];z [m]\n1;2\n2;3\n", {}, "the unit 'px' of column 'x' is no length"),
