@@ -275,7 +275,7 @@ def _joined(above: Sequence[Row], width: int, pattern: Pattern) -> Row | None:
 
     Below the units there may be one more row of words, as of a program that writes comments there.
     """
-    names = []
+    names: list[Row] = []
     for row in reversed(above):
         if not _is_names(row, width, pattern):
             break
