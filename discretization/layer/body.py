@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from discretization.profile import BEFORE_VERTICAL
 from energy import Scene
 from energy.arrays import Array
 
@@ -33,6 +34,8 @@ class Body:
         self.apex = 0.0 if self.power else scene.mirror or 0.0
         self.touch = float(self.height(0.0))
         self.edge = float(indenter.extent[1]) - self.apex
+        if math.isfinite(self.edge) and np.isinf(indenter.slope(indenter.extent[1])):
+            self.edge *= BEFORE_VERTICAL
         self.walled = indenter.extent[1] in indenter.walls
         near = self.slope(min(_NEAR * h, self.edge / 4) * np.array([1.0, 2.0]))
         power = math.log2(near[1] / near[0]) if near[0] > 0 else 0.0

@@ -6,11 +6,18 @@ a parabola of the depth; what these fields press and pull is known from other el
 
 import functools
 import math
+import warnings
 from typing import Any
 
 import numpy as np
 
-from discretization.certificate import EPSILON, ROUNDING, Certificate, NotCertifiedError
+from discretization.certificate import (
+    EPSILON,
+    ROUNDING,
+    AccuracyWarning,
+    Certificate,
+    NotCertifiedError,
+)
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
@@ -28,6 +35,8 @@ _FELT, _BESIDE = 1e-7, 1e-4  # of the half-width: D changes by more than roundin
 _STEP = 1.0  # of log₂ a: half-widths at which a line is looked for
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
+PRESSURE_KNOWN = 1e-3  # of the largest: by how much the pressures on two sets of elements differ
+_OTHER_PRESSURE = 0.9  # the same, of the elements that the pressure is compared with
 _OTHER = 0.7  # of the way to the line, where elements of another set begin
 _FAR = 40.0  # decay lengths: how far the free surface is felt
 _APART = 0.1  # of ln x: places on it, for integrals
@@ -147,10 +156,33 @@ class Layer(Contact):
         return u, side * slope
 
     def pressure(self, state: Any, x: Array) -> Array:
-        """p in contact at positions, sums of the fields of the poles."""
+        """Pressure in contact at positions, a sum of the fields of the poles.
+
+        AccuracyWarning where fields on other elements differ by more than PRESSURE_KNOWN of the
+        largest pressure: below a contact much narrower than the layer the fields of many poles
+        cancel, and what is left near the lowest point is rounding.
+        """
+        distance = np.abs(x - self.body.apex)
+        pressure = self._pressure(distance)
+        contact = Contact(self.body, self.a, self.tolerance, _OTHER_PRESSURE)
+        other = Layer(self.depth, contact)._pressure(distance)
+        difference = np.abs(pressure - other)
+        worst = int(np.argmax(difference)) if distance.size else 0
+        if distance.size and difference[worst] > PRESSURE_KNOWN * np.abs(self.pressed).max():
+            warnings.warn(
+                f"the pressure at x = {float(x[worst])!r} is known to {float(difference[worst])!r} "
+                "only: the contact is much narrower than the layer; half-width, force and energy "
+                "are not affected; give a larger rtol for the pressure",
+                AccuracyWarning,
+                stacklevel=3,
+            )
+        return pressure
+
+    def _pressure(self, distance: Array) -> Array:
+        """The pressure at distances from the lowest point, from these elements."""
         ends = self.a * np.append(self.elements.x[:, 0], 1.0)
         nodal = np.append(self.pressed[:, :-1], self.pressed[-1, -1])
-        return on_elements(ends, nodal, np.abs(x - self.body.apex))[0]
+        return on_elements(ends, nodal, distance)[0]
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts; γ₁/2 ∫u'² outside by the trapezoidal rule in ln x."""

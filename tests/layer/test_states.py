@@ -12,7 +12,18 @@ from discretization import AccuracyWarning, load_path, minimise
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact
 from discretization.layer.state import Layer
-from energy import FlatPunch, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
+from energy import (
+    Circle,
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    PowerLaw,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
 
@@ -298,3 +309,35 @@ def test_a_sharp_profile_is_resolved_by_contacts_narrower_than_poles_act(n, geom
             (math.pi if turned else 1.0) * 100 * a ** (2 * n - 1 + turned) / (2 * n - 1 + turned)
         )
         assert Contact(Body(scene), a, 1e-6).stretched == pytest.approx(whole, rel=1e-8)
+
+
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+@pytest.mark.parametrize("depth", [0.13, 0.2, 0.4])
+def test_a_circle_is_pressed_nearly_to_where_it_is_vertical(depth, geometry):
+    """The state is that of the load path, which comes from smaller half-widths."""
+    layer = ElasticLayer(1.0, 0.475, 0.5, response="layer")
+    surfaces = SurfaceEnergies.from_work(1e-3, 1e-4)
+    scene = Scene(layer, surfaces, Circle(1.0), geometry=geometry)
+    path = load_path(scene, depths=[0.0, depth / 2, depth])
+    state = minimise(scene, depth)
+    assert state.half_width == pytest.approx(path.half_width[-1], rel=1e-8)
+    assert 0.4 < state.half_width < 0.9
+
+
+def test_a_pressure_that_rounding_spoils_is_warned_of():
+    """A steel half-space without adhesion: Hertz's pressure, or a warning where it is off."""
+    layer = ElasticLayer(2e11, 0.3, 0.06, response="layer")
+    surfaces = SurfaceEnergies.from_work(10.0, 0.0)
+    scene = Scene(layer, surfaces, Parabola(1.0), geometry="axisymmetric")
+    reduced = 2e11 / (1 - 0.3**2)
+    for rtol in (1e-6, 1e-8, 1e-10):
+        state = minimise(scene, 4.88e-7, rtol=rtol)
+        x = state.radius * np.array([0.0, 1e-3, 0.1, 0.5, 0.9])
+        hertz = 2 * reduced / math.pi * np.sqrt(state.radius**2 - x**2)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            off = np.abs(state.pressure(x) / hertz - 1).max()
+        assert off < 1e-3 or "the pressure at x = " in str(caught[0].message)
+        assert state.force == pytest.approx(4 / 3 * reduced * state.radius**3, rel=1e-5)
+    with pytest.warns(AccuracyWarning, match="is known to .* only: the contact is much narrower"):
+        minimise(scene, 4.88e-7, rtol=1e-10).pressure(np.array([0.0]))
