@@ -11,8 +11,10 @@ release energy or leave another number of contacts.
 """
 
 import functools
+import heapq
 import itertools
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -22,6 +24,7 @@ from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array
 
 End = int | None  # the contact node on one side of a free surface; None: none there
+Part = tuple[int, ...]  # the nodes on which a next change depends
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
 _LOOKED = 1 << 9  # links whose depths are asked for at once
 
@@ -123,27 +126,28 @@ class Walk:
         return start + self._links(ahead[start : start + stride], side, sign, depth)
 
     def track(self, nodes: Contacts, start: float, end: float) -> Track:
-        """The way to another depth, up to the first event."""
-        ends, trace, sign = ends_of(nodes), [(start, nodes)], 1 if end >= start else -1
-        depth, changes = start, 0
+        """The path to another depth, up to the first event."""
+        trace, sign = [(start, nodes)], 1 if end >= start else -1
+        front, depth, changes = Front(self, nodes, sign), start, 0
         while True:
-            change, i = self.first(ends, sign)
+            change, place = front.first()
             last = change.depth > end if sign > 0 else change.depth <= end
             if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                after = contacts_of(ends)
+                after = front.contacts
                 if self._is_jump(trace[-1][1], after, changes, depth):
                     return Track(trace, depth, after)
-                trace += [(depth, after)] if changes else []
+                if changes:
+                    trace.append((depth, after))
                 if last:
                     return Track(trace, None, after)
                 changes = 0
                 if slid := self._slid(after, depth, end):
                     trace += slid
                     depth, after = slid[-1]
-                    ends = ends_of(after)
+                    front = Front(self, after, sign)
                     continue
                 depth = change.depth
-            ends[i : i + 2] = change.ends
+            front.apply(change, place)
             changes += 1
 
     def _slid(self, nodes: Contacts, depth: float, end: float) -> list[tuple[float, Contacts]]:
@@ -165,22 +169,6 @@ class Walk:
             *map(np.ndarray.tolist, (sign * depths, first - left, last + right)), strict=True
         )
         return [(at, ((i, j),)) for at, i, j in each if sign > 0 or j - i > 1]
-
-    def first(self, ends: Sequence[End], sign: int) -> tuple[Change, int]:
-        """What happens first as the depth changes this way, and to which two of the ends.
-
-        To a free part, or, as the depth falls, to a contact.
-        """
-        if len(ends) == 2:
-            return Change(sign * math.inf, ()), 0
-        free = range(0, len(ends), 2)
-        if sign > 0:
-            found = [(self.rise(*ends[i : i + 2]), i) for i in free]
-        else:
-            lone = [one == other for one, other in itertools.pairwise([None, *ends, None])]
-            found = [(self._fall(*ends[i : i + 2], lone[i], lone[i + 2]), i) for i in free]
-            found += [(self._split(*ends[i : i + 4]), i + 1) for i in free[:-1]]
-        return min(found, key=lambda each: (sign * each[0].depth, each[1]))
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
@@ -219,7 +207,7 @@ class Walk:
         return Change(depth + share * (later.depth - depth), ends)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _fall(self, left: Any, right: Any, left_lone: bool, right_lone: bool) -> Change:
+    def fall(self, left: Any, right: Any, left_lone: bool, right_lone: bool) -> Change:
         """The first move of the lines of a free part as the depth falls, but of lone nodes."""
         rules, found = self.opening, [_NEVER]
         if not left_lone:
@@ -233,15 +221,18 @@ class Walk:
         return max(found, key=lambda change: change.depth)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _split(self, before: End, first: Any, last: Any, after: End) -> Change:
-        """Where a contact between two free parts lets go, or is torn open inside."""
-        rules = self.opening
-        if first == last:
-            return Change(rules.pulled(before, first, after), ())
-        if last - first > 1 and not rules.clear:  # lines of a convex contact recede
-            node = first + 1 + int(np.argmax(rules.torn[first + 1 : last]))
-            return Change(float(rules.torn[node]), (first, node - 1, node + 1, last))
-        return _NEVER
+    def pulled(self, before: End, node: Any, after: End) -> Change:
+        """Where a lone node between two free surfaces lets go."""
+        return Change(self.opening.pulled(before, node, after), ())
+
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
+    def torn(self, first: int, last: int) -> Change:
+        """Where the first node inside a contact is torn open; lines of a convex one recede."""
+        if last - first < 2 or self.opening.clear:
+            return _NEVER
+        torn = self.opening.torn
+        node = first + 1 + int(torn[first + 1 : last].argmax())
+        return Change(float(torn[node]), (first, node - 1, node + 1, last))
 
     def _is_jump(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
         """Whether changes at one depth are an event: they release energy, or contacts differ.
@@ -264,3 +255,100 @@ class Walk:
         bonds = self.row.bonds
         held, left = (sum(bonds[i:j].sum() for i, j in nodes) for nodes in (before, after))
         return max(0.0, float(held - left))
+
+
+class Front:
+    """The contacts of a walk under way, and the next change of every part of them.
+
+    Contacts prescribe the displacement, so that parts do not feel each other: after a change only
+    the parts that it has changed need a new next one. A heap has the earliest first; entries of
+    parts that are no more stay in it until they come first.
+
+    ends: of all free surfaces, from left to right; -1 and the number of nodes: no contact there.
+    Two of them from an even place on enclose a free surface, from an odd place on a contact.
+    """
+
+    def __init__(self, walk: Walk, nodes: Contacts, sign: int) -> None:
+        self.walk, self.sign, self.size = walk, sign, walk.row.size
+        self.ends = [-1, *itertools.chain(*nodes), self.size]
+        self.heap: list[tuple[float, int, bool, int, Change, Part]] = []
+        self.known: dict[tuple[int, bool], Part] = {}
+        self.pushed = 0
+        self._push(0, len(self.ends))
+
+    @property
+    def contacts(self) -> Contacts:
+        """The contacts as they are now."""
+        return tuple(zip(self.ends[1:-1:2], self.ends[2::2], strict=False))
+
+    def first(self) -> tuple[Change, int]:
+        """What happens first, and the place of the part it happens to."""
+        while self.heap:
+            _, node, free, _, change, part = self.heap[0]
+            place = bisect_right(self.ends, node) - 1 if free else bisect_left(self.ends, node)
+            if self._part(place, free) == part:
+                return change, place
+            heapq.heappop(self.heap)
+        return Change(self.sign * math.inf, ()), 0
+
+    def apply(self, change: Change, place: int) -> None:
+        """The change happens to the part at a place."""
+        none = -1, self.size
+        new = [none[i % 2] if end is None else end for i, end in enumerate(change.ends)]
+        self.ends[place : place + 2] = new
+        if self.sign > 0:
+            self._push(place, place + len(new))
+        else:
+            self._push(max(place - 2, 0), place + len(new) + 2)
+
+    def _part(self, place: int, free: bool) -> Part:
+        """The nodes on which the next change of the part at a place depends: () if there is none.
+
+        Those of both its ends. As the depth falls no line of a lone node recedes, and whether such
+        a node is pulled depends on the contacts next to it.
+        """
+        ends = self.ends
+        if place < 0 or (place % 2 == 0) != free or place + 1 >= len(ends):
+            return ()
+        left, right = ends[place], ends[place + 1]
+        if self.sign > 0 or (not free and left < right):
+            return left, right
+        before = ends[place - 1] if place > 0 else left
+        after = ends[place + 2] if place + 2 < len(ends) else right
+        if free:
+            return left, right, before == left, after == right
+        return before, left, right, after
+
+    def _push(self, start: int, stop: int) -> None:
+        """Find the next change of the parts between two places, where it is not known."""
+        if len(self.ends) == 2:  # detached
+            return
+        step = 2 if self.sign > 0 else 1
+        for place in range(start, min(stop, len(self.ends) - 1), step):
+            node, free = self.ends[place], place % 2 == 0
+            part = self._part(place, free)
+            if self.known.get((node, free)) == part:
+                continue
+            self.known[node, free] = part
+            change = self._change(part, free)
+            self.pushed += 1
+            entry = self.sign * change.depth, node, free, self.pushed, change, part
+            heapq.heappush(self.heap, entry)
+
+    def _change(self, part: Part, free: bool) -> Change:
+        """The next change of a part."""
+        walk, size = self.walk, self.size
+        if not free:
+            if len(part) == 2:
+                return walk.torn(*part)
+            before, node, _, after = part
+            return walk.pulled(_node(before, size), node, _node(after, size))
+        left, right = _node(part[0], size), _node(part[1], size)
+        if self.sign > 0:
+            return walk.rise(left, right)
+        return walk.fall(left, right, bool(part[2]), bool(part[3]))
+
+
+def _node(end: int, size: int) -> End:
+    """The contact node at an end of a free surface, None if there is none."""
+    return None if end in (-1, size) else end

@@ -29,6 +29,7 @@ import numpy as np
 
 from discretization.certificate import EPSILON
 from discretization.nodes.lattice import Lattice, shares
+from discretization.nodes.spans import LONGEST, Spans
 from energy.arrays import Array
 
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
@@ -73,42 +74,130 @@ class Rules:
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
-            return float(self.outwards(node, side)) if 0 <= node + side < self.f.size else math.inf
-        first, last = sorted((node, other if abs(other - node) == 2 else node + side))
-        return float(self._passed(node, side, float(self.work[first:last].sum()), other))
+            return self._passes_outwards(node, side)
+        apart = abs(other - node)
+        first = node if side > 0 else node - 1
+        work = self._works[first]
+        if apart == 2:
+            work += self._works[first + side]
+        spans = self.spans
+        if apart >= spans.count:
+            return float(self._passed(node, side, work, other))
+        heights = self._heights
+        own = heights[node]
+        rise = heights[node + side] - own + spans.far[apart] * (own - heights[other])
+        adhesion = math.sqrt(2 * work / spans.stiffness[apart])
+        return own + (rise - adhesion) / spans.remainder[apart]
+
+    def _passes_outwards(self, node: int, side: int) -> float:
+        """The same of an outermost line."""
+        if not 0 <= node + side < self.f.size:
+            return math.inf
+        if self.clear or self.lattice.axis == 0:
+            return float(self.outwards(node, side))
+        _, remainder, stiffness = self.spans.tail
+        own = self._heights[node]
+        work = self._works[node if side > 0 else node - 1]
+        rise = self._heights[node + side] - own
+        return own + (rise - math.sqrt(2 * work / stiffness)) / remainder
+
+    @functools.cached_property
+    def _heights(self) -> list[float]:
+        """Heights of the nodes as plain numbers."""
+        return [*map(float, self.f.tolist())]
+
+    @functools.cached_property
+    def _works(self) -> list[float]:
+        """Adhesion of the links as plain numbers."""
+        return [*map(float, self.work.tolist())]
+
+    @functools.cached_property
+    def spans(self) -> Spans:
+        """What free surfaces of up to so many links do."""
+        return Spans.of(self.lattice, self.f.size + 1)
 
     def passes_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
         if right - left < 3:
             return math.inf
-        f, link, one, two = self.f, self.lattice.link, left + 1, right - 1
-        tie, ground = self.lattice.pair(two - one)
-        p, level = self.lattice.spring + ground, (f[left] + f[right]) / 2
+        f, link = self._heights, self.lattice.link
+        one, two = left + 1, right - 1
+        if two - one < self.spans.count:
+            tie = self.spans.tie[two - one]
+            ground = self.spans.ground[two - one]
+        else:
+            tie, ground = map(float, self.lattice.pair(two - one))
+        p = self.lattice.spring + ground
+        level = (f[left] + f[right]) / 2
         apart = tie * (f[one] - f[two])
-        q = (
-            p * (f[one] - level) + link * (f[one] - f[left]) + apart,
-            p * (f[two] - level) + link * (f[two] - f[right]) - apart,
-        )
-        work = self.work[left] + self.work[two] + (self.work[one] if right - left == 3 else 0.0)
-        work -= (q[0] - q[1]) ** 2 / (4 * (p + link + 2 * tie))
+        pull = p * (f[one] - level) + link * (f[one] - f[left]) + apart
+        other = p * (f[two] - level) + link * (f[two] - f[right]) - apart
+        work = self._works[left] + self._works[two]
+        if right - left == 3:
+            work += self._works[one]
+        work -= (pull - other) ** 2 / (4 * (p + link + 2 * tie))
         if work < 0:
             return math.inf
-        return float(level + (q[0] + q[1] - 2 * math.sqrt((p + link) * work)) / (2 * p))
+        return level + (pull + other - 2 * math.sqrt((p + link) * work)) / (2 * p)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
         """Depth at which a free node between two contacts (None: none there) touches, and which."""
-        nodes = np.arange(0 if left is None else left + 1, self.f.size if right is None else right)
-        if not nodes.size or (self.clear and (left is None or right is None)):
+        first = 0 if left is None else left + 1
+        stop = self.f.size if right is None else right
+        if first >= stop or (self.clear and (left is None or right is None)):
             return math.inf, -1
-        f, ends = self.f[nodes], [self.f[end] for end in (left, right) if end is not None]
+        if left is None or right is None:
+            return self._touches_outside(left, right)
+        if right - left <= LONGEST:
+            near, far, remainder = self.spans.shares(right - left)
+            shape = near * self._heights[left] + far * self._heights[right]
+            depths = (self.f[first:stop] - shape) / remainder
+            best = int(depths.argmin())
+            return float(depths[best]), first + best
+        nodes = np.arange(first, stop)
+        f, ends = self.f[nodes], (self.f[left], self.f[right])
         remainder, shape = self._surface(left, right, nodes[f.argmin()])
         # what is higher than both contacts touches at no less than its height
-        nodes = nodes[f <= max((f.min() - shape) / remainder, *ends, -math.inf)]
+        nodes = nodes[f <= max((f.min() - shape) / remainder, *ends)]
         remainder, shape = self._surface(left, right, nodes)
         depths = (self.f[nodes] - shape) / remainder
         best = int(np.argmin(depths))
         return float(depths[best]), int(nodes[best])
+
+    def _touches_outside(self, left: int | None, right: int | None) -> tuple[float, int]:
+        """The same of a tail: of the nodes it reaches, and of the lowest beyond."""
+        decays, less = self.spans.decays
+        if left is not None:
+            node, reach = left, min(self.f.size - 1 - left, self.spans.count - 1)
+            f = self.f[left + 1 : left + 1 + reach]
+            beyond = left + 1 + reach
+            lowest = self._lowest_from[beyond]
+        elif right is not None:
+            node, reach = right, min(right, self.spans.count - 1)
+            f = self.f[right - reach : right][::-1]
+            beyond = right - reach
+            lowest = self._lowest_before[beyond]
+        depths = (f - decays[:reach] * self._heights[node]) / -less[:reach]
+        best = int(depths.argmin())
+        depth = float(depths[best])
+        if lowest < depth:
+            others = self.f[beyond:] if right is None else self.f[:beyond]
+            offset = beyond if right is None else 0
+            return lowest, offset + int(others.argmin())
+        return depth, node + 1 + best if right is None else node - 1 - best
+
+    @functools.cached_property
+    def _lowest_from(self) -> list[float]:
+        """The least height of all nodes from each one on; inf beyond the last."""
+        least = np.minimum.accumulate(self.f[::-1])[::-1]
+        return [*least.tolist(), math.inf]
+
+    @functools.cached_property
+    def _lowest_before(self) -> list[float]:
+        """The least height of all nodes before each one; inf before the first."""
+        least = np.minimum.accumulate(self.f)
+        return [math.inf, *least.tolist()]
 
     def _surface(self, left: int | None, right: int | None, nodes: Any) -> tuple[Any, Any]:
         """1 - a - b and a f_i + b f_j at free nodes between two contacts."""

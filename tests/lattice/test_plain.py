@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 from lattices import lattice
 from scenes import adhesive, plain, rippled, steep
+from truth.paths.path_scenes import path_case
 
 from discretization import Lattice, NodalEnergy, load_path, minimise
 from discretization.lattice.plain import Plain
 from discretization.lattice.state import answered, on_lattice
-from discretization.lattice.walk import Walk, ends_of
+from discretization.lattice.walk import Front, Walk, ends_of
 from discretization.nodes.row import Row
 from discretization.nodes.rules import Rules
+from discretization.paths.lattice_branch import LatticeBranch
+from discretization.profile import resolve
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Wedge, terms
 
 BODIES = {
@@ -203,7 +206,7 @@ def test_a_line_passes_a_link_or_the_last_two(seed, links):
 @pytest.mark.parametrize("seed", range(6))
 def test_a_node_is_torn_out_of_a_contact(seed):
     rules = case(seed)
-    depth, (_, left, right, _) = Walk(SimpleNamespace(rules=(rules, rules)))._split(0, 6, 24, 30)
+    depth, (_, left, right, _) = Walk(SimpleNamespace(rules=(rules, rules))).torn(6, 24)
     parts, node = [(6, left), (right, 24)], left + 1
     equal(rules, parts, [(6, 24)], depth)
     for other in set(range(7, 24)) - {node}:  # all others hold or are pressed
@@ -226,9 +229,29 @@ def test_the_surface_touches_the_first_node_in_its_way(seed, left, right):
     assert rules.pulled(left, node, right) < depth  # what has just touched stays
     held = tuple(sorted([*contacts, (node, node)]))
     before, after = ends_of(held)[2 * held.index((node, node)) :][:4:3]
-    lets_go = Walk(SimpleNamespace(rules=(rules, rules)))._split(before, node, node, after)
+    lets_go = Walk(SimpleNamespace(rules=(rules, rules))).pulled(before, node, after)
     assert lets_go.depth == rules.pulled(left, node, right)
     assert lets_go.ends == ()
+
+
+@pytest.mark.parametrize("kind", ["load_small", "load_opening", "load_pattern"])
+@pytest.mark.parametrize("seed", range(4))
+def test_parts_that_have_not_changed_keep_their_next_change(kind, seed):
+    """After every change the first one is that of all parts, found anew."""
+    case = path_case(kind, seed)
+    length = case.scene.elastocapillary_length
+    deepest = resolve(case.scene, 0.0).touch + 2 * case.scale
+    row = LatticeBranch.of(case.scene, min(case.feature, length) / 10, deepest).row
+    walk, changes = Walk(row), 0
+    front = Front(walk, ((row.touch, row.touch),), 1)
+    for sign in (1, -1):
+        front = Front(walk, front.contacts, sign)
+        while front.contacts and front.first()[0].depth < deepest:
+            front.apply(*front.first())
+            anew = Front(walk, front.contacts, sign)
+            assert front.first() == anew.first()
+            changes += 1
+    assert changes >= 10 and not front.contacts
 
 
 def test_a_line_passes_a_link_as_a_node_beyond_it_touches():

@@ -1,0 +1,83 @@
+"""Free surfaces between two contacts of a line contact, tabulated by the number of their links.
+
+What such a surface does to the nodes beside its lines depends on nothing but this number
+(`Lattice.beside`, `Lattice.pair`), so that a walk along the nodes needs no functions but roots.
+"""
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from discretization.nodes.lattice import Lattice
+from energy.arrays import Array
+
+_APART = 45.0  # decay lengths: both ends of a surface that long are apart to rounding, exp(-45)
+_KEPT = 512  # links: shapes of surfaces up to so long are kept, some megabytes
+LONGEST = 4096  # links: shapes of surfaces up to so long are read from the tables
+
+
+@dataclass(frozen=True, eq=False)
+class Spans:
+    """Free surfaces between two contacts, by the number of their links, below `count`.
+
+    most: links of the longest surface there is; far, remainder, stiffness: B, 1 - A - B and S of
+    the node beside a line; tie, ground: tB and t(1 - A - B); tail: B, 1 - A - B and S outside.
+    """
+
+    lattice: Lattice
+    most: int
+    count: int
+    far: list[float]
+    remainder: list[float]
+    stiffness: list[float]
+    tie: list[float]
+    ground: list[float]
+    tail: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, lattice: Lattice, most: int) -> "Spans":
+        """For surfaces of up to so many links, or until their ends do not feel each other."""
+        count = max(int(min(most, _APART / lattice.log_decay)), 2) + 1
+        links = np.arange(count, dtype=float)
+        far, remainder, stiffness = lattice.beside(0, 1, links[2:])
+        tie, ground = lattice.pair(links[1:])
+        beyond, rest, whole = lattice.beside(0, 1)
+        none = [math.nan]
+        return cls(
+            lattice,
+            most,
+            count,
+            2 * none + far.tolist(),
+            2 * none + remainder.tolist(),
+            2 * none + stiffness.tolist(),
+            none + tie.tolist(),
+            none + ground.tolist(),
+            (float(beyond), float(rest), float(whole)),
+        )
+
+    @functools.cached_property
+    def decays(self) -> tuple[Array, Array]:
+        """exp(-μp) and exp(-μp) - 1 at the nodes p = 1, 2, ... beside a contact."""
+        reach = max(self.count, min(self.most, LONGEST))
+        exponents = -self.lattice.log_decay * np.arange(1, reach)
+        return np.exp(exponents), np.expm1(exponents)
+
+    def shares(self, links: int) -> tuple[Array, Array, Array]:
+        """a, b and 1 - a - b of the free nodes of a surface of at most LONGEST links."""
+        return self._kept(links) if links <= _KEPT else self._shares(links)
+
+    @functools.lru_cache(maxsize=_KEPT)  # noqa: B019
+    def _kept(self, links: int) -> tuple[Array, Array, Array]:
+        """The same, remembered."""
+        return self._shares(links)
+
+    def _shares(self, links: int) -> tuple[Array, Array, Array]:
+        """The same from the tables; the formula is that of `lattice.shares`."""
+        decay, less = self.decays
+        ep, one = decay[: links - 1], less[: links - 1]
+        eq, other = ep[::-1], one[::-1]
+        both = math.expm1(-2 * self.lattice.log_decay * links)
+        near = ep * other * (2 + other) / both
+        return near, near[::-1], one * other / (1 + ep * eq)
