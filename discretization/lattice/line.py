@@ -203,15 +203,21 @@ def offsets(
     least, zeta = np.full(nodes.shape, -_HALF), np.zeros(nodes.shape)
     most[:, 1:-1], least[:, 1:-1] = 1.0, -1.0  # lines that face each other feel each other
     close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
+    moving = np.arange(len(nodes))  # states whose lines are not yet found
     for _ in range(_TURNS):
-        rests = np.maximum(np.minimum(placed(passed.excess(works), corner), most), least)
-        last, came = zeta, rests[0] if before is None else np.maximum(before, rests[0])
-        zeta = np.minimum(came, rests[-1])
-        zeta[:, 1:-1][close] = 0.0
-        zeta = np.where(np.isnan(zeta), 0.0, zeta)
-        if nodes.shape[1] == 2 or np.abs(zeta - last).max() <= _SETTLED:
+        there = Corners(corner.zeta[moving], corner.smooth[moving])
+        rests = placed(passed.excess(works), there)
+        rests = np.maximum(np.minimum(rests, most[moving]), least[moving])
+        came = rests[0] if before is None else np.maximum(before[moving], rests[0])
+        found = np.minimum(came, rests[-1])
+        found[:, 1:-1][close[moving]] = 0.0
+        found = np.where(np.isnan(found), 0.0, found)
+        unsettled = np.abs(found - zeta[moving]).max(axis=1) > _SETTLED
+        zeta[moving] = found
+        moving = moving[unsettled]
+        if nodes.shape[1] == 2 or not moving.size:
             break
-        passed = advances(row, nodes, depth, zeta)
+        passed = advances(row, nodes[moving], depth[moving], zeta[moving])
     return zeta
 
 
@@ -228,6 +234,19 @@ def between(
     passed: what lines change that are on their nodes; known: x of lines that resist both ways,
     where it has to be known; work: of adhesion, by which they rest, if not w.
     """
+    lines, added = of_each(row, nodes, depth, passed, known, work)
+    return lines, added.sum(axis=-1)
+
+
+def of_each(
+    row: Row,
+    nodes: Nodes,
+    depth: Array,
+    passed: Advances,
+    known: Array | None = None,
+    work: float | None = None,
+) -> tuple[Array, Array]:
+    """x of lines (s, 2m), and U and P (2, s, 2m) that each of them adds; as `between`."""
     corner, lines = corners(row, nodes), known
     if lines is None:
         works = (row.works[0] if work is None else work,)
@@ -238,7 +257,37 @@ def between(
     if nodes.shape[1] > 2:
         passed = advances(row, nodes, depth, zeta / 2)
     steps = np.array([passed.stored - row.works[0] * passed.bonds, passed.force])
-    return lines, _added(steps, zeta, corner).sum(axis=-1)
+    return lines, _added(steps, zeta, corner)
+
+
+def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[Array, Array]:
+    """Outermost lines (s, 2), and U and P (2, s) that states have more than those on their nodes.
+
+    Of any number of contacts, where closing and opening are alike. Lines feel nothing but the line
+    that they face, so that every gap is found once, with the contacts beside it, of all states.
+    """
+    nodes = [np.ravel(contacts) for contacts in states]
+    outer = np.array([[*one[:2], *one[-2:]] for one in nodes])
+    first, more_first = _found(row, outer[:, :2], depths)
+    last, more_last = _found(row, outer[:, 2:], depths)
+    added = more_first[..., 0] + more_last[..., 1]
+    gaps = [one.size // 2 - 1 for one in nodes]
+    if any(gaps):
+        state = np.repeat(np.arange(len(nodes)), gaps)
+        sides = np.concatenate(
+            [np.lib.stride_tricks.sliding_window_view(one, 4)[::2] for one in nodes if one.size > 2]
+        )
+        known, at = np.unique(depths[state], return_inverse=True)
+        alike, own = np.unique(np.column_stack([sides, at]), axis=0, return_inverse=True)
+        _, inner = _found(row, alike[:, :4], known[alike[:, 4]])
+        more = (inner[..., 1] + inner[..., 2])[:, own.ravel()]
+        added += [np.bincount(state, each, len(nodes)) for each in more]
+    return np.column_stack([first[:, 0], last[:, 1]]), added
+
+
+def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
+    """`of_each` of states with as many contacts each."""
+    return of_each(row, nodes, depth, advances(row, nodes, depth))
 
 
 def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:

@@ -78,6 +78,7 @@ class Walk:
     def __init__(self, row: Row) -> None:
         self.row = row
         self.closing, self.opening = row.rules
+        self.weakest: dict[tuple[int, int], int] = {}  # of contacts: the node to be torn open first
 
     def touched(self, depth: float) -> Contacts:
         """The contacts at a depth to which the indenter has been pressed from first touch on."""
@@ -225,13 +226,16 @@ class Walk:
         """Where a lone node between two free surfaces lets go."""
         return Change(self.opening.pulled(before, node, after), ())
 
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def torn(self, first: int, last: int) -> Change:
         """Where the first node inside a contact is torn open; lines of a convex one recede."""
         if last - first < 2 or self.opening.clear:
             return _NEVER
+        wider = (first, last), (first - 1, last), (first, last + 1), (first - 1, last + 1)
+        node = next((self.weakest[one] for one in wider if one in self.weakest), -1)
         torn = self.opening.torn
-        node = first + 1 + int(torn[first + 1 : last].argmax())
+        if not first < node < last:
+            node = first + 1 + int(torn[first + 1 : last].argmax())
+        self.weakest[first, last] = node
         return Change(float(torn[node]), (first, node - 1, node + 1, last))
 
     def _is_jump(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
@@ -239,9 +243,11 @@ class Walk:
 
         What is not lost to adhesion hysteresis anyway; without adhesion, where U is convex, none.
         """
-        least = _LEAST * float(self.opening.work.max(initial=0.0))
-        if len(before) != len(after) or changes < 2 or not least:
+        if len(before) != len(after) or changes < 2:
             return len(before) != len(after)
+        least = _LEAST * float(self.opening.work.max(initial=0.0))
+        if not least:
+            return False
         closing, opening = self.row.works
         released = self.energy(before, depth) - self.energy(after, depth)
         return released - self.opened(before, after) * (opening - closing) > least

@@ -21,7 +21,7 @@ from discretization.lattice.judge import on_row
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row, positions
-from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
+from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, alike, snapshot_of
 from discretization.routes import route
 from energy import Scene
 from energy.arrays import Array
@@ -167,11 +167,31 @@ class LatticeBranch(Branch):
         for own in alike(points):
             depth, known, memory = zip(*(points[i] for i in own), strict=True)
             nodes, depths = np.array(memory).reshape(len(own), -1), np.array(depth)
-            lines = np.array(known) if self.scene.hysteretic else None
-            passed = line.advances(row, nodes, depths)
-            lines, more = line.between(row, nodes, depths, passed, lines)
-            found[:2, own] = row.totals(nodes, depths) + more
-            found[2:, own] = lines[:, 0], lines[:, -1]
+            found[:2, own] = row.totals(nodes, depths)
+            if self.scene.hysteretic:
+                passed = line.advances(row, nodes, depths)
+                lines, more = line.between(row, nodes, depths, passed, np.array(known))
+                found[:2, own] += more
+                found[2:, own] = lines[:, 0], lines[:, -1]
+        if not self.scene.hysteretic:
+            states = [point.memory for point in points]
+            depths = np.array([point.depth for point in points])
+            lines, more = line.of_states(row, states, depths)
+            found[:2] += more
+            found[2:] = lines.T
+        return found
+
+    def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
+        """Points beside events: U of the contact sets, and P between the nodes."""
+        held = [point for point in points if point.lines is not None]
+        forces = iter(self.totals(held)[1].tolist() if held else [])
+        found = []
+        for point in points:
+            energy, force = 0.0, 0.0
+            if point.lines is not None:
+                energy = self.walk.energy(point.memory, point.depth)
+                force = next(forces)
+            found.append(snapshot_of(point, energy, force, self.scene.axisymmetric))
         return found
 
     def total(self, point: Point) -> Array:

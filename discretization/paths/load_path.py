@@ -22,6 +22,7 @@ class LoadPath:
     """A path under way: where it is, and what has been recorded.
 
     value: of the control, in equilibrium. dead, imposed: whether a load, or depth, holds the body.
+    happened: what becomes events, (kind, value, before, after, step).
     """
 
     branch: Branch
@@ -35,6 +36,7 @@ class LoadPath:
     creeping: int = 0
     points: list[Point] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
+    happened: list[tuple[str, float, Point, Point, int]] = field(default_factory=list)
 
     dead = property(lambda self: self.control.stiffness == 0)
     imposed = property(lambda self: self.control.stiffness is None)
@@ -54,6 +56,7 @@ class LoadPath:
             done = (self._apart if self.point.lines is None else self._pushed)(part, side)
             self.value = float(values[done - 1]) if done else self.value
             values = values[done:]
+        self._settle()
 
     def resume(self, last: Snapshot, step: int, value: float) -> None:
         """Go on after so many steps, from this state at this value of the control."""
@@ -69,6 +72,7 @@ class LoadPath:
         reached = values >= self._value(Point(self.branch.touch, None))
         count = int(np.argmax(reached)) if reached.any() else values.size
         if self.dead and self.step == 0 and count:
+            self._settle()
             raise ValueError(
                 f"forces[0] = {float(values[0])!r} is below the pull-off force "
                 f"{self.events[-1].force!r}: a path under force control starts at first touch; "
@@ -231,12 +235,20 @@ class LoadPath:
 
     def _record(self, kind: str, before: Point, after: Point) -> None:
         self.branch.certify(after)
-        value, first, second = self._value(before), *map(self.branch.snapshot, (before, after))
-        done = self.control.work(before.depth, after.depth, value)
-        released = first.energy - second.energy + done
-        if kind == "touch" and released > 0:
-            kind = "jump-in"
-        self.events.append(Event(kind, value, first, second, released, self.step))
+        self.happened.append((kind, self._value(before), before, after, self.step))
+
+    def _settle(self) -> None:
+        """The events of what has happened since the last time."""
+        points = [point for _, _, before, after, _ in self.happened for point in (before, after)]
+        states = iter(self.branch.snapshots(points))
+        for kind, value, before, after, step in self.happened:
+            first, second = next(states), next(states)
+            done = self.control.work(before.depth, after.depth, value)
+            released = first.energy - second.energy + done
+            if kind == "touch" and released > 0:
+                kind = "jump-in"
+            self.events.append(Event(kind, value, first, second, released, step))
+        self.happened = []
 
 
 def _kind_of_jump(before: Point, after: Point, rising: bool) -> str:
