@@ -7,7 +7,8 @@ the displacements of a state, and by single moves away from it:
     stationarity  max |∂U/∂u_i| / kΔxδ over the free nodes,                       <= tolerance
     opening       a contact node pulled (∂U/∂u_i < 0) may only be held by its adhesion: opening
                   that node alone, the others as they are, must not lower the energy; a lone
-                  node has no adhesion
+                  node has no adhesion, unless on a path it stands for a contact narrower than a
+                  link, both lines of which pull with √(2wγ₁) at most
     neighbours    no line gains energy by one link either way, after which the surface stays above
                   the indenter, as a fraction of the terms of that change
     force         dU/dd (sum of nodal forces on the contacts) against kΔx Σ u_i over the whole line
@@ -41,7 +42,8 @@ class State:
     """Contacts on nodes of a row at a depth: the energy of the nodes looked at, u and g = d - f.
 
     g is -inf where there is no profile; passed: what lines that pass links change; closes (2m,):
-    which may close the next link, and leave the surface out of the indenter; work: of adhesion.
+    which may close the next link, and leave the surface out of the indenter; work: of adhesion;
+    narrow: whether lone nodes stand for contacts narrower than a link.
     """
 
     row: Row
@@ -53,6 +55,7 @@ class State:
     g: Array
     passed: Advances
     closes: Mask
+    narrow: bool = False
 
     @functools.cached_property
     def balance(self) -> Balance:
@@ -81,7 +84,11 @@ class State:
         pulled = np.flatnonzero(model.contact & (hard | ~(held[2:] & held[:-2])))
         pulled = pulled[forces[pulled] * -lat.cell > noise * model.cells[pulled]]
         before, after = held[pulled], held[pulled + 2]
-        opens = pulled[~(before | after)].tolist() if lat.gamma1 else []
+        lone = pulled[~(before | after)]
+        if self.narrow:  # held by both lines of the contact
+            strength = 2 * math.sqrt(2 * lat.gamma1 * max(self.row.works))
+            lone = lone[forces[lone] < -strength * (1 + lat.spring / lat.link)]
+        opens = lone.tolist() if lat.gamma1 else []
         inner = pulled[before & after]
         bonds = model.bonds(inner) + (model.bonds(inner - 1) if lat.gamma1 else 0.0)
         least = lat.k * model.cells[inner] + stiff * (model.links[inner] + model.links[inner - 1])
@@ -126,7 +133,7 @@ class State:
         )
 
 
-def on_row(row: Row, nodes: Contacts, depth: float) -> State:
+def on_row(row: Row, nodes: Contacts, depth: float, *, narrow: bool = False) -> State:
     """Contacts between these first and last nodes of a row, from left to right, at a depth.
 
     u = g = d - f in contact, exact beside it; on the contact's nodes if f is convex, else on all.
@@ -148,4 +155,4 @@ def on_row(row: Row, nodes: Contacts, depth: float) -> State:
             closes[i] = row.rules[0].clears(left, right, depth)
     link, both = -LINKS[0], np.repeat(at[0, 2::2] - at[0, 1:-1:2] == 2, 2)
     passed.bonds[0, 1:-1, link] += np.where(both, passed.bonds[0, 1:-1, link + 1], 0.0)
-    return State(row, nodes, depth, row.works[0], model, u, g, passed, closes)
+    return State(row, nodes, depth, row.works[0], model, u, g, passed, closes, narrow)

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from discretization.lattice.closing import Closing, closes_smoothly
 from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array
 
@@ -73,11 +74,16 @@ def _free(*parts: tuple[End, End]) -> tuple[End, ...]:
 
 
 class Walk:
-    """The walks over one row of nodes; what has been asked of a free part is remembered."""
+    """The walks over one row of nodes; what has been asked of a free part is remembered.
 
-    def __init__(self, row: Row) -> None:
+    narrow: whether lone nodes stand for contacts narrower than a link, up to where these close;
+    else they let go as soon as they are pulled.
+    """
+
+    def __init__(self, row: Row, *, narrow: bool = False) -> None:
         self.row = row
         self.closing, self.opening = row.rules
+        self.lines = Closing(row, self.opening) if narrow and closes_smoothly(row) else None
         self.weakest: dict[tuple[int, int], int] = {}  # of contacts: the node to be torn open first
 
     def touched(self, depth: float) -> Contacts:
@@ -224,7 +230,12 @@ class Walk:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def pulled(self, before: End, node: Any, after: End) -> Change:
         """Where a lone node between two free surfaces lets go."""
-        return Change(self.opening.pulled(before, node, after), ())
+        depth = math.nan
+        if self.lines is not None:
+            depth = self.lines.depth(before, node, after)
+        if math.isnan(depth):
+            depth = self.opening.pulled(before, node, after)
+        return Change(depth, ())
 
     def torn(self, first: int, last: int) -> Change:
         """Where the first node inside a contact is torn open; lines of a convex one recede."""

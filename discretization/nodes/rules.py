@@ -83,7 +83,7 @@ class Rules:
         spans = self.spans
         if apart >= spans.count:
             return float(self._passed(node, side, work, other))
-        heights = self._heights
+        heights = self.heights
         own = heights[node]
         rise = heights[node + side] - own + spans.far[apart] * (own - heights[other])
         adhesion = math.sqrt(2 * work / spans.stiffness[apart])
@@ -96,13 +96,13 @@ class Rules:
         if self.clear or self.lattice.axis == 0:
             return float(self.outwards(node, side))
         _, remainder, stiffness = self.spans.tail
-        own = self._heights[node]
+        own = self.heights[node]
         work = self._works[node if side > 0 else node - 1]
-        rise = self._heights[node + side] - own
+        rise = self.heights[node + side] - own
         return own + (rise - math.sqrt(2 * work / stiffness)) / remainder
 
     @functools.cached_property
-    def _heights(self) -> list[float]:
+    def heights(self) -> list[float]:
         """Heights of the nodes as plain numbers."""
         return [*map(float, self.f.tolist())]
 
@@ -120,7 +120,7 @@ class Rules:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
         if right - left < 3:
             return math.inf
-        f, link = self._heights, self.lattice.link
+        f, link = self.heights, self.lattice.link
         one, two = left + 1, right - 1
         if two - one < self.spans.count:
             tie = self.spans.tie[two - one]
@@ -151,7 +151,7 @@ class Rules:
             return self._touches_outside(left, right)
         if right - left <= LONGEST:
             near, far, remainder = self.spans.shares(right - left)
-            shape = near * self._heights[left] + far * self._heights[right]
+            shape = near * self.heights[left] + far * self.heights[right]
             depths = (self.f[first:stop] - shape) / remainder
             best = int(depths.argmin())
             return float(depths[best]), first + best
@@ -178,7 +178,7 @@ class Rules:
             f = self.f[right - reach : right][::-1]
             beyond = right - reach
             lowest = self._lowest_before[beyond]
-        depths = (f - decays[:reach] * self._heights[node]) / -less[:reach]
+        depths = (f - decays[:reach] * self.heights[node]) / -less[:reach]
         best = int(depths.argmin())
         depth = float(depths[best])
         if lowest < depth:

@@ -265,6 +265,10 @@ class Branch(Protocol):
         Minus that which closes, where what closes has to be touched first and loses w.
         """
 
+    def closes_at(self, state: Snapshot) -> bool:
+        """Whether a contact closes at this depth, which is known as well as states are."""
+        return True
+
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""
 

@@ -214,13 +214,17 @@ class History:
         return PullOff(state.force, state.depth, state.half_width)
 
     def unresolved(self) -> str:
-        """A sentence if the pull-off force is that of a contact of only a few links, else ""."""
+        """A sentence if the pull-off force is that of a contact of only a few links, else "".
+
+        Where it is not known at which depth such a contact closes.
+        """
         forces, spacing = [*self.force.tolist(), *(e.force for e in self.events)], self.spacing or 0
         least, size = min(forces, default=0.0), max(map(abs, forces), default=0.0)
         for run, event in itertools.pairwise(self.parts if -least > _NOISE * size else ()):
             if not isinstance(event, Event) or event.force > least:
                 continue
             few = event.before.right - event.before.left < (LEAST - 0.5) * spacing
+            few = few and not self._branch.closes_at(event.before)
             legs: Any = [*self._legs([run])] if few and math.isnan(event.after.left) else []
             if legs and len(legs[-1].trace) > 1:
                 (wider,) = legs[-1].forces(np.array([legs[-1].trace[-2][0]])).tolist()

@@ -8,6 +8,7 @@ states, events and the energy balance are those of the contact sets.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -73,7 +74,7 @@ class LatticeBranch(Branch):
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
         row = Row.of(seen, lattice, deepest)
-        return cls(scene, row, Walk(row), unseen(seen, deepest, lattice))
+        return cls(scene, row, Walk(row, narrow=True), unseen(seen, deepest, lattice))
 
     touch = property(lambda self: self.row.lowest)
 
@@ -218,9 +219,17 @@ class LatticeBranch(Branch):
         energy, force, *lines = self._interpolated(points)
         return np.array(lines).T, force, energy
 
+    def closes_at(self, state: Snapshot) -> bool:
+        """Whether a contact of one node, alone, is where both its lines meet."""
+        point = self.contact(state.depth, *state.lines)
+        ((first, last), *others) = point.memory
+        if others or first != last or self.walk.lines is None:
+            return False
+        return not math.isnan(self.walk.lines.depth(None, first, None))
+
     def certify(self, point: Point) -> None:
         """NotCertifiedError if something would still happen at this depth, or has not before."""
         depth, lines, nodes = point
         if lines is not None:
-            certificate = on_row(self.row, nodes, depth).certificate
+            certificate = on_row(self.row, nodes, depth, narrow=True).certificate
             certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")

@@ -134,10 +134,23 @@ def test_a_file_says_what_was_given_of_the_surface_energies(tmp_path):
     assert eval(repr(scene.surfaces)) == scene.surfaces
 
 
+@pytest.mark.parametrize(("links", "off"), [(30, 1e-3), (60, 2.5e-4), (240, 1.6e-5)])
+def test_the_pull_off_of_a_contact_that_shrinks_to_nothing(links, off):
+    """A tip is lost as its contact shrinks to nothing, where P = -2 √(2wγ₁): of second order."""
+    scene = adhesive(Parabola(0.02))
+    length, w = scene.elastocapillary_length, scene.work_of_adhesion
+    path = load_path(scene, depths=PROGRAMME, method="lattice", spacing=length / links)
+    lost = path.events[-1]
+    assert path.pull_off.force == pytest.approx(-2 * np.sqrt(2 * w * scene.gamma1), rel=off)
+    assert lost.depth == pytest.approx(-scene.critical_separation, rel=off)
+    assert lost.energy_released == pytest.approx(2 * w * length, rel=2 * off)
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
+
+
 @pytest.mark.parametrize(("links", "off"), [(30, 0.066), (60, 0.033), (240, 0.008)])
 def test_a_pull_off_force_of_a_few_links_is_told(links, off):
-    """A tip is lost as its contact shrinks to nothing, where P = -2 √(2wγ₁): of first order."""
-    scene = adhesive(Parabola(0.02))
+    """At a corner, if hardly one, the last link lets go before the contact has closed."""
+    scene = adhesive(Parabola(0.02) + Wedge(1e-6))
     spacing, exact = scene.elastocapillary_length / links, -2 * np.sqrt(2 * 0.002 * 0.07)
     told = pytest.warns(AccuracyWarning, match="pull-off") if off > 0.03 else nullcontext()
     with told:

@@ -1,0 +1,144 @@
+"""At which depth a contact closes that is narrower than a link.
+
+Between nodes a line rests at x where a link in the middle of which it is would be passed at this
+depth: the depth of `Rules.passes`, with heights between the nodes and whatever distance to the line
+that it faces. Both lines of a contact that closes meet at one x, and the lines that they face rest
+as well, so that of x, the depth d, and the faced lines q and p
+
+    D(x; q) = d,   D(x; p) = d,   D(q; x) = d,   D(p; x) = d,
+
+found by Newton's method; a line that is faced by nothing, and one held at a corner, drops out. The
+depth is that of the continuum to O(Δx²), while the last link of a contact opens up to half a link
+too early, at an error O(Δx).
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from discretization.nodes.row import Row
+from discretization.nodes.rules import Rules
+
+_TURNS = 12  # of Newton's method: from within a link it takes five
+_STEP = 1e-6  # links: of difference quotients
+_SETTLED = 1e-10  # links
+_FARTHEST = 2.0  # links: lines that leave their nodes by more are not those of these nodes
+_CLEAR = 2.0  # links about a line within which heights have to be smooth
+_NARROWEST = 3.0  # links between two lines that face each other
+
+
+@dataclass(frozen=True, eq=False)
+class Closing:
+    """Contacts of one node between two free surfaces, with the rules of lines that recede."""
+
+    row: Row
+    rules: Rules
+
+    def depth(self, before: int | None, node: int, after: int | None) -> float:
+        """Depth at which a contact that ends at this node closes; nan where it is not known.
+
+        before, after: the nodes of the lines that it faces, None if there is none.
+        """
+        faced = [other for other in (before, after) if other is not None]
+        if not self._smooth(node) or any(abs(other - node) < _NARROWEST for other in faced):
+            return math.nan
+        free = (
+            [] if self.row.scene.hysteretic else [other for other in faced if self._smooth(other)]
+        )
+        start = [float(node), *map(float, free)]
+
+        def residuals(unknown: Sequence[float]) -> list[float]:
+            """D - d of all lines that are free."""
+            x, depth = unknown[0], unknown[-1]
+            at = dict(zip(free, unknown[1:-1], strict=True))
+            left = None if before is None else at.get(before, float(before))
+            right = None if after is None else at.get(after, float(after))
+            found = [self.rest_depth(x, -1, left), self.rest_depth(x, 1, right)]
+            if left is not None and before in at:
+                found.append(self.rest_depth(left, 1, x))
+            if right is not None and after in at:
+                found.append(self.rest_depth(right, -1, x))
+            return [one - depth for one in found]
+
+        depth = self.rules.pulled(before, node, after)
+        solved = _newton(residuals, [*start, depth])
+        if solved is None or np.abs(np.subtract(solved[:-1], start)).max() > _FARTHEST:
+            return math.nan
+        return solved[-1]
+
+    def rest_depth(self, x: float, side: int, faced: float | None) -> float:
+        """D of a line between nodes that has the free surface on a side, up to another line."""
+        own, after = x - side / 2, x + side / 2
+        height = self.height(own)
+        far, remainder, stiffness = self._beside(math.inf if faced is None else abs(faced - own))
+        rise = self.height(after) - height
+        if faced is not None:
+            rise += far * (height - self.height(faced))
+        work = self.rules.work[min(max(round(x - 0.5), 0), self.row.size - 2)]
+        return height + (rise - math.sqrt(2 * work / stiffness)) / remainder
+
+    def height(self, x: float) -> float:
+        """The profile between nodes, by the cubic through the four next to it."""
+        heights = self.rules.heights
+        first = min(max(math.floor(x) - 1, 0), len(heights) - 4)
+        t = x - first - 1
+        one, two, three, four = heights[first : first + 4]
+        bend = two - (one + three) / 2
+        turn = (four - one) / 6 + (two - three) / 2
+        slope = (three - one) / 2
+        return two + t * (slope - t * bend) + turn * t * (t * t - 1)
+
+    def _beside(self, apart: float) -> tuple[float, float, float]:
+        """`Lattice.beside` of a line contact, for plain numbers."""
+        lattice = self.row.lattice
+        spring, link, rate = lattice.spring, lattice.link, lattice.log_decay
+        if apart == math.inf:
+            tie, ground = 0.0, lattice.end_stiffness
+        else:
+            beyond = apart - 2
+            decay, near = math.exp(-rate), math.expm1(-rate)
+            far_decay, far = math.exp(-rate * beyond), math.expm1(-rate * beyond)
+            tie = link * far_decay * near * (2 + near) / math.expm1(-2 * rate * (apart - 1))
+            ground = link * near * far / (1 + decay * far_decay)
+        whole = spring + link + tie + ground
+        return tie / whole, (spring + ground) / whole, whole
+
+    def _smooth(self, node: int) -> bool:
+        """Whether neither profile nor pattern has a corner or an end beside a line at this node."""
+        if not _CLEAR <= node <= self.row.size - 1 - _CLEAR:
+            return False
+        breaks = self.row.breaks
+        return not bool((np.abs(breaks - node) <= _CLEAR).any())
+
+
+def closes_smoothly(row: Row) -> bool:
+    """Whether contacts adhere, and both their lines are free; around an axis one is not."""
+    return row.lattice.w > 0 and math.isnan(row.lattice.axis)
+
+
+def _newton(
+    residuals: Callable[[Sequence[float]], list[float]], start: list[float]
+) -> list[float] | None:
+    """The zero next to a start in which positions come first, in links, and a depth last."""
+    found = list(start)
+    for _ in range(_TURNS):
+        here = residuals(found)
+        matrix = np.empty((len(found), len(found)))
+        for i in range(len(found) - 1):
+            there = [*found]
+            there[i] += _STEP
+            matrix[:, i] = np.subtract(residuals(there), here) / _STEP
+        matrix[:, -1] = -1.0
+        try:
+            step: Any = np.linalg.solve(matrix, here)
+        except np.linalg.LinAlgError:
+            return None
+        found = [value - change for value, change in zip(found, step.tolist(), strict=True)]
+        if not np.abs(step[:-1]).max() < 10 * _FARTHEST:
+            return None
+        if np.abs(step[:-1]).max() <= _SETTLED:
+            return found
+    return None
