@@ -210,7 +210,23 @@ def state_text(state: Any) -> str:
         f"energy       U = {state.energy:.10g}   ({error['energy']})",
         f"angle        {angle}   (π - θ = {state.angle_deficit:.6g})",
     ]
+    lines += _relative_to(state)
     return "\n".join(lines + [f"validity     {a}" for a in state.validity])
+
+
+def _relative_to(state: Any) -> list[str]:
+    """The relative errors of a state on nodes, and what they are relative to; nothing of others.
+
+    Terms of U cancel, so that its error over U itself may be many times as large.
+    """
+    errors, scales = state.error_estimate, state.scales
+    if not (state.spacing > 0 and state.contacts.size and all(map(math.isfinite, errors.values()))):
+        return []
+    terms = [f"{errors[name]:.1e} of {scales[name]:.4g}" for name in ("force", "energy")]
+    return [
+        f"relative     errors are {errors['half_width']:.1e} of a, and {' and '.join(terms)},",
+        "             the sums of the absolute values of the terms of P and of U",
+    ]
 
 
 def path_columns(history: Any) -> dict[str, Array]:
@@ -256,6 +272,12 @@ def path_text(history: Any, si: bool = False) -> str:
         at = f"d = {pull.depth:.6g}{metres}, a = {pull.half_width:.6g}{metres}"
         lines.append(f"most tensile: P = {pull.force:.6g}{newtons} at {at}")
     lines.append(f"energy lost on the way: {history.dissipated:.6g}{joules}")
+    if history.spacing is not None:
+        given = f"spacing={history.spacing:.6g}"
+        lines.append(
+            f"errors: not estimated along a path on nodes; `minimise` with {given} estimates"
+        )
+        lines.append("those of a state, relative to the sums of the absolute terms of P and of U")
     return "\n".join([*lines, *(f"validity     {told}" for told in history.warnings)])
 
 
