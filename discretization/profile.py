@@ -121,7 +121,8 @@ class Resolved:
         it does at the tests of every interval, or nearly so.
         """
         i = np.clip(np.searchsorted(self.x, x, "right") - 1, 0, self.x.size - 2)
-        i, x = i[self.x[i] < self.x[i + 1]], x[self.x[i] < self.x[i + 1]]
+        inside = (self.x[i] < x) & (x < self.x[i + 1])
+        i, x = i[inside], x[inside]
         if not x.size:
             return x
         steep = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
