@@ -10,8 +10,11 @@ from lattices import Found, crowded, enumerated, of_heights, random_lattice, rou
 from scenes import DELTA0, L, adhesive, roughness, turned
 
 from discretization import NodalEnergy
-from discretization.lattice.lowest import global_minimum, lowest_rings, runs
+from discretization.lattice import lowest as lowest_module
+from discretization.lattice.lowest import _cheapest, global_minimum, lowest_rings, runs
 from discretization.nodes.lattice import Lattice
+from discretization.nodes.obstacle import pressed as held_by
+from discretization.nodes.obstacle import surface
 from discretization.nodes.radial import RadialLattice, outer_pull
 from energy import Parabola, Sampled
 
@@ -116,6 +119,47 @@ def test_rough_profiles_are_certified(ell):
         assert (result.u() - result.g).min() >= -1e-13 * f.max()
         assert result.energy <= 1e-15 * result.proof.scale or depth > 0
         assert_certified(lattice, result.g, result.contacts, ell)
+
+
+def compared(n, depth, delta):
+    """How many surfaces are compared for a profile of n nodes, over 100 decay lengths, per node."""
+    f = roughness(n, n / 5, n / 200)
+    lattice = Lattice(1.0, 0.0, 1.0, (n / 100) ** 2, delta**2 / 2)
+    g = depth * f.max() - f
+    held, _ = held_by(lattice, g)
+    h = np.maximum(surface(lattice, held, g[held], np.arange(n)) - g, 0.0)
+    h[held] = 0.0
+    return _cheapest(lattice, h, h <= lattice.deepest_contact)[2] / n
+
+
+@pytest.mark.parametrize(("depth", "delta"), [(0.4, 0.3), (0.1, 1.0)])
+def test_closer_nodes_compare_hardly_more_surfaces_each(depth, delta):
+    few, many = (compared(n, depth, delta) for n in (4_000, 64_000))
+    assert many < 5 * few  # all that may be needed: 14 times as many for 16 times the nodes
+    assert many < 20
+
+
+def stripes(seed):
+    """Many nodes per decay length under a profile of some waves."""
+    rng, n = np.random.default_rng(seed), 120
+    ell, x = n / rng.uniform(1, 8), np.arange(n)
+    f = roughness(n, n / 2, n / rng.uniform(3, 20), seed) + rng.uniform(0, 2) * (x / n - 0.5) ** 2
+    g = rng.uniform(0.2, 0.9) * f.max() - f
+    return Lattice(1.0, 0.0, 1.0, ell**2, rng.uniform(0.1, 2) ** 2 / 2), g
+
+
+@pytest.mark.parametrize("few", [1, 7, 64])
+def test_blocks_of_any_size_leave_nothing_out(monkeypatch, few):
+    monkeypatch.setattr(lowest_module, "_FEW", few)
+    several = 0
+    for seed in range(8):
+        lattice, g = stripes(seed)
+        result = Found.of(lattice, g)
+        scale = result.proof.scale or lattice.w
+        assert abs(result.proof.bound - unpruned(lattice, g)) <= 1e-12 * scale, seed
+        assert result.proof.violation <= 1e-13, seed
+        several += len(result.contacts) > 1
+    assert several >= 1
 
 
 @pytest.mark.slow
