@@ -97,7 +97,9 @@ class LatticeBranch(Branch):
         if self.scene.hysteretic:
             lines = line.moved(self.row, nodes, depths, before.memory, before.lines or ())
         else:
-            lines = [self._on_nodes(each) for each in nodes]
+            at = self.row.first + np.array(nodes).reshape(len(nodes), -1)
+            x = positions(self.row.lattice, self.row.scene.indenter, at)
+            lines = [tuple(own) for own in x.tolist()]
         return list(map(Point, depths.tolist(), lines, nodes))
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
