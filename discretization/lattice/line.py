@@ -82,14 +82,19 @@ class Corners(NamedTuple):
 
             p(t) = mean + rise t + (bend + turn t)(t² - 1/4)
 
-        through four links, or three, or two beside the node; a missing one is like the other.
+        through four links, or three, or two beside the node. An outer one that is missing is like
+        the inner one; that inside a lone node continues those outside.
         """
         links = np.arange(-2, 2) - LINKS[0]
         if middle.any():
             own = (middle[None, ..., None] + links) % LINKS.size
             parts, links = np.take_along_axis(parts, own, -1), np.arange(4)
         first, inner, outer, last = (parts[..., i] for i in links)
-        inner, outer = (np.where(np.isnan(i), j, i) for i, j in ((inner, outer), (outer, inner)))
+        beyond = np.where(np.isnan(last), outer, 2 * outer - last)  # of a lone node
+        inner, outer = (
+            np.where(np.isnan(inner), beyond, inner),
+            np.where(np.isnan(outer), inner, outer),
+        )
         rise, mean = outer - inner, (inner + outer) / 2
         one = np.where(np.isnan(first), last - 3 * rise, first)
         other = np.where(np.isnan(last), first + 3 * rise, last)
@@ -212,6 +217,7 @@ def offsets(
         found = np.minimum(came, rests[-1])
         found[:, 1:-1][close[moving]] = 0.0
         found = np.where(np.isnan(found), 0.0, found)
+        _keep_order(nodes[moving], found)
         unsettled = np.abs(found - zeta[moving]).max(axis=1) > _SETTLED
         zeta[moving] = found
         moving = moving[unsettled]
@@ -219,6 +225,16 @@ def offsets(
             break
         passed = advances(row, nodes[moving], depth[moving], zeta[moving])
     return zeta
+
+
+def _keep_order(nodes: Nodes, zeta: Array) -> None:
+    """Lines of a lone node that would pass each other are both where they would meet."""
+    lone = nodes[:, ::2] == nodes[:, 1::2]
+    left, right = zeta[:, ::2], zeta[:, 1::2]
+    crossed = lone & (left + right < 0)
+    middle = (right - left)[crossed] / 2
+    left[crossed] = -middle
+    right[crossed] = middle
 
 
 def between(

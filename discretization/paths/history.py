@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,13 +16,15 @@ from typing import Any
 import numpy as np
 
 from discretization import plots, readings
+from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.lattice.accuracy import LEAST
-from discretization.paths.branch import Branch, Event, Leg, PullOff, Snapshot
+from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot
 from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.layer_branch import LayerBranch
 from discretization.paths.load_path import LoadPath
+from discretization.paths.path_accuracy import QUANTITIES, estimated
 from discretization.paths.springs import SpringsBranch
 from discretization.routes import route
 from energy import Scene
@@ -29,6 +32,7 @@ from energy.arrays import Array
 from energy.description import alike, described, rebuilt
 
 _CHANGED = 0.1  # of the pull-off force: more with its last links, and it is not resolved
+_COARSER = 2.0  # nodes over those of the path, next to which its errors are estimated
 _NOISE = 1e-13  # of the largest force: a force is no less than another by less
 _TITLE = "elastocap load path"
 _NOTES = (
@@ -256,6 +260,38 @@ class History:
 
     validity = property(readings.of_path)
     warnings = property(readings.violated)
+    @functools.cached_property
+    def error_estimate(self) -> dict[str, float]:
+        """Relative errors of depth, half_width, force, energy and dissipated.
+
+        Those of the first four are the largest over all steps, relative to the range of depths on
+        the path and to the largest half-width, force and energy; that of the energy lost is
+        relative to the sum of what the events release and friction. On nodes it is next to the
+        same programme on half as many of them, which is followed when this is asked for;
+        see path_accuracy.py. On the fitted mesh it is `rtol`, which paths keep.
+
+        AccuracyWarning, and infinite estimates where that programme cannot be followed.
+        """
+        if self.spacing is None:
+            return dict.fromkeys(QUANTITIES, self.rtol)
+        try:
+            deepest = float(self.depth.max())
+            branch = LatticeBranch.of(self.scene, _COARSER * self.spacing, deepest)
+            path = LoadPath(branch, self.hold, Point(-math.inf, None))
+            path.go(self.values)
+            empty = replace(self, table=np.empty((0, 6)), inner=(), events=(), friction=0.0)
+            coarse = empty.extended(path, self.values)
+        except (ValueError, NotCertifiedError) as problem:
+            warnings.warn(
+                f"no error estimate: on half as many nodes the path is not followed ({problem}); "
+                "give a smaller spacing",
+                AccuracyWarning,
+                stacklevel=3,
+            )
+            return dict.fromkeys(QUANTITIES, math.inf)
+        own = LatticeBranch.of(self.scene, self.spacing, deepest).row.lattice.spacing
+        return estimated(self, coarse, branch.row.lattice.spacing / own, stacklevel=3)
+
     plot = plots.plot_path
     to_dict = readings.path_columns
     _repr_html_ = readings.html
