@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from discretization.certificate import AccuracyWarning
 from discretization.roots import crossings, minima
 from energy import Indenter, Scene
-from energy.arrays import Array, Mask
+from energy.arrays import Array, Indices, Mask
 from energy.axis import Radial
 
 MOST = 200_000  # samples
@@ -140,7 +140,7 @@ class Resolved:
         last = np.append(np.diff(i[missed][order]) > 0, True)[: order.size]
         return found[order][last]
 
-    def _cubic_slope(self, i: Array, x: Array) -> Array:
+    def _cubic_slope(self, i: Indices, x: Array) -> Array:
         """f' at x of the cubic through heights and slopes at the samples i and i + 1."""
         width, low, high = self.x[i + 1] - self.x[i], self.slope[i], self.slope[i + 1]
         secant, t = (self.f[i + 1] - self.f[i]) / width, (x - self.x[i]) / width
@@ -158,7 +158,7 @@ def warn_hidden(places: Array, stacklevel: int) -> None:
     """AccuracyWarning of features that quadrature has found between the samples."""
     named = ", ".join(f"{x!r}" for x in places[:_NAMED].tolist())
     warnings.warn(
-        f"the profile has a feature near x = {named} that is narrower than its samples: it was only "
+        f"the profile has a feature near x = {named} that is narrower than its samples: it was "
         "found by chance, and another depth, or a path in place of a state, may miss it; give "
         "Profile(..., knots=(x, ...)) with its place",
         AccuracyWarning,

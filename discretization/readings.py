@@ -273,11 +273,10 @@ def path_text(history: Any, si: bool = False) -> str:
         lines.append(f"most tensile: P = {pull.force:.6g}{newtons} at {at}")
     lines.append(f"energy lost on the way: {history.dissipated:.6g}{joules}")
     if history.spacing is not None:
-        given = f"spacing={history.spacing:.6g}"
         lines.append(
-            f"errors: not estimated along a path on nodes; `minimise` with {given} estimates"
+            "errors: `error_estimate` follows the path on half as many nodes and compares; those of "
+            "a state are relative to the sums of the absolute terms of P and of U"
         )
-        lines.append("those of a state, relative to the sums of the absolute terms of P and of U")
     return "\n".join([*lines, *(f"validity     {told}" for told in history.warnings)])
 
 

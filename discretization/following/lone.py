@@ -78,7 +78,7 @@ class LoneTrack:
         return found.reshape(count, 2, 2)
 
     def _beside_apex(self, side: int, depth: float) -> float:
-        """A line that is found by the logarithm of its distance from the apex, or is at the apex."""
+        """A line found by the logarithm of its distance from the apex, or at the apex."""
         x = self.alone.find(side, depth)
         off = abs(float(self.alone.rest_depth(side, x)) - depth)
         if off > NEAR * self.size and not self.alone.pointed(x):

@@ -260,6 +260,7 @@ class History:
 
     validity = property(readings.of_path)
     warnings = property(readings.violated)
+
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
         """Relative errors of depth, half_width, force, energy and dissipated.
