@@ -11,8 +11,8 @@ There D = f + l f' q - δ₀ q with q = 1/S, S(s) the stiffness beside a radius 
 
 in which f', f'' q and 1/q' grow with s, so that the brace changes sign once.
 
-Beside an apex that is all but a tip, f = c |x|ⁿ with n next to 1, a line may rest at 10⁻¹⁰⁰ l. There it
-is looked for in log |x|. Nearer than doubles resolve D jumps past d at the apex itself:
+Beside an apex that is all but a tip, f = c |x|ⁿ with n next to 1, a line may rest at 10⁻¹⁰⁰ l.
+There it is looked for in log |x|. Nearer than doubles resolve D jumps past d at the apex itself:
 the contact is that one point, P = 2kl (d - f), and holds like a wider one as long as D there, where
 f' = 0, is not above d.
 """

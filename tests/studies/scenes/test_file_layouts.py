@@ -4,7 +4,7 @@ Every case names the layout it has.
 """
 
 import math
-import os
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,10 +12,9 @@ import pytest
 from scene_files import refused
 
 from energy import Sampled, read_profile
-from studies.scenes import curve_file
 from studies.scenes.curve_file import Reading, count, read_curve
 from studies.scenes.fit.many import curves
-from studies.shared.batches import each
+from studies.shared.batches import each, silent
 
 SPRING = 0.08  # N/m
 SENSITIVITY = 50e-9  # m/V
@@ -244,7 +243,7 @@ def test_an_area_scan_gives_one_line_or_the_mean(tmp_path, monkeypatch):
     scan = SimpleNamespace(dim=2, unit="m", positions_and_heights=lambda: (x, y, heights))
     scan.to_unit = lambda unit: scan
     library = SimpleNamespace(read_topography=lambda path: scan)
-    monkeypatch.setitem(curve_file.importlib.sys.modules, "SurfaceTopography", library)
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", library)
     path = tmp_path / "a.opd"
     path.write_bytes(b"\0")
     assert_close(read_profile(path, line=2).z, heights[:, 1])
@@ -256,36 +255,51 @@ def test_an_area_scan_gives_one_line_or_the_mean(tmp_path, monkeypatch):
             read_profile(path, line=line)
 
 
-class Archive:
-    """A library that keeps an archive open and reads every curve at one position in the file."""
+LIBRARY = """
+import os
+import numpy as np
 
+class Archive:
     handle = None
 
-    def __init__(self, size):
-        self.size = size
-
-    def load_data(self, path, modality):
-        if Archive.handle is None:
-            Archive.handle = os.open(path, os.O_RDONLY)
-        return [Curve(number, self.size) for number in range(4)]
-
-
 class Curve:
-    """One curve of the map, read when it is needed."""
-
     columns = ("force", "height (measured)")
+    metadata = {"spring constant": 0.08}
 
-    def __init__(self, number, size):
+    def __init__(self, number):
         self.number = number
-        self.size = size
-        self.metadata = {"spring constant": SPRING}
 
     def __getitem__(self, name):
         values = []
-        for i in range(self.size):
-            os.lseek(Archive.handle, 8 * (self.number * self.size + i), os.SEEK_SET)
+        for i in range(SIZE):
+            os.lseek(Archive.handle, 8 * (self.number * SIZE + i), os.SEEK_SET)
             values.append(np.frombuffer(os.read(Archive.handle, 8))[0])
         return np.array(values)
+
+def load_data(path, modality):
+    if Archive.handle is None:
+        Archive.handle = os.open(path, os.O_RDONLY)
+    return [Curve(number) for number in range(COUNT)]
+"""
+
+
+@pytest.fixture
+def library(tmp_path, monkeypatch):
+    """A library that keeps an archive open and reads every curve at one position in the file.
+
+    It is a module in a file, so that processes find it however they are started.
+    """
+
+    def installed(count, size=0):
+        folder = tmp_path / "library"
+        folder.mkdir()
+        text = LIBRARY.replace("SIZE", str(size)).replace("COUNT", str(count))
+        (folder / "afmformats.py").write_text(text, "utf-8")
+        monkeypatch.delitem(sys.modules, "afmformats", raising=False)
+        monkeypatch.syspath_prepend(folder)
+
+    yield installed
+    sys.modules.pop("afmformats", None)
 
 
 def depth_of(case):
@@ -294,26 +308,24 @@ def depth_of(case):
     return read_curve(path, Reading(width=1.0, number=number)).depth
 
 
-@pytest.mark.parametrize("run", range(5))
-def test_every_process_opens_a_map_of_its_own(tmp_path, monkeypatch, run):
-    """Four runs a case: the count must leave no archive open that processes would share."""
+@pytest.mark.parametrize("runs", [1, pytest.param(20, marks=pytest.mark.slow)])
+def test_every_process_opens_a_map_of_its_own(tmp_path, library, runs):
+    """The count of curves must leave no archive open that processes would share."""
     size = 2000
+    library(4, size)
     path = tmp_path / "map.jpk-force-map"
     numbers = np.arange(4.0 * size)
     path.write_bytes(numbers.tobytes())
-    monkeypatch.setattr(Archive, "handle", None)
-    monkeypatch.setitem(curve_file.importlib.sys.modules, "afmformats", Archive(size))
-    for _ in range(4):
+    expected = -(1 + 1 / SPRING) * numbers.reshape(4, size)
+    for _ in range(runs):
         assert count(path) == 4
-        assert Archive.handle is None
-        found = list(each(depth_of, [(path, n) for n in range(1, 5)], 2, show=lambda line: None))
-        expected = -(1 + 1 / SPRING) * numbers.reshape(4, size)
+        assert "afmformats" not in sys.modules
+        found = list(each(depth_of, [(path, n) for n in range(1, 5)], 2, show=silent))
         assert np.array_equal(np.array(found), expected)
 
 
-def test_a_creep_curve_is_no_load_path(tmp_path, monkeypatch):
-    library = SimpleNamespace(load_data=lambda path, modality: [])
-    monkeypatch.setitem(curve_file.importlib.sys.modules, "afmformats", library)
+def test_a_creep_curve_is_no_load_path(tmp_path, library):
+    library(0)
     path = tmp_path / "creep.jpk-force"
     path.write_bytes(b"\0")
     with refused(path, "holds no force-distance curve: a creep or relaxation curve"):
@@ -330,7 +342,7 @@ def instrument(monkeypatch, metadata, **columns):
     found.columns = curve.columns
     found.metadata = metadata
     library = SimpleNamespace(load_data=lambda path, modality: [found])
-    monkeypatch.setitem(curve_file.importlib.sys.modules, "afmformats", library)
+    monkeypatch.setitem(sys.modules, "afmformats", library)
 
 
 def test_a_spring_constant_supplies_or_replaces_that_of_an_instrument(tmp_path, monkeypatch):
