@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from discretization.certificate import AccuracyWarning
 from discretization.roots import crossings, minima
 from energy import Indenter, Scene
-from energy.arrays import Array, Indices, Mask
+from energy.arrays import Array, Mask
 from energy.axis import Radial
 
 MOST = 200_000  # samples
@@ -43,7 +43,7 @@ _ROUNDS = 48  # of halving, more than _FINEST allows
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
 _WIDEST = 2.0**34  # first half windows: an endless profile that has not risen by then falls
-BEFORE_VERTICAL = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
+_BEFORE = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ def warn_hidden(places: Array, stacklevel: int) -> None:
     named = ", ".join(f"{x!r}" for x in places[:_NAMED].tolist())
     warnings.warn(
         f"the profile has a feature near x = {named} that is narrower than its samples: it was "
-        "found by chance, and another depth, or a path in place of a state, may miss it; give "
+        "only found by chance, and another depth, or a path in place of a state, may miss it; give "
         "Profile(..., knots=(x, ...)) with its place",
         AccuracyWarning,
         stacklevel=stacklevel + 1,
@@ -200,7 +200,7 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
     """
     with np.errstate(divide="ignore"):
         turned = [math.isfinite(x) and bool(np.isinf(indenter.slope(x))) for x in indenter.extent]
-    lo, hi = np.where(turned, BEFORE_VERTICAL * np.array(indenter.extent), indenter.extent).tolist()
+    lo, hi = np.where(turned, _BEFORE * np.array(indenter.extent), indenter.extent).tolist()
     if math.isfinite(lo) and math.isfinite(hi):
         return lo, hi
     start, widest = min(max(0.0, lo), hi), _WIDEST * half

@@ -11,7 +11,7 @@ There D = f + l f' q - δ₀ q with q = 1/S, S(s) the stiffness beside a radius 
 
 in which f', f'' q and 1/q' grow with s, so that the brace changes sign once.
 
-Beside an apex that is all but a tip, f = c |x|ⁿ with n next to 1, a line may rest at 10⁻¹⁰⁰ l.
+Beside an apex that is all but a tip, f = c |x|ⁿ with n next to 1, a line may rest 10⁻¹⁰⁰ l from it.
 There it is looked for in log |x|. Nearer than doubles resolve D jumps past d at the apex itself:
 the contact is that one point, P = 2kl (d - f), and holds like a wider one as long as D there, where
 f' = 0, is not above d.
@@ -119,8 +119,9 @@ class Alone:
         if scene.axisymmetric or apex in indenter.corners or apex in indenter.extent:
             return 0.0
         sides = np.array(self.sides)
-        middle = math.sqrt(least * LEAST * scene.elastocapillary_length)
-        near, far = (sides * indenter.slope(apex + sides * x) for x in (least, max(least, middle)))
+        middle = max(least, math.sqrt(least * LEAST * scene.elastocapillary_length))
+        near = sides * indenter.slope(apex + sides * least)
+        far = sides * indenter.slope(apex + sides * middle)
         return least if (near < (1 - _ROUNDED) * far).all() else 0.0
 
     def felt(self, lines: Sequence[float], depth: float) -> list[Felt]:
