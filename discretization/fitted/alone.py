@@ -39,6 +39,7 @@ _NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
 _TIP = 2.0**-1000  # beside an apex at 0, in any unit: nearer to it doubles lose digits
 _ROUNDED = 1e-6  # of the slope beside the apex: by less it does not fall towards 0, but is a kink
 _RESTS = 1e-11  # of the size of depths: D - d of a line that has been found
+_NARROW = 8 * DIFFERENCE  # of l: contacts as narrow as the steps of a difference
 _TOUCHING = 2.0**-100  # of LEAST: beside the axis D is next to nothing whether a line rests or not
 _DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
 _BESIDE = np.array([[1], [1], [-1], [0], [0], [0], [0]])  # on which side D judges a line
@@ -134,13 +135,15 @@ class Alone:
         known = np.array([-math.inf, *scene.indenter.corners, math.inf])
         first, after = known.searchsorted(x), known.searchsorted(x, "right")
         loose, near = (first == after) & ((x != 0) | (sides.size > 1)), np.spacing(np.abs(x))
-        one_point = lines[0] == lines[1] and self.pointed(lines[0])
-        loose &= not one_point
         span = np.minimum(np.maximum(x, LEAST * length), length) if scene.axisymmetric else length
         off, step = ULPS * near * loose * sides, np.maximum(DIFFERENCE * span, FELT * near)
-        step = np.where(x == self.apex, step, np.minimum(step, np.abs(x - self.apex) / 2))
+        beyond = off
+        if lines[1] - lines[0] <= _NARROW * length:
+            # no difference looks beyond the apex, at which a contact of one point is held
+            step = np.where(x == self.apex, step, np.minimum(step, np.abs(x - self.apex) / 2))
+            if lines[0] == lines[1] and self.pointed(lines[0]):
+                loose, beyond = np.zeros_like(loose), self.tip * sides
         ends = np.clip([x + step, x - step], (x + known[first - 1]) / 2, (x + known[after]) / 2)
-        beyond = off + one_point * self.tip * sides
         z = np.clip([x + beyond, x + beyond, x - off, x, x, *ends], *scene.indenter.extent)
         works = np.array([w, 0.0, scene.opened.work_of_adhesion, w, 0.0, w, w])[:, None]
         closing, bare, behind, *rest = self.rest_depth(sides, z, _BESIDE, works)

@@ -154,7 +154,8 @@ def _tension(contacts: Contacts, scale: float) -> float:
     scene, x = contacts.motion.scene, contacts.x
     forces = contacts.motion.opening(contacts.lines, contacts.depth)
     lone = (x[:, 0] == x[:, 1]) & (scene.measure(x[:, 0]) > 0)
-    lone &= ~np.array([contacts.motion.pointed(left) for left in x[:, 0].tolist()])
+    if lone.any():
+        lone &= ~np.array([contacts.motion.pointed(left) for left in x[:, 0].tolist()])
     if lone.any():
         pulls = np.ravel([each.pulls for each in contacts.surfaces])[1:-1].reshape(-1, 2)
         forces += (-pulls.sum(axis=1)[lone] / scene.measure(x[lone, 0])).tolist()
