@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from discretization.certificate import AccuracyWarning
 from discretization.roots import crossings, minima
 from energy import Indenter, Scene
-from energy.arrays import Array, Mask
+from energy.arrays import Array, Indices, Mask
 from energy.axis import Radial
 
 MOST = 200_000  # samples
