@@ -43,7 +43,7 @@ _ROUNDS = 48  # of halving, more than _FINEST allows
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
 _WIDEST = 2.0**34  # first half windows: an endless profile that has not risen by then falls
-_BEFORE = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
+BEFORE_VERTICAL = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,7 +200,7 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
     """
     with np.errstate(divide="ignore"):
         turned = [math.isfinite(x) and bool(np.isinf(indenter.slope(x))) for x in indenter.extent]
-    lo, hi = np.where(turned, _BEFORE * np.array(indenter.extent), indenter.extent).tolist()
+    lo, hi = np.where(turned, BEFORE_VERTICAL * np.array(indenter.extent), indenter.extent).tolist()
     if math.isfinite(lo) and math.isfinite(hi):
         return lo, hi
     start, widest = min(max(0.0, lo), hi), _WIDEST * half

@@ -274,8 +274,8 @@ def path_text(history: Any, si: bool = False) -> str:
     lines.append(f"energy lost on the way: {history.dissipated:.6g}{joules}")
     if history.spacing is not None:
         lines.append(
-            "errors: `error_estimate` follows the path on half as many nodes and compares; those of "
-            "a state are relative to the sums of the absolute terms of P and of U"
+            "errors: `error_estimate` follows the path on half as many nodes and compares; those "
+            "of a state are relative to the sums of the absolute terms of P and of U"
         )
     return "\n".join([*lines, *(f"validity     {told}" for told in history.warnings)])
 

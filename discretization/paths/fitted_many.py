@@ -150,7 +150,7 @@ class FittedMany(Branch):
     def _beside_apex(self, lines: Lines) -> Alone | None:
         """What finds lines closer to the apex of a lone contact than the samples of the profile."""
         alone, near = self.events.alone.get(1), LEAST * self.scene.elastocapillary_length
-        if alone is None or not lines:
+        if alone is None or not alone.tip or not lines:
             return None
         return alone if max(abs(x - alone.apex) for x in lines) <= near else None
 
