@@ -21,6 +21,7 @@ TITLES = {
     "adhesive": "a state with adhesion",
     "finite": "a state with steep surfaces",
     "loop": "one step of a loop",
+    "many": "one of many states",
     "rough loop": "one step of a loop over a rough profile",
     "rough": "the lowest state of a rough profile",
 }

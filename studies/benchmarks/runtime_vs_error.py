@@ -9,6 +9,7 @@ value on the path or their own; θ over θ) for
 | adhesive    | parabola, w > 0                                                                |
 | finite      | parabola, w > 0, finite slopes                                                 |
 | loop        | loading and unloading of the adhesive parabola; time of one step               |
+| many        | the states of the loop as states of their own; time of one                     |
 | rough loop  | loading and unloading of a rough profile; its balance of energy, which is 1    |
 | rough       | lowest energy of all on a rough profile; its error against the proven one      |
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization import AccuracyWarning, Equilibrium, load_path, minimise
+from discretization import AccuracyWarning, Equilibrium, load_path, minimise, minimise_many
 from energy import cards
 from studies.benchmarks.rivals import by_hand, solvers
 from studies.benchmarks.rivals.problem import (
@@ -75,6 +75,28 @@ def _followed(task: Task, **options: Any) -> Solve:
     return solve
 
 
+def many(task: Task, size: float) -> Made:
+    """`minimise_many` at all depths."""
+
+    def solve() -> Answer:
+        found = minimise_many(task.scene, task.depths)
+        done = bool(found.stable.all())
+        return Answer(found.half_width, found.force, found.energy, found.contact_angle, done)
+
+    return solve, SIMILAR
+
+
+def one_by_one(task: Task, size: float) -> Made:
+    """`minimise` at one depth after the other."""
+
+    def solve() -> Answer:
+        each = [_answer(minimise(task.scene, depth)) for depth in task.depths.tolist()]
+        a, force, energy, angle, done = map(np.array, zip(*each, strict=True))
+        return Answer(a, force, energy, angle, bool(done.all()))
+
+    return solve, SIMILAR
+
+
 def rough_path(**options: Any) -> Callable[[Task, float], Made]:
     """`load_path` over about so many contacts; its external work over the energy it releases."""
 
@@ -139,6 +161,10 @@ PATHS = (
     Method("ours, load_path", path, tolerances=True),
     Method("ours, load_path on the lattice", lattice_path),
 )
+MANY = (
+    Method("ours, minimise_many", many, only=(SIMILAR,)),
+    Method("ours, minimise one by one", one_by_one, only=(SIMILAR,)),
+)
 BVP = Method("scipy solve_bvp (angle put in)", boundary_value, tolerances=True)
 ROUGH = (
     Method("ours, shortest path (lattice)", shortest, only=ROUGH_NODES),
@@ -201,6 +227,7 @@ TASKS: dict[str, Callable[[int], Task]] = {
     ),
     "finite": lambda steps: finite(),
     "loop": lambda steps: adhesive("loop", PATHS, steps=steps),
+    "many": lambda steps: adhesive("many", MANY, steps=steps),
     "rough loop": rough_loop,
     # exact is what each size proves itself, so that only U counts
     "rough": lambda steps: Task("rough", rough(60)[0], np.array([0.5]), np.ones((4, 1)), ROUGH),
