@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
+from discretization.equilibrium import QUANTITIES
 from discretization.fitted.alone import Alone, lowest_point
 from discretization.fitted.many_lines import States
 from discretization.fitted.many_states import ManyFound, solved
@@ -51,6 +52,8 @@ class Equilibria:
     residual : array
         Certificate: by how much the depth d violates that of rest, D >= d just outside of each
         contact line and D <= d just inside, over the terms of D. Rounding, if it is right.
+    uncertainty : dict of arrays
+        What half_width, force and energy may be off by: rounding times the condition of each.
     """
 
     half_width: Array
@@ -60,6 +63,7 @@ class Equilibria:
     in_contact: Mask
     stable: Mask
     residual: Array
+    uncertainty: dict[str, Array]
 
     def __repr__(self) -> str:
         return f"Equilibria(shape={self.force.shape}, in contact: {int(self.in_contact.sum())})"
@@ -137,7 +141,8 @@ def minimise_many(
     found = _found(scene, states, shape)
     arrays: dict[str, Any] = {n: v.reshape(shape) for n, v in found._asdict().items()}
     del arrays["lost"]
-    return Equilibria(**arrays)
+    uncertainty = {name: arrays.pop(f"off_{name}") for name in QUANTITIES}
+    return Equilibria(**arrays, uncertainty=uncertainty)
 
 
 _CHECKS: dict[str, Callable[[str, float], float]] = {

@@ -188,6 +188,7 @@ def springs_error(nu: float, ratio: float) -> tuple[float, float]:
     return force, radius
 
 
+@functools.lru_cache(maxsize=1024)  # states of a sweep over depths share it
 def compliance_error(nu: float, thickness: float) -> float:
     """Compliance of the free surface of the exact bonded layer over that of springs, minus 1.
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from discretization.certificate import ROUNDING
 from discretization.fitted.alone import Alone
 from discretization.fitted.many_lines import ManyLines, States
 from discretization.fitted.rest_depths import DIFFERENCE, FELT, FLAT, LEAST
@@ -24,13 +25,15 @@ from discretization.surfaces.protocol import Surfaces
 from energy import Scene, SurfaceEnergies
 from energy.arrays import Array, Indices, Mask
 
+_SUMMED = 4 * ROUNDING  # of the sizes of the terms that a result is summed from
 _UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once, as for one state
 
 
 class ManyFound(NamedTuple):
     """What is known of states (n,); lost: which contact leaves the profile, or surface turns over.
 
-    Without contact all is 0, and there is no angle.
+    off_..: what half-width, force and energy may be off by. Without contact all is 0, and there is
+    no angle.
     """
 
     half_width: Array
@@ -40,14 +43,19 @@ class ManyFound(NamedTuple):
     in_contact: Mask
     stable: Mask
     residual: Array
+    off_half_width: Array
+    off_force: Array
+    off_energy: Array
     lost: Mask
 
     @classmethod
     def detached(cls, count: int) -> ManyFound:
         """The flat surface without contact."""
-        none, no = np.zeros(count), np.zeros(count, bool)
         angle, stable = np.full(count, math.nan), np.ones(count, bool)
-        return cls(none, none.copy(), none.copy(), angle, no, stable, none.copy(), no.copy())
+        width, force, energy, residual, off_width, off_force, off_energy = np.zeros((7, count))
+        touching, lost = np.zeros((2, count), bool)
+        off = off_width, off_force, off_energy
+        return cls(width, force, energy, angle, touching, stable, residual, *off, lost)
 
     def put(self, own: Indices, other: ManyFound) -> None:
         """Set the states of these numbers."""
@@ -117,13 +125,19 @@ def _turned(surfaces: Surfaces, s: Array, u: Array) -> Mask:
 
 
 class Beside(NamedTuple):
-    """What one line and its free surface contribute to a state (n,), and what judges the line."""
+    """What one line and its free surface contribute to a state (n,), and what judges the line.
+
+    moves: how far the line may be off; off_..: what force and energy are.
+    """
 
     energy: Array
     force: Array
     deficit: Array
     stable: Mask
     residual: Array
+    moves: Array
+    off_force: Array
+    off_energy: Array
     lost: Mask
 
 
@@ -159,6 +173,9 @@ class ManyContacts:
             in_contact=np.ones(width.size, bool),
             stable=np.all([side.stable for side in sides], axis=0),
             residual=np.max([side.residual for side in sides], axis=0),
+            off_half_width=np.mean([side.moves for side in sides], axis=0) + ROUNDING * width,
+            off_force=np.sum([side.off_force for side in sides], axis=0),
+            off_energy=np.sum([side.off_energy for side in sides], axis=0),
             lost=np.any([side.lost for side in sides], axis=0),
         )
 
@@ -168,28 +185,45 @@ class ManyContacts:
         pinned = np.isin(x, scene.indenter.corners)
         if scene.axisymmetric:
             pinned |= x == 0
-        energy, force = self._of_contact(side, x)
-        if not self.lines.length.any():
-            angle = np.full(x.size, math.nan)
-            stable, residual = np.ones(x.size, bool), self._residual(side, x, pinned)
-            return Beside(energy, force, angle, stable, residual, np.zeros(x.size, bool))
+        rate, stable = self._rate(side, x, pinned)
+        residual = self._residual(side, x, pinned)
+        energy, force, sizes = self._of_contact(side, x)
+        angle, lost = np.full(x.size, math.nan), np.zeros(x.size, bool)
         length = states.length
-        s, u = x / length, (states.depth - scene.indenter.height(x)) / length
-        stored, pull, lost = self._free_surface(s, u)
-        unit = states.gamma1 * scene.measure(length)  # of forces: γ₁, or 2πγ₁l about an axis
-        stable, residual = self._stable(side, x, pinned), self._residual(side, x, pinned)
-        deficit = self._deficit(side, x, pinned, s, pull)
-        energy, force = energy + unit * length * stored, force + unit * pull
-        return Beside(energy, force, deficit, stable, residual, lost)
+        g = states.depth - np.asarray(scene.indenter.height(x), float)
+        if length.any():
+            s, u = x / length, g / length
+            stored, pull, lost = self._free_surface(s, u)
+            unit = states.gamma1 * scene.measure(length)  # of forces: γ₁, or 2πγ₁l about an axis
+            angle = self._deficit(side, x, pinned, s, pull)
+            energy, force = energy + unit * length * stored, force + unit * pull
+            sizes = sizes + np.array([unit * length * stored, unit * np.abs(pull)])
 
-    def _of_contact(self, side: int, x: Array) -> tuple[Array, Array]:
-        """∫ [k/2 (d - f)² + γ₁ψ(f') - w s(f')] dx and ∫ k (d - f) dx from the apex to x."""
+        # Rounding times the condition of the line, and of the terms of the sums, as for one state.
+        with np.errstate(divide="ignore"):
+            moves = ROUNDING * self.lines.size / np.abs(rate) + ROUNDING * np.abs(x)
+        moves = np.where(pinned, 0.0, moves)
+        steep = length * np.abs(np.nan_to_num(np.asarray(scene.indenter.slope(x), float)))
+        push = states.stiffness * (np.abs(g) + steep) * scene.measure(np.abs(x))
+        moved = np.where(pinned, 0.0, push * np.where(np.isfinite(moves), moves, np.abs(x)))
+        off_energy, off_force = _SUMMED * sizes
+        return Beside(
+            energy, force, angle, stable, residual, moves, off_force + moved, off_energy, lost
+        )
+
+    def _of_contact(self, side: int, x: Array) -> tuple[Array, Array, Array]:
+        """∫ [k/2 (d - f)² + γ₁ψ(f') - w s(f')] dx and ∫ k (d - f) dx from the apex to x.
+
+        And the sizes of the terms of both (2, n).
+        """
         alone, states = self.lines.alone, self.states
         width, g, square, stored, bound = integrals(alone, side, x)
         d, k = states.depth - alone.touch, states.stiffness
-        springs = k / 2 * d * d * width + k * d * g + k / 2 * square
-        energy = springs + states.gamma1 * stored - states.work * bound
-        return energy, k * (d * width + g)
+        springs = np.array([k / 2 * d * d * width, k * d * g, k / 2 * square])
+        surface, adhesion = states.gamma1 * stored, states.work * bound
+        energy = springs.sum(axis=0) + surface - adhesion
+        size = np.abs(springs).sum(axis=0) + surface + adhesion
+        return energy, k * (d * width + g), np.array([size, k * (np.abs(d) * width - g)])
 
     def _free_surface(self, s: Array, u: Array) -> tuple[Array, Array, Mask]:
         """F and S in units of l and γ₁, and which surfaces turn over or are not resolved."""
@@ -246,9 +280,15 @@ class ManyContacts:
             slopes = slopes / np.hypot(1.0, slopes)
         return np.asarray(np.fmax.reduce(slopes))
 
-    def _stable(self, side: int, x: Array, pinned: Mask) -> Mask:
-        """Whether D grows outwards of lines, by a central difference that crosses no corner."""
+    def _rate(self, side: int, x: Array, pinned: Mask) -> tuple[Array, Mask]:
+        """How D grows outwards of lines, and whether they are stable.
+
+        By a central difference that crosses no corner; without tension D is the height.
+        """
         lines, states, scene = self.lines, self.states, self.lines.alone.scene
+        if not lines.length.any():
+            rate = side * np.asarray(scene.indenter.slope_beside(x, np.zeros(x.size)), float)
+            return np.nan_to_num(rate), np.ones(x.size, bool)
         length = states.length
         span = length
         if scene.axisymmetric:
@@ -267,7 +307,7 @@ class ManyContacts:
         rate = side * rise / np.where(high > low, high - low, math.inf)
         height = np.asarray(scene.indenter.height(x), float)
         size = np.abs(states.depth) + np.abs(height) + lines.size
-        return np.asarray(pinned | (rate + FLAT * size / span > 0))
+        return rate, np.asarray(pinned | (rate + FLAT * size / span > 0))
 
 
 def integrals(alone: Alone, side: int, x: Array) -> Array:

@@ -17,13 +17,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from discretization import AccuracyWarning, History, load_path, minimise
 from discretization.readings import most_tensile
 from energy import Scene
 from studies.scenes.file import CONTROLS, ENERGIES, STEPS, SceneFile, built
 from studies.scenes.table import TOP, Table
+from studies.scenes.together import of_states, vectorised
 
 Value = float | str
+# keys that states which are found together may differ in
+_TOGETHER = (
+    *("depth", "layer.E", "layer.nu", "layer.h"),
+    *("surfaces.gamma1", "surfaces.gamma2", "surfaces.gamma12", "surfaces.w"),
+)
 NO_AXES = {f"path.{name}" for name in CONTROLS} | {
     *("indenter.x", "indenter.z", "indenter.columns", "measured.columns")
 }
@@ -139,6 +147,41 @@ class SolvedScene:
             return of_path(follow(given))
         (depth,) = given.depths.tolist()
         return of_state(given.scene, depth, given.options)
+
+    def many(self, points: Sequence[Mapping[str, Value]]) -> list[dict[str, Value] | None]:
+        """Observables at many points, found together where `discretization.minimise_many` does.
+
+        None where it does not: elsewhere, and where a point is wrong, which then says so itself.
+        """
+        found: list[dict[str, Value] | None] = [None] * len(points)
+        if len(points) == 1 or "path" in self.content:
+            return found
+        groups: dict[Any, list[int]] = {}
+        for i, point in enumerate(points):
+            others = tuple((key, value) for key, value in point.items() if key not in _TOGETHER)
+            groups.setdefault(others, []).append(i)
+        for own in groups.values():
+            for i, values in zip(own, self._group([points[i] for i in own]), strict=True):
+                found[i] = values
+        return found
+
+    def _group(self, points: Sequence[Mapping[str, Value]]) -> list[dict[str, Value] | None]:
+        """The same of points that differ in depth, surface energies and layer alone."""
+        scenes, made = list[Scene](), dict[Any, SceneFile]()
+        try:
+            for point in points:
+                own = tuple(value for key, value in point.items() if key != "depth")
+                if own not in made:
+                    made[own] = built(self.path, placed(self.content, point))
+                scenes.append(made[own].scene)
+        except ValueError:
+            return [None] * len(points)
+        given = next(iter(made.values()))
+        if not vectorised(given):
+            return [None] * len(points)
+        depth = self.content.get("depth")
+        depths = [point.get("depth", depth) for point in points]
+        return of_states(scenes, np.array(depths, float))
 
     def identity(self, keys: Sequence[str]) -> Any:
         """What besides the axes determines the numbers, as plain data."""

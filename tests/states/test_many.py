@@ -42,6 +42,16 @@ def test_ten_thousand_are_those_found_one_by_one(hundred):
         assert (worst <= 1).all(), worst
 
 
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+def test_uncertainties_are_those_of_one_state(geometry):
+    """But for bounds of sums whose terms change their sign, and roundings counted once more."""
+    scene = replace(SCENE, geometry=geometry)
+    many = minimise_many(scene, DEPTHS[2:])
+    for i, depth in enumerate(DEPTHS[2:]):
+        for name, size in minimise(scene, depth).uncertainty.items():
+            assert 0.5 < many.uncertainty[name][i] / size < 10
+
+
 def test_arguments_broadcast_and_so_do_the_results():
     works, tensions = np.array([0.5, 1.0, 2.0]) * W, np.array([[1.0], [3.0]]) * GAMMA1
     found = minimise_many(SCENE, DELTA0, w=works, gamma1=tensions, stiffness=2 * K)

@@ -45,11 +45,17 @@ class BatchClock(Clock):
 
 
 def solve(function: Function, points: Sequence[Point]) -> Batch:
-    """The lines of a batch; a failure becomes a line as well."""
+    """The lines of a batch; a failure becomes a line as well.
+
+    A function may find several points together, by a method `many` that gives a result for each
+    point, or None where the point is to be found by itself.
+    """
     start, lines, failed = time.perf_counter(), [], 0
-    for at, point in points:
+    together = getattr(function, "many", None)
+    known = together([point for _, point in points]) if together else [None] * len(points)
+    for (at, point), found in zip(points, known, strict=True):
         try:
-            lines.append(found_line(at, function(point)))
+            lines.append(found_line(at, function(point) if found is None else found))
         except Exception as error:
             lines.append(failed_line(at, error))
             failed += 1
