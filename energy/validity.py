@@ -176,6 +176,7 @@ def _pull_off(nu: float, ratio: float) -> str:
     return f", a sphere's force at pull-off by up to {force}, its radius there by up to {radius}"
 
 
+@functools.lru_cache(maxsize=1024)
 def springs_error(nu: float, ratio: float) -> tuple[float, float]:
     """By how many % springs miss force and radius at pull-off of a sphere, at the worst tension.
 

@@ -154,7 +154,7 @@ class SolvedScene:
         None where it does not: elsewhere, and where a point is wrong, which then says so itself.
         """
         found: list[dict[str, Value] | None] = [None] * len(points)
-        if len(points) == 1 or "path" in self.content:
+        if "path" in self.content:
             return found
         groups: dict[Any, list[int]] = {}
         for i, point in enumerate(points):

@@ -174,8 +174,18 @@ def test_a_dask_cluster_gives_the_same_numbers(scene, tmp_path):
         client.get_executor() as executor,
     ):
         there = sweep(function, grid, tmp_path / "d", executor=executor, jobs=2, identity="scene")
-    assert lines(tmp_path / "here") == lines(tmp_path / "d")
+    for one, other in zip(here.results, there.results, strict=True):
+        assert same(one["found"], other["found"])
     assert here.failed == there.failed == 0
+
+
+def same(one, other):
+    """Whether two points differ by rounding at most: states are found in batches."""
+    assert list(one) == list(other)
+    sizes = {name: abs(value) for name, value in one.items() if isinstance(value, float)}
+    texts = [(one[name], other[name]) for name in one if name not in sizes]
+    off = [abs(one[name] - other[name]) <= 1e-12 * size for name, size in sizes.items()]
+    return all(a == b for a, b in texts) and all(off)
 
 
 def test_lists_and_ranges_are_the_axes_of_a_scene(scene):
