@@ -4,8 +4,8 @@ A scene file in which a list or a range stands for a number (studies/scenes/grid
 every point of the grid. Results are appended to SCENE_sweep.jsonl as they come: killed at any
 moment, the same command goes on from there and loses at most the points in flight. A point that
 fails is recorded with its message and does not stop the rest. At the end: SCENE_sweep.csv, in the
-order of the grid, and SCENE_sweep.png. The numbers do not depend on where they were computed, but for
-rounding: states of one contact are found in batches, whose products add in another order.
+order of the grid, and SCENE_sweep.png. The numbers do not depend on where they were computed, but
+for rounding: states of one contact are found in batches, whose products add in another order.
 
 From Python, over any concurrent.futures executor, with any function of module level:
 

@@ -179,6 +179,31 @@ def test_a_dask_cluster_gives_the_same_numbers(scene, tmp_path):
     assert here.failed == there.failed == 0
 
 
+@pytest.mark.parametrize("shape", ['"parabola"\nR = 0.02', '"flat_punch"\nhalf_width = 3e-5'])
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+def test_points_found_together_are_those_found_alone(shape, geometry, tmp_path):
+    """Observables, labels and violated assumptions; a point that is refused says so itself."""
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        "depth = 0.0\n[layer]\nE = 2.5e3\nnu = 0.3\nh = 5e-6\n[surfaces]\ngamma1 = 0.07\n"
+        f'w = 6e-5\n[indenter]\nshape = {shape}\n[options]\ngeometry = "{geometry}"\n'
+    )
+    function = SolvedScene(path, read(path))
+    works, depths = (-1.0, 0.0, 3e-5, 9e-5), (-5e-7, -2e-7, 0.0, 6e-7)
+    points = [{"surfaces.w": w, "depth": d} for w in works for d in depths]
+    assert function.many(points) == [None] * 16  # -1.0 is no work of adhesion
+    found = function.many(points[4:])
+    assert sum(one is None for one in found) <= 4
+    for point, one in zip(points[4:], found, strict=True):
+        other = function(point)
+        if one is not None:
+            errors = [name for name in other if name.startswith("error")]
+            for name in errors:
+                assert 0 <= one.pop(name) <= 10 * other.pop(name)
+            assert repr(one.pop("contact_angle"))[:12] == repr(other.pop("contact_angle"))[:12]
+            assert same(one, other)
+
+
 def same(one, other):
     """Whether two points differ by rounding at most: states are found in batches."""
     assert list(one) == list(other)
