@@ -11,7 +11,14 @@ from scipy.optimize import brentq
 
 from energy import Assumption, Scene
 from energy.arrays import Array
-from studies.scenes.fit.force_curve import BASELINE, Curve, Data, noise
+from studies.scenes.fit.force_curve import (
+    BASELINE,
+    Curve,
+    Data,
+    chosen_points,
+    in_motion,
+    noise,
+)
 from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, sought
 from studies.scenes.fit.verdict import (
@@ -78,6 +85,8 @@ class Fit:
         the depth where that is.
     unsuited : str
         Why the model is wrong for this curve, whatever its residual; "" if nothing says so.
+    left_out : tuple of str
+        Segments of the curve that are not part of the fit, and why.
     """
 
     model: Model
@@ -89,6 +98,7 @@ class Fit:
     alternatives: tuple[Alternative, ...] = ()
     strained: tuple[tuple[Assumption, float], ...] = ()
     unsuited: str = ""
+    left_out: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of a parameter by its name."""
@@ -154,6 +164,7 @@ class Fit:
         size = "" if math.isnan(times) else f", {times:.2g} × the noise"
         residual = f"residual {self.best.scatter:.3g} {self.unit('level')}{size}"
         rows.append(f"{count}; {ends} used; {residual}")
+        rows += self.left_out
         rows += [one.told for one in self.alternatives if not one.doubtful]
         return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
 
@@ -174,6 +185,8 @@ def fit(
     *,
     profiles: bool = True,
     alternatives: bool = True,
+    depth_range: tuple[float, float] | None = None,
+    exclude: Sequence[tuple[float, float]] = (),
 ) -> Fit:
     """Find the surface energies with which the simulator comes nearest to a measured curve.
 
@@ -190,6 +203,10 @@ def fit(
         Find the profile intervals, too.
     alternatives : bool
         Compare with simpler models and with the layer's own response.
+    depth_range : (float, float), optional
+        Depths of the curve [m] between which points are used.
+    exclude : sequence of (float, float)
+        Intervals of depth [m] in which they are not.
 
     Returns
     -------
@@ -202,7 +219,12 @@ def fit(
     ValueError
         For too few points in contact, unknown names, or a start at which there is no equilibrium.
     """
-    model = Model.of(scene, names, Data.of(curve))
+    curve, held = in_motion(curve)
+    chosen = chosen_points(curve.depth, depth_range, exclude)
+    model = Model.of(scene, names, Data.of(curve, chosen))
+    left_out = [str(hold) for hold in held]
+    if not chosen.all():
+        left_out.append(f"{(~chosen).sum()} points outside of the chosen depths are left out")
     best = sought(model)
     condition, weakest, spread = conditioning(best.jac, len(names))
     reach, quality = math.sqrt((best.limit - 1) * best.squares) * spread, _quality(model, best)
@@ -213,7 +235,7 @@ def fit(
     combination = tuple(weakest.tolist())
     states = along(model, best)
     wrong = unsuited(states) or (drifting(model, best) if quality.fits else "")
-    said = quality, others, violations(states), wrong
+    said = quality, others, violations(states), wrong, tuple(left_out)
     return Fit(model, best, estimates, condition, combination, *said)
 
 

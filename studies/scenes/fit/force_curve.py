@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -20,6 +21,10 @@ FLAT = 8  # points at least that tell a line without contact
 STEEP = 0.2  # of the mean slope of what follows: a steeper line is no free part
 LINE, RARE = 1.5, 1e-4  # off a line, of the noise; and the chance of more than that on one
 GUARD = 0.1  # of the free points, those next to the contact, may feel it already
+STILL = 1e-9  # of the range of depths: a depth that changes by less is constant
+RATE_POINTS = 9  # over which the rate of the depth is measured, an odd number
+RESTING = 0.05  # of the typical rate: a slower depth is at rest
+LEAST_HOLD = 16  # points at rest one after another that are a hold, and not a turning point
 
 
 class Curve(NamedTuple):
@@ -37,6 +42,92 @@ class Curve(NamedTuple):
     def drive(self) -> Array:
         """Where the far end of the spring is, which has no noise: depth + force/stiffness (n,)."""
         return self.depth + self.force / self.machine_stiffness
+
+
+class Hold(NamedTuple):
+    """A segment in which the indenter is held: its first point, its points, and its depth [m]."""
+
+    first: int
+    count: int
+    depth: float
+
+    def __str__(self) -> str:
+        return f"a hold of {self.count} points at d = {self.depth:.4g} m is left out"
+
+
+def holds(curve: Curve) -> tuple[Hold, ...]:
+    """The segments of a curve in which the position of the machine rests.
+
+    The rate of the position is that of the least-squares line through RATE_POINTS neighbours. Where
+    it is less than RESTING of its median for LEAST_HOLD points or more, the layer creeps or relaxes,
+    which is no part of a quasi-static load path. Points beside such a segment that are nearer to it
+    than half a step belong to it, too.
+    """
+    drive = curve.drive
+    if drive.size < 2 * LEAST_HOLD:
+        return ()
+    half = RATE_POINTS // 2
+    weights = np.arange(-half, half + 1) / (half * (half + 1) * (2 * half + 1) / 3)
+    rate = np.abs(np.correlate(drive, weights, mode="valid"))
+    rests = np.zeros(drive.size, bool)
+    rests[half:-half] = rate <= RESTING * np.median(rate)
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], rests, [False]]).astype(int)))
+    found = []
+    for first, end in changes.reshape(-1, 2).tolist():
+        if end - first >= LEAST_HOLD:
+            margin = np.median(rate) / 2
+            low = drive[first:end].min() - margin
+            high = drive[first:end].max() + margin
+            while first > 0 and low <= drive[first - 1] <= high:
+                first -= 1
+            while end < drive.size and low <= drive[end] <= high:
+                end += 1
+            found.append(Hold(first, end - first, float(np.median(curve.depth[first:end]))))
+    return tuple(found)
+
+
+def in_motion(curve: Curve) -> tuple[Curve, tuple[Hold, ...]]:
+    """The curve without the segments in which the indenter is held in contact, and these."""
+    free = free_parts(curve)
+    left_out = tuple(
+        hold for hold in holds(curve) if not free[hold.first : hold.first + hold.count].any()
+    )
+    return _without(curve, left_out), left_out
+
+
+def chosen_points(
+    depth: Array,
+    depth_range: tuple[float, float] | None,
+    exclude: Sequence[tuple[float, float]],
+) -> Mask:
+    """Which points (n,) lie in a range of depths [m] and in none of those to be left out.
+
+    ValueError for a range that is not increasing or holds no point.
+    """
+    chosen = np.ones(depth.size, bool)
+    intervals = [("range", depth_range, True)] if depth_range is not None else []
+    intervals += [("exclude", interval, False) for interval in exclude]
+    for name, (low, high), keep in intervals:
+        if not low < high:
+            raise ValueError(
+                f"{name} = {(low, high)!r} must be two increasing depths in m, as in the file"
+            )
+        inside = (depth >= low) & (depth <= high)
+        chosen &= inside if keep else ~inside
+    if not chosen.any():
+        raise ValueError(
+            f"range = {depth_range!r} and exclude = {tuple(exclude)!r} leave no point; the depths "
+            f"of the curve are {float(depth.min())!r} to {float(depth.max())!r} m"
+        )
+    return chosen
+
+
+def _without(curve: Curve, left_out: tuple[Hold, ...]) -> Curve:
+    """The curve without these segments."""
+    kept = np.ones(curve.depth.size, bool)
+    for hold in left_out:
+        kept[hold.first : hold.first + hold.count] = False
+    return curve._replace(depth=curve.depth[kept], force=curve.force[kept])
 
 
 def noise(force: Array) -> float:
@@ -93,7 +184,8 @@ def _flat(depth: Array, force: Array) -> int:
     sigma = max(noise(force), ROUNDING * float(np.abs(force).max(initial=0.0)))
     count, line, n = 0, np.zeros(2), FLAT
     while n <= force.size - 2:
-        own = np.polyfit(depth[:n] - depth[0], force[:n], 1)
+        degree = int(not _is_constant(depth[:n], depth))
+        own = np.polyfit(depth[:n] - depth[0], force[:n], degree)
         off = force[:n] - np.polyval(own, depth[:n] - depth[0])
         if float(off @ off) > max(LINE**2 * (n - 2), chdtri(n - 2, RARE)) * sigma**2:
             break
@@ -109,16 +201,24 @@ def _flat(depth: Array, force: Array) -> int:
     return count if flat else 0
 
 
+def _is_constant(depth: Array, of: Array) -> bool:
+    """Whether these depths are one and the same, against the range of all."""
+    return float(np.ptp(depth)) <= STILL * float(np.ptp(of))
+
+
 def baseline(curve: Curve, free: Mask) -> Array:
     """The forces that a free line may have, for level, slope and drift of 1 (n, q).
 
     The drift, over the number of the point, only where there are free points on both sides of the
-    contact. None (n, 0) without free points.
+    contact; neither slope nor drift where the depth is constant out of contact, as that of an
+    instrument that measures it from first touch on. None (n, 0) without free points.
     """
     x, order = curve.depth - curve.depth[0], np.linspace(0.0, 1.0, curve.depth.size)
     columns = np.stack([np.ones(x.size), x, order], axis=1)
     if not free.any():
         return columns[:, :0]
+    if _is_constant(curve.depth[free], curve.depth):
+        return columns[:, :1]
     return columns[:, : 3 if free[0] and free[-1] else 2]
 
 
@@ -145,6 +245,11 @@ class Contact(NamedTuple):
 
     legs: list[Leg]
     ends: list[Mark]
+
+    def of(self, chosen: Mask) -> Contact:
+        """The same with these points (n,) alone."""
+        legs = [leg._replace(points=leg.points[chosen[leg.points]]) for leg in self.legs]
+        return Contact(legs, self.ends)
 
 
 def contacts(curve: Curve) -> tuple[Contact, ...]:
@@ -198,8 +303,12 @@ class Data:
     nearest: Array
 
     @classmethod
-    def of(cls, curve: Curve) -> Data:
-        """Take a curve apart, once a line through its free parts is subtracted."""
+    def of(cls, curve: Curve, chosen: Mask | None = None) -> Data:
+        """Take a curve apart, once a line through its free parts is subtracted.
+
+        chosen: which points (n,) may be used, by default all; where contact begins and ends is
+        found from all of them.
+        """
         flat = Curve(curve.drive, curve.force)
         free, used = free_parts(flat), np.zeros(curve.force.size, bool)
         columns = baseline(flat, free)
@@ -207,6 +316,9 @@ class Data:
             line = np.linalg.lstsq(columns[free], curve.force[free], rcond=None)[0]
             flat = Curve(curve.drive, curve.force - columns @ line)
         found = contacts(flat)
+        if chosen is not None:
+            found = tuple(one.of(chosen) for one in found)
+            free &= chosen
         for leg in (leg for one in found for leg in one.legs):
             used[leg.points] = True
         free &= ~used

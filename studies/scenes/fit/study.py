@@ -14,6 +14,9 @@ or an instrument file with several curves: then all are fitted, a row each, DATA
 On a cantilever the depth, piezo position less force over spring constant, has the noise of the
 force in it: with --spring-constant the curve is simulated over the piezo position, which has none.
 
+Segments in which the indenter is held in contact are named and left out. --range and --exclude
+choose the points that are used, by their depths.
+
 Any zero of the depth is found: contact is where the force first leaves the line without contact.
 Level, slope and drift (over time) of that line are fitted with the rest. Where contact begins and
 is lost between a clearly pulled point and one without force, these two positions count as
@@ -147,6 +150,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--scene", type=Path, metavar="FILE.toml", help="scene file to start from")
     known = f"default: {' '.join(DEFAULT)}; known: {' '.join(NAMES)}"
     parser.add_argument("--parameters", nargs="+", default=DEFAULT, metavar="NAME", help=known)
+    about = "depths in m, as in the file, between which points are used"
+    parser.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help=about)
+    about = "depths in m between which points are not used; may be given several times"
+    pair = {"nargs": 2, "type": float, "metavar": ("LOW", "HIGH"), "action": "append"}
+    parser.add_argument("--exclude", **pair, default=[], help=about)
     about = "parameter that all curves of a folder have in common"
     parser.add_argument("--shared", metavar="NAME", help=about)
     parser.add_argument("--self-test", action="store_true", help="simulated data in place of DATA")
@@ -171,8 +179,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return many.report(job, files, options.shared, given.title, name, out, options.jobs)
     if options.shared is not None:
         parser.error(f"--shared {options.shared}: one curve shares nothing; give a folder")
-    curve, asked = read_curve(options.data, given.measured), not quick
-    found = fit(given.scene, curve, options.parameters, profiles=asked, alternatives=asked)
+    curve = read_curve(options.data, given.measured)
+    chosen = {"depth_range": options.range, "exclude": options.exclude}
+    asked = not quick
+    found = fit(
+        given.scene, curve, options.parameters, profiles=asked, alternatives=asked, **chosen
+    )
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
     written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
