@@ -48,19 +48,19 @@ class Hold(NamedTuple):
     """A segment in which the indenter is held: its first point, its points, and its depth [m]."""
 
     first: int
-    count: int
+    points: int
     depth: float
 
     def __str__(self) -> str:
-        return f"a hold of {self.count} points at d = {self.depth:.4g} m is left out"
+        return f"a hold of {self.points} points at d = {self.depth:.4g} m is left out"
 
 
 def holds(curve: Curve) -> tuple[Hold, ...]:
     """The segments of a curve in which the position of the machine rests.
 
     The rate of the position is that of the least-squares line through RATE_POINTS neighbours. Where
-    it is less than RESTING of its median for LEAST_HOLD points or more, the layer creeps or relaxes,
-    which is no part of a quasi-static load path. Points beside such a segment that are nearer to it
+    it is less than RESTING of its median for LEAST_HOLD points or more, the layer creeps or
+    relaxes, which is no part of a quasi-static load path. Points beside such a segment that are nearer to it
     than half a step belong to it, too.
     """
     drive = curve.drive
@@ -90,7 +90,7 @@ def in_motion(curve: Curve) -> tuple[Curve, tuple[Hold, ...]]:
     """The curve without the segments in which the indenter is held in contact, and these."""
     free = free_parts(curve)
     left_out = tuple(
-        hold for hold in holds(curve) if not free[hold.first : hold.first + hold.count].any()
+        hold for hold in holds(curve) if not free[hold.first : hold.first + hold.points].any()
     )
     return _without(curve, left_out), left_out
 
@@ -126,7 +126,7 @@ def _without(curve: Curve, left_out: tuple[Hold, ...]) -> Curve:
     """The curve without these segments."""
     kept = np.ones(curve.depth.size, bool)
     for hold in left_out:
-        kept[hold.first : hold.first + hold.count] = False
+        kept[hold.first : hold.first + hold.points] = False
     return curve._replace(depth=curve.depth[kept], force=curve.force[kept])
 
 

@@ -29,13 +29,15 @@ TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
 class FittedFile:
     """The fit of one curve as a function of its name, in any process.
 
-    fixed: parameters that are not fitted, in place of those of the scene.
+    depth_range, exclude: as of `fit`; fixed: parameters that are not fitted, in place of those of the scene.
     """
 
     scene: Path
     reading: Reading
     names: tuple[str, ...]
     alternatives: bool
+    depth_range: tuple[float, float] | None = None
+    exclude: tuple[tuple[float, float], ...] = ()
     fixed: tuple[tuple[str, float], ...] = ()
 
     def __call__(self, point: dict[str, Any]) -> dict[str, Any]:
@@ -44,8 +46,17 @@ class FittedFile:
         reading = replace(self.reading, number=int(number)) if number else self.reading
         scene = load(self.scene).scene
         scene = scene_with(scene, parameters_of(scene) | dict(self.fixed))
-        curve, asked = read_curve(Path(name), reading), {"alternatives": self.alternatives}
-        found, values = fit(scene, curve, self.names, profiles=False, **asked), dict[str, Any]()
+        curve = read_curve(name, reading)
+        found = fit(
+            scene,
+            curve,
+            self.names,
+            profiles=False,
+            alternatives=self.alternatives,
+            depth_range=self.depth_range,
+            exclude=self.exclude,
+        )
+        values = dict[str, Any]()
         for one in found.estimates:
             low, high = one.interval or (math.nan, math.nan)
             values |= {one.name: one.value, f"{one.name}_low": low, f"{one.name}_high": high}
@@ -57,7 +68,16 @@ class FittedFile:
         files = sorted({name.partition("#")[0] for name in names})
         contents = [sha256(Path(file).read_bytes()).hexdigest() for file in files]
         text = self.scene.read_text("utf-8")
-        return [text, repr(self.reading), self.names, self.alternatives, self.fixed, contents]
+        chosen = [self.depth_range, self.exclude]
+        return [
+            text,
+            repr(self.reading),
+            self.names,
+            self.alternatives,
+            chosen,
+            self.fixed,
+            contents,
+        ]
 
 
 def curves(data: Path, reading: Reading) -> list[str]:

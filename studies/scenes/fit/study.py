@@ -153,8 +153,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     about = "depths in m, as in the file, between which points are used"
     parser.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help=about)
     about = "depths in m between which points are not used; may be given several times"
-    pair = {"nargs": 2, "type": float, "metavar": ("LOW", "HIGH"), "action": "append"}
-    parser.add_argument("--exclude", **pair, default=[], help=about)
+    parser.add_argument(
+        "--exclude",
+        nargs=2,
+        type=float,
+        metavar=("LOW", "HIGH"),
+        action="append",
+        default=[],
+        help=about,
+    )
     about = "parameter that all curves of a folder have in common"
     parser.add_argument("--shared", metavar="NAME", help=about)
     parser.add_argument("--self-test", action="store_true", help="simulated data in place of DATA")
@@ -174,7 +181,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     files = many.curves(options.data, given.measured)
     if len(files) != 1 or options.data.is_dir():
         names = tuple(options.parameters)
-        job = many.FittedFile(options.scene, given.measured, names, alternatives=not quick)
+        job = many.FittedFile(
+            options.scene,
+            given.measured,
+            names,
+            alternatives=not quick,
+            depth_range=tuple(options.range) if options.range else None,
+            exclude=tuple(map(tuple, options.exclude)),
+        )
         name = f"{options.data.stem}_fits"
         return many.report(job, files, options.shared, given.title, name, out, options.jobs)
     if options.shared is not None:

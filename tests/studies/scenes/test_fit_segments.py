@@ -1,4 +1,4 @@
-"""Segments of a curve: holds, constant depths out of contact, points that are chosen or left out."""
+"""Segments of a curve: holds, constant depths out of contact, chosen points."""
 
 import math
 
@@ -40,7 +40,7 @@ def assert_found(found):
 def test_a_hold_is_named_and_left_out():
     curve = held()
     moving, (hold,) = in_motion(curve)
-    assert hold.count == 82 and moving.depth.size == curve.depth.size - 82
+    assert hold.points == 82 and moving.depth.size == curve.depth.size - 82
     found = fit(SCENE, curve, **FAST)
     assert_found(found)
     assert "a hold of 82 points at d = 6e-08 m is left out" in str(found)
