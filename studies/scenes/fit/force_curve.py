@@ -60,8 +60,8 @@ def holds(curve: Curve) -> tuple[Hold, ...]:
 
     The rate of the position is that of the least-squares line through RATE_POINTS neighbours. Where
     it is less than RESTING of its median for LEAST_HOLD points or more, the layer creeps or
-    relaxes, which is no part of a quasi-static load path. Points beside such a segment that are nearer to it
-    than half a step belong to it, too.
+    relaxes, which is no part of a quasi-static load path. Points beside such a segment that
+    are nearer to it than half a step belong to it, too.
     """
     drive = curve.drive
     if drive.size < 2 * LEAST_HOLD:

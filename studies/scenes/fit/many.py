@@ -29,7 +29,8 @@ TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
 class FittedFile:
     """The fit of one curve as a function of its name, in any process.
 
-    depth_range, exclude: as of `fit`; fixed: parameters that are not fitted, in place of those of the scene.
+    depth_range, exclude: as of `fit`; fixed: parameters that are not fitted, in place of those of
+    the scene.
     """
 
     scene: Path
