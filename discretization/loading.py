@@ -11,19 +11,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from discretization.certificate import AccuracyWarning
+from discretization.nodes.choice import chosen_spacing
 from discretization.paths.branch import Point
 from discretization.paths.control import Control
 from discretization.paths.history import History, branch_of
 from discretization.paths.load_path import LoadPath
 from discretization.profile import resolve
 from discretization.readings import resolution, tell
-from discretization.routes import usable
+from discretization.routes import usable_on_path
 from energy import Scene
 from energy.arrays import Array
 from energy.checks import array
 from energy.description import alike, described
 
-METHODS = ("fitted", "lattice")
+METHODS = ("auto", "fitted", "lattice")
 _SHALLOW = 1e-12  # of the thickness: the first depth that is tried where nothing adheres
 
 
@@ -34,7 +35,7 @@ def load_path(
     forces: ArrayLike | None = None,
     drives: ArrayLike | None = None,
     machine_stiffness: float | None = None,
-    method: str = "fitted",
+    method: str = "auto",
     spacing: float | None = None,
     rtol: float = 1e-8,
     after: History | None = None,
@@ -49,12 +50,15 @@ def load_path(
     machine_stiffness : float
         K [force/length²], with drives: the indenter hangs on a spring whose far end is at the drive
         D, P = K (D - d).
-    method : {"fitted", "lattice"}
+    method : {"auto", "fitted", "lattice"}
         Contact lines as unknowns, for any profile with any number of contacts; or fixed nodes, for
         small slopes with gamma1 > 0, around an axis for convex indenters: their force is
         interpolated between the nodes; their energy balance, that of contact sets, is exact.
-    spacing : float
-        Distance of the nodes [length], with "lattice"; a little less where edges become nodes.
+        "auto": nodes if a spacing is given, or where only nodes can follow the scene; else
+        "fitted".
+    spacing : float, optional
+        Distance of the nodes [length]; a little less where edges become nodes. By default
+        "lattice" chooses it by the lengths on which the scene varies (nodes/choice.py).
     rtol : float
         Relative error asked of the exact response of a layer; the rest is good to rounding.
     after : History, optional
@@ -97,8 +101,13 @@ def load_path(
     >>> [(event.kind, f"{event.depth:.3g}") for event in path.events]
     [('jump-in', '0'), ('detachment', '-4.22e-07')]
     """
-    spacing = usable(scene, rtol, method, METHODS, spacing)
+    on_nodes = usable_on_path(scene, rtol, method, METHODS, spacing)
     name, values = _programme(machine_stiffness, depths=depths, forces=forces, drives=drives)
+    control = Control.of(name.removesuffix("s"), machine_stiffness)
+    if on_nodes and spacing is None and after is not None:
+        spacing = after.spacing
+    if on_nodes and spacing is None:
+        spacing = chosen_spacing(scene, _deepest(scene, control, float(values.max())))
     tell(resolution(scene, spacing or math.nan), stacklevel=2)
     history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if after is not None:

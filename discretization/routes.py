@@ -76,6 +76,34 @@ def usable(
     return None if spacing is None else positive("spacing", spacing)
 
 
+def usable_on_path(
+    scene: Scene, rtol: float, method: str, methods: Sequence[str], spacing: float | None
+) -> bool:
+    """Whether a load path is followed on nodes; their spacing may be left open.
+
+    ValueError unless this is a scene, a relative error, a method, and a spacing > 0 or None.
+    """
+    option("method", method, methods)
+    if method == "lattice" and spacing is None:
+        usable(scene, rtol, "auto", methods, None)
+        return True
+    if method == "auto" and spacing is not None:
+        method = "lattice"
+    usable(scene, rtol, method, methods, spacing)
+    if method == "auto" and not _followed(scene, nodes=False):
+        return _followed(scene, nodes=True)
+    return method == "lattice"
+
+
+def _followed(scene: Scene, *, nodes: bool) -> bool:
+    """Whether load paths of a scene are followed on nodes, or on the fitted mesh."""
+    try:
+        route(scene, "path", nodes=nodes)
+    except ValueError:
+        return False
+    return True
+
+
 def one_contact(scene: Scene) -> bool:
     """Whether at any depth there is at most one stable contact, with one line on each side."""
     return scene.indenter.convex and (

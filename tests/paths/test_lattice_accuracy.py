@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
-from scenes import plain
+from scenes import plain, rippled
 
 from discretization import AccuracyWarning, load_path
 from discretization.paths.path_accuracy import QUANTITIES
@@ -83,3 +83,35 @@ def test_a_path_that_coarser_nodes_do_not_follow_has_no_estimate():
 def test_on_the_fitted_mesh_the_estimate_is_the_error_that_was_asked_for():
     path = load_path(plain(Parabola(1.0), w=0.02), depths=[0.0, 0.1], rtol=1e-7)
     assert path.error_estimate == dict.fromkeys(QUANTITIES, 1e-7)
+
+
+def test_a_path_is_on_the_fitted_mesh_unless_there_is_a_spacing():
+    scene = plain(Parabola(1.0), w=0.02)
+    auto = load_path(scene, depths=[0.0, 0.1])
+    assert auto.spacing is None
+    assert np.array_equal(auto.force, load_path(scene, depths=[0.0, 0.1], method="fitted").force)
+    nodes = load_path(scene, depths=[0.0, 0.1], spacing=0.02)
+    assert nodes.spacing == 0.02 and nodes.force[1] != auto.force[1]
+    more = load_path(scene, depths=[0.05], spacing=0.02, after=nodes)
+    assert len(more) == 3
+
+
+def test_a_spacing_that_is_chosen_resolves_the_profile():
+    """A contact that begins at a lowest point of radius R reaches about δ₀R/l."""
+    path = load_path(rough(4), depths=LOOP, method="lattice")
+    assert 1 / 200 < path.spacing <= 1 / 32
+    assert path.dissipated == pytest.approx(fitted(4).dissipated, rel=3e-3)
+    again = load_path(rough(4), depths=[-0.9], method="lattice", after=path)
+    assert again.spacing == path.spacing
+    sharp = load_path(plain(Parabola(0.05), w=0.02), depths=[0.1, -0.3], method="lattice")
+    assert sharp.spacing == pytest.approx(0.2 * 0.05 / 8, rel=1e-2)
+    waves = rippled(1.0, 0.4, 0.02, (-3.0, 3.0))
+    short = load_path(plain(waves, w=0.02), depths=[0.1, -0.3], method="lattice")
+    assert short.spacing <= 0.2 / 16
+
+
+def test_a_profile_that_would_need_too_many_nodes_is_told():
+    scene = plain(Parabola(1e-6).within(-5.0, 5.0), w=0.02)
+    with pytest.warns(AccuracyWarning, match="asks for nodes"):
+        path = load_path(scene, depths=[-0.1, -0.05], method="lattice")
+    assert path.spacing == pytest.approx(10 / 200_000, rel=1e-2)
