@@ -45,9 +45,16 @@ class Closing:
         faced = [other for other in (before, after) if other is not None]
         if not self._smooth(node) or any(abs(other - node) < _NARROWEST for other in faced):
             return math.nan
-        free = (
-            [] if self.row.scene.hysteretic else [other for other in faced if self._smooth(other)]
-        )
+        free = [other for other in faced if self._smooth(other)]
+        if self.row.scene.hysteretic:  # faced lines may be stuck
+            free = []
+        depth = self._met(before, node, after, free)
+        if math.isnan(depth) and free:  # a line that is faced will jump before: where it is now
+            depth = self._met(before, node, after, [])
+        return depth
+
+    def _met(self, before: int | None, node: int, after: int | None, free: list[int]) -> float:
+        """Depth at which both lines meet while the faced ones that are free are at rest."""
         start = [float(node), *map(float, free)]
 
         def residuals(unknown: Sequence[float]) -> list[float]:
@@ -63,8 +70,7 @@ class Closing:
                 found.append(self.rest_depth(right, -1, x))
             return [one - depth for one in found]
 
-        depth = self.rules.pulled(before, node, after)
-        solved = _newton(residuals, [*start, depth])
+        solved = _newton(residuals, [*start, self.rules.pulled(before, node, after)])
         if solved is None or np.abs(np.subtract(solved[:-1], start)).max() > _FARTHEST:
             return math.nan
         return solved[-1]
