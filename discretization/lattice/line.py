@@ -284,12 +284,13 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[Arra
     """
     nodes = [np.ravel(contacts) for contacts in states]
     outer = np.array([[*one[:2], *one[-2:]] for one in nodes])
-    first, more_first = _found(row, outer[:, :2], depths)
-    last, more_last = _found(row, outer[:, 2:], depths)
-    added = more_first[..., 0] + more_last[..., 1]
+    both = np.concatenate([outer[:, :2], outer[:, 2:]])
+    lines, more = _found(row, both, np.tile(depths, 2))
+    count = len(nodes)
+    added = more[:, :count, 0] + more[:, count:, 1]
     gaps = [one.size // 2 - 1 for one in nodes]
     if any(gaps):
-        state = np.repeat(np.arange(len(nodes)), gaps)
+        state = np.repeat(np.arange(count), gaps)
         sides = np.concatenate(
             [np.lib.stride_tricks.sliding_window_view(one, 4)[::2] for one in nodes if one.size > 2]
         )
@@ -297,8 +298,8 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[Arra
         alike, own = np.unique(np.column_stack([sides, at]), axis=0, return_inverse=True)
         _, inner = _found(row, alike[:, :4], known[alike[:, 4]])
         more = (inner[..., 1] + inner[..., 2])[:, own.ravel()]
-        added += [np.bincount(state, each, len(nodes)) for each in more]
-    return np.column_stack([first[:, 0], last[:, 1]]), added
+        added += [np.bincount(state, each, count) for each in more]
+    return np.column_stack([lines[:count, 0], lines[count:, 1]]), added
 
 
 def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:

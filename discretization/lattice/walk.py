@@ -40,16 +40,22 @@ class Change(NamedTuple):
 class Track(NamedTuple):
     """How contacts come to a depth, or to an event before it.
 
-    trace: the depth at which contacts become others, and these, in the order of the way; first its
-    start; at: the depth of the event, None if there is none; after: the contacts after it.
+    trace: the depth at which contacts become others, and the first and last nodes of all of these
+    in one row, in the order of the way; first its start; at: the depth of the event, None if there
+    is none; after: the contacts after it.
     """
 
-    trace: list[tuple[float, Contacts]]
+    trace: list[tuple[float, tuple[int, ...]]]
     at: float | None
     after: Contacts
 
 
 _NEVER = Change(-math.inf, ())
+
+
+def paired(nodes: Sequence[int]) -> Contacts:
+    """The contacts between these first and last nodes in one row."""
+    return tuple(zip(nodes[::2], nodes[1::2], strict=True))
 
 
 def ends_of(nodes: Contacts) -> list[End]:
@@ -59,8 +65,7 @@ def ends_of(nodes: Contacts) -> list[End]:
 
 def contacts_of(ends: Sequence[End]) -> Contacts:
     """The contacts between ends of free parts."""
-    inner = [end for end in ends if end is not None]
-    return tuple(zip(inner[::2], inner[1::2], strict=True))
+    return paired([end for end in ends if end is not None])
 
 
 def _free(*parts: tuple[End, End]) -> tuple[End, ...]:
@@ -134,38 +139,42 @@ class Walk:
 
     def track(self, nodes: Contacts, start: float, end: float) -> Track:
         """The path to another depth, up to the first event."""
-        trace, sign = [(start, nodes)], 1 if end >= start else -1
-        front, depth, changes = Front(self, nodes, sign), start, 0
+        sign = 1 if end >= start else -1
+        front = Front(self, nodes, sign)
+        trace, depth, changes = [(start, front.nodes)], start, 0
         while True:
             change, place = front.first()
             last = change.depth > end if sign > 0 else change.depth <= end
             if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                after = front.contacts
+                after = front.nodes
                 if self._is_jump(trace[-1][1], after, changes, depth):
-                    return Track(trace, depth, after)
+                    return Track(trace, depth, paired(after))
                 if changes:
                     trace.append((depth, after))
                 if last:
-                    return Track(trace, None, after)
+                    return Track(trace, None, paired(after))
                 changes = 0
                 if slid := self._slid(after, depth, end):
                     trace += slid
                     depth, after = slid[-1]
-                    front = Front(self, after, sign)
+                    front = Front(self, paired(after), sign)
                     continue
                 depth = change.depth
             front.apply(change, place)
             changes += 1
 
-    def _slid(self, nodes: Contacts, depth: float, end: float) -> list[tuple[float, Contacts]]:
+    def _slid(
+        self, nodes: tuple[int, ...], depth: float, end: float
+    ) -> list[tuple[float, tuple[int, ...]]]:
         """The links that the lines of one convex contact pass on the way, both at once where alike.
 
         Up to the first line passed at no depth of its own, and not the last two links of a contact.
         """
-        if len(nodes) != 1 or not self.row.clear:
+        if len(nodes) != 2 or not self.row.clear:
             return []
-        ((first, last),), sign = nodes, 1 if end >= depth else -1
-        passed, stop = [self._passed(*each, sign) for each in self._ahead(nodes, sign)], sign * end
+        (first, last), sign = nodes, 1 if end >= depth else -1
+        ahead, stop = self._ahead(((first, last),), sign), sign * end
+        passed = [self._passed(*each, sign) for each in ahead]
         for part in passed:
             together = part <= np.append(sign * depth, part[:-1])
             stop = min(stop, float(part[together].min(initial=math.inf)))
@@ -175,7 +184,7 @@ class Walk:
         each = zip(
             *map(np.ndarray.tolist, (sign * depths, first - left, last + right)), strict=True
         )
-        return [(at, ((i, j),)) for at, i, j in each if sign > 0 or j - i > 1]
+        return [(at, (i, j)) for at, i, j in each if sign > 0 or j - i > 1]
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
@@ -249,7 +258,9 @@ class Walk:
         self.weakest[first, last] = node
         return Change(float(torn[node]), (first, node - 1, node + 1, last))
 
-    def _is_jump(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
+    def _is_jump(
+        self, before: tuple[int, ...], after: tuple[int, ...], changes: int, depth: float
+    ) -> bool:
         """Whether changes at one depth are an event: they release energy, or contacts differ.
 
         What is not lost to adhesion hysteresis anyway; without adhesion, where U is convex, none.
@@ -261,9 +272,10 @@ class Walk:
             return False
         closing, opening = self.row.works
         released = self.energy(before, depth) - self.energy(after, depth)
-        return released - self.opened(before, after) * (opening - closing) > least
+        opened = self.opened(paired(before), paired(after)) if opening != closing else 0.0
+        return released - opened * (opening - closing) > least
 
-    def energy(self, nodes: Contacts, depth: float) -> float:
+    def energy(self, nodes: Contacts | tuple[int, ...], depth: float) -> float:
         """U of contacts at a depth."""
         return float(self.row.totals(np.reshape(nodes, (1, -1)), np.array([depth]))[0, 0])
 
@@ -294,9 +306,14 @@ class Front:
         self._push(0, len(self.ends))
 
     @property
+    def nodes(self) -> tuple[int, ...]:
+        """The first and last nodes of all contacts as they are now."""
+        return tuple(self.ends[1:-1])
+
+    @property
     def contacts(self) -> Contacts:
         """The contacts as they are now."""
-        return tuple(zip(self.ends[1:-1:2], self.ends[2::2], strict=False))
+        return paired(self.nodes)
 
     def first(self) -> tuple[Change, int]:
         """What happens first, and the place of the part it happens to."""

@@ -19,7 +19,7 @@ from discretization.equilibrium import detached
 from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.judge import on_row
-from discretization.lattice.walk import Walk
+from discretization.lattice.walk import Walk, paired
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row, positions
 from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, alike, snapshot_of
@@ -32,14 +32,15 @@ from energy.arrays import Array
 class Links(Leg):
     """A leg on which lines pass links, each at a depth of its own; trace: that of its `Track`."""
 
-    trace: Sequence[tuple[float, Contacts]]
+    trace: Sequence[tuple[float, tuple[int, ...]]]
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
         way = 1 if self.end.depth >= self.start.depth else -1
         changed = way * np.array([depth for depth, _ in self.trace])
         last = np.searchsorted(changed, way * depths, side="right") - 1
-        return list(self.branch.points([self.trace[i][1] for i in last], depths, self.start))
+        contacts = [paired(self.trace[i][1]) for i in last.tolist()]
+        return list(self.branch.points(contacts, depths, self.start))
 
     def external_work(self) -> float:
         """∫P dd from the start to the end: P is linear between changes."""
@@ -128,16 +129,20 @@ class LatticeBranch(Branch):
         Or to where an outermost line leaves or reaches what holds it.
         """
         trace, at, then = self.walk.track(point.memory, point.depth, goal)
-        stop, held = goal if at is None else at, [self._holds(nodes) for _, nodes in trace]
+        stop = goal if at is None else at
+        held = [self._holds(nodes[0], nodes[-1]) for _, nodes in trace]
         for i in range(1, len(trace)):
             depth = trace[i][0]
             if held[i] != held[i - 1] and depth not in (point.depth, stop):
-                here, there = (self.point(nodes, depth, point) for _, nodes in trace[i - 1 : i + 1])
+                here, there = (
+                    self.point(paired(nodes), depth, point) for _, nodes in trace[i - 1 : i + 1]
+                )
                 return Links(self, point, here, there, False, trace[:i])
         low, high = sorted((point.depth, goal))
-        end = self.point(trace[-1][1], min(max(stop, low), high), point)  # but for rounding
+        last = paired(trace[-1][1])
+        end = self.point(last, min(max(stop, low), high), point)  # but for rounding
         after = None if at is None else self.point(then, end.depth, end)
-        lost = after is not None and after.lines is None and len(trace[-1][1]) == 1
+        lost = after is not None and after.lines is None and len(last) == 1
         return Links(self, point, end, after, after is not None and not lost, trace)
 
     @functools.cached_property
@@ -151,14 +156,16 @@ class LatticeBranch(Branch):
         right = tips | ({row.size - 1: "edge"} if hi in body.walls else {})
         return {} if lo == row.lattice.axis else left, right
 
-    def _holds(self, nodes: Contacts) -> Pinned:
-        """What holds the outermost lines of contacts."""
+    def _holds(self, first: int, last: int) -> Pinned:
+        """What holds the outermost lines of contacts between these nodes."""
         left, right = self._pinning
-        return left.get(nodes[0][0], ""), right.get(nodes[-1][1], "")
+        return left.get(first, ""), right.get(last, "")
 
     def pinned(self, point: Point) -> Pinned:
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
-        return ("", "") if point.lines is None else self._holds(point.memory)
+        if point.lines is None:
+            return "", ""
+        return self._holds(point.memory[0][0], point.memory[-1][1])
 
     def totals(self, points: Sequence[Point]) -> Array:
         """U and P (2, n), interpolated between the nodes: those of a contact set jump at links."""
