@@ -43,9 +43,9 @@ class Closing:
         before, after: the nodes of the lines that it faces, None if there is none.
         """
         faced = [other for other in (before, after) if other is not None]
-        if not self._smooth(node) or any(abs(other - node) < _NARROWEST for other in faced):
+        if not self.smooth(node) or any(abs(other - node) < _NARROWEST for other in faced):
             return math.nan
-        free = [other for other in faced if self._smooth(other)]
+        free = [other for other in faced if self.smooth(other)]
         if self.row.scene.hysteretic:  # faced lines may be stuck
             free = []
         depth = self._met(before, node, after, free)
@@ -112,7 +112,7 @@ class Closing:
         whole = spring + link + tie + ground
         return tie / whole, (spring + ground) / whole, whole
 
-    def _smooth(self, node: int) -> bool:
+    def smooth(self, node: int) -> bool:
         """Whether neither profile nor pattern has a corner or an end beside a line at this node."""
         if not _CLEAR <= node <= self.row.size - 1 - _CLEAR:
             return False

@@ -31,6 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.certificate import EPSILON
+from discretization.lattice.closing import closes_smoothly
 from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array, Mask, Nodes
 
@@ -66,11 +67,13 @@ class Advances(NamedTuple):
 class Corners(NamedTuple):
     """The only corner within a link of each line, as ζ; nan: none, or several.
 
-    smooth: whether all four links about the node are without any.
+    smooth: whether all four links about the node are without any; narrow: whether the node, a lone
+    one, stands for a contact narrower than a link.
     """
 
     zeta: Array
     smooth: Mask
+    narrow: Mask
 
     def middle(self, outside: Mask | bool) -> Nodes:
         """The node between the two nearest links on one side of the corner; 0 without a corner."""
@@ -82,15 +85,15 @@ class Corners(NamedTuple):
 
             p(t) = mean + rise t + (bend + turn t)(t² - 1/4)
 
-        through four links, or three, or two beside the node. An outer one that is missing is like
-        the inner one; that inside a lone node continues those outside.
+        through four links, or three, or two beside the node; a missing one is like the other, or
+        inside a narrow contact continues those outside.
         """
         links = np.arange(-2, 2) - LINKS[0]
         if middle.any():
             own = (middle[None, ..., None] + links) % LINKS.size
             parts, links = np.take_along_axis(parts, own, -1), np.arange(4)
         first, inner, outer, last = (parts[..., i] for i in links)
-        beyond = np.where(np.isnan(last), outer, 2 * outer - last)  # of a lone node
+        beyond = np.where(self.narrow & ~np.isnan(last), 2 * outer - last, outer)
         inner, outer = (
             np.where(np.isnan(inner), beyond, inner),
             np.where(np.isnan(outer), inner, outer),
@@ -142,13 +145,14 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
 
 def corners(row: Row, nodes: Nodes) -> Corners:
     """The corners beside lines at these nodes (s, 2m)."""
+    wide = np.full(nodes.shape, False)
     if not row.corners.size:
-        return Corners(np.full(nodes.shape, math.nan), np.full(nodes.shape, True))
+        return Corners(np.full(nodes.shape, math.nan), ~wide, wide)
     known = np.append(row.breaks, math.nan)
     first, beyond = known.searchsorted(nodes - 1, "right"), known.searchsorted(nodes + 1)
     at = outwards(nodes.shape[1]) * (known[first] - nodes) - row.lattice.edge
     near = known.searchsorted(nodes + 2) - known.searchsorted(nodes - 2, "right")
-    return Corners(np.where(beyond - first == 1, at, math.nan), near == 0)
+    return Corners(np.where(beyond - first == 1, at, math.nan), near == 0, wide)
 
 
 def placed(excess: Array, corner: Corners) -> Array:
@@ -210,14 +214,14 @@ def offsets(
     close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
     moving = np.arange(len(nodes))  # states whose lines are not yet found
     for _ in range(_TURNS):
-        there = Corners(corner.zeta[moving], corner.smooth[moving])
+        there = Corners(corner.zeta[moving], corner.smooth[moving], corner.narrow[moving])
         rests = placed(passed.excess(works), there)
         rests = np.maximum(np.minimum(rests, most[moving]), least[moving])
         came = rests[0] if before is None else np.maximum(before[moving], rests[0])
         found = np.minimum(came, rests[-1])
         found[:, 1:-1][close[moving]] = 0.0
         found = np.where(np.isnan(found), 0.0, found)
-        _keep_order(nodes[moving], found)
+        _keep_order(there.narrow, found)
         unsettled = np.abs(found - zeta[moving]).max(axis=1) > _SETTLED
         zeta[moving] = found
         moving = moving[unsettled]
@@ -227,11 +231,10 @@ def offsets(
     return zeta
 
 
-def _keep_order(nodes: Nodes, zeta: Array) -> None:
-    """Lines of a lone node that would pass each other are both where they would meet."""
-    lone = nodes[:, ::2] == nodes[:, 1::2]
+def _keep_order(narrow: Mask, zeta: Array) -> None:
+    """Lines of narrow contacts that would pass each other are both where they would meet."""
     left, right = zeta[:, ::2], zeta[:, 1::2]
-    crossed = lone & (left + right < 0)
+    crossed = narrow[:, ::2] & (left + right < 0)
     middle = (right - left)[crossed] / 2
     left[crossed] = -middle
     right[crossed] = middle
@@ -261,9 +264,17 @@ def of_each(
     passed: Advances,
     known: Array | None = None,
     work: float | None = None,
+    *,
+    narrow: bool = False,
 ) -> tuple[Array, Array]:
-    """x of lines (s, 2m), and U and P (2, s, 2m) that each of them adds; as `between`."""
+    """x of lines (s, 2m), and U and P (2, s, 2m) that each of them adds; as `between`.
+
+    narrow: whether lone nodes that are pulled stand for contacts narrower than a link.
+    """
     corner, lines = corners(row, nodes), known
+    if narrow:
+        lone = np.repeat(nodes[:, ::2] == nodes[:, 1::2], 2, axis=1)
+        corner = corner._replace(narrow=lone & (depth[:, None] < row.f[nodes]))
     if lines is None:
         works = (row.works[0] if work is None else work,)
         zeta = offsets(row, nodes, depth, passed, corner, works)
@@ -303,8 +314,9 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[Arra
 
 
 def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
-    """`of_each` of states with as many contacts each."""
-    return of_each(row, nodes, depth, advances(row, nodes, depth))
+    """`of_each` of states with as many contacts each, on a path."""
+    narrow = closes_smoothly(row)
+    return of_each(row, nodes, depth, advances(row, nodes, depth), narrow=narrow)
 
 
 def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:

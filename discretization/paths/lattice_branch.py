@@ -8,7 +8,6 @@ states, events and the energy balance are those of the contact sets.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -26,6 +25,8 @@ from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, al
 from discretization.routes import route
 from energy import Scene
 from energy.arrays import Array
+
+_SAME = 1e-12  # of the depth and δ₀: depths of one closing
 
 
 @dataclass(eq=False)
@@ -77,7 +78,21 @@ class LatticeBranch(Branch):
         row = Row.of(seen, lattice, deepest)
         return cls(scene, row, Walk(row, narrow=True), unseen(seen, deepest, lattice))
 
-    touch = property(lambda self: self.row.lowest)
+    @functools.cached_property
+    def touch(self) -> float:
+        """Depth at which contact begins: where the parabola through the lowest nodes is lowest.
+
+        That of the lowest node at a corner, and where the contact would not spread at once.
+        """
+        row, node = self.row, self.row.touch
+        if self.walk.lines is None or not self.walk.lines.smooth(node):
+            return row.lowest
+        before, own, after = row.f[node - 1 : node + 2].tolist()
+        bend = before - 2 * own + after
+        depth = own - (after - before) ** 2 / (8 * bend) if bend > 0 else own
+        spread = self.walk.moved(((node, node),), depth, depth)
+        wide = bool(spread) and spread[0][0] < spread[0][1]
+        return depth if wide else row.lowest
 
     @property
     def resolution(self) -> float:
@@ -110,7 +125,9 @@ class LatticeBranch(Branch):
     @property
     def first(self) -> Point:
         """The contacts at first touch."""
-        return self.point(self.walk.touched(self.touch), self.touch, Point(self.touch, (), ()))
+        node, depth = self.row.touch, self.touch
+        nodes = self.walk.moved(((node, node),), depth, depth)
+        return self.point(nodes, depth, Point(depth, (), ()))
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point whose lines are less than half a link from these positions.
@@ -229,12 +246,14 @@ class LatticeBranch(Branch):
         return np.array(lines).T, force, energy
 
     def closes_at(self, state: Snapshot) -> bool:
-        """Whether a contact of one node, alone, is where both its lines meet."""
-        point = self.contact(state.depth, *state.lines)
-        ((first, last), *others) = point.memory
-        if others or first != last or self.walk.lines is None:
+        """Whether a contact of a node or a link, alone, is lost where both its lines meet."""
+        contacts = self.contact(state.depth, *state.lines).memory
+        first, last = contacts[0]
+        if len(contacts) > 1 or last - first > 1 or self.walk.lines is None:
             return False
-        return not math.isnan(self.walk.lines.depth(None, first, None))
+        depth = self.walk.lines.depth(None, first, None)
+        size = abs(depth) + self.scene.opened.critical_separation
+        return abs(depth - state.depth) <= _SAME * size
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError if something would still happen at this depth, or has not before."""

@@ -294,3 +294,21 @@ def test_the_pull_off_between_steps_is_found_on_nodes_as_well(spacing):
     coarse = (spacing / scene.elastocapillary_length) ** 2
     assert found.force == pytest.approx(known.force, rel=0.03 * coarse, abs=0)
     assert abs(found.half_width - known.half_width) <= spacing
+
+
+@pytest.mark.parametrize("off", [0.1, 0.3, 0.5])
+def test_contact_begins_where_the_parabola_through_the_lowest_nodes_is_lowest(off):
+    """Not where the lowest node touches: the profile has its lowest point between nodes."""
+    spacing = 0.05
+    body = Profile(
+        lambda x: (np.asarray(x, float) - off * spacing) ** 2 / 2,
+        lambda x: np.asarray(x, float) - off * spacing,
+        extent=(-4.0, 4.0),
+    )
+    scene, nodes = plain(body, w=0.02), {"method": "lattice", "spacing": spacing}
+    path = load_path(scene, depths=[-1e-3, 1e-12, 0.1, -0.5], **nodes)
+    assert path.events[0].kind == "jump-in"
+    assert abs(path.events[0].depth) <= 1e-15
+    exact = load_path(scene, depths=[-1e-3, 1e-12, 0.1, -0.5])
+    assert path.force[:3] == pytest.approx(exact.force[:3], rel=2e-3)
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
