@@ -18,36 +18,26 @@ The state is not resolved, and all errors are infinite, where
     f is convex, and the contact has fewer than LEAST links and is not pinned at both ends,
     f is not convex, and on nodes four times closer a contact has fewer than _HALF_A_LINK links, or
     the widths of the contacts that both states have differ by more than UNEVEN of all: what lies
-    between the nodes decides where the lines are,
+    between the nodes decides where the lines are (nodes four times closer are also compared where
+    f is convex and has corners),
     the other nodes have no contact or no answer, or
     the state is detached and a lattice finer by one of FINER has a contact.
 
-What a lattice cannot see are features narrower than its spacing. Between two nodes the profile
-should keep to its chord, but for what the largest second difference around the link tells,
-
-    |f_i + (f_{i+1} - f_i) s - f(x)| <= c max(|f_{i-1} - 2 f_i + f_{i+1}|,
-                                              |f_i - 2 f_{i+1} + f_{i+2}|),     s = (x - x_i)/Δx,
-
-with c = 1/8 if it is a parabola there, and 1/2 if it has a corner, and its slope should not turn by
-more than three times that difference over Δx, back and forth. A profile that does not may be in
-contact, where its forces are not those of the nodes, or stick through a free surface.
+What the nodes do not resolve of the profile itself is looked for by unresolved.py.
 """
 
 import math
-import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
-from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
+from discretization.certificate import EPSILON, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
+from discretization.lattice.unresolved import lost_too_early
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import heights, numbers
 from discretization.profile import resolve
-from energy import Scene
-from energy.arrays import Array, Mask
+from energy.arrays import Mask
 
 Solver = Callable[..., Equilibrium]  # on_lattice
 LEAST = 4  # links of a resolved contact
@@ -64,82 +54,20 @@ _CLOSER = 1 / 4  # that of nodes between which a profile that is not convex is l
 _ROUNDING = 4 * EPSILON  # of every estimate
 UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
 EXACT = dict.fromkeys(QUANTITIES, 0.0)
-_SMOOTH, _CORNERED = 1 / 4, 1 / 2  # of a second difference: twice a parabola's, and a corner's
-_WINDING = 12.0  # times that: three times as much as the slope of a parabola turns over a link
-_OF_HEIGHTS = 64 * EPSILON  # their rounding
-_MISSED = 1e-9  # of the depth and δ₀: a penetration that counts, as in the certificate
-
-
-class Unseen(NamedTuple):
-    """Places between the nodes (n,), f there, and how far that is from what the nodes see of it."""
-
-    x: Array
-    f: Array
-    off: Array
-
-
-def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = False) -> Unseen:
-    """What the nodes do not see of the profile, where contact is possible at this depth.
-
-    None of a convex profile; anywhere: its lowest point. Warns and refuses as `resolve`.
-    """
-    if scene.indenter.convex:
-        return Unseen(*np.empty((3, 0)))
-    profile = resolve(scene, depth)
-    if anywhere:
-        return Unseen(*np.array([[profile.lowest], [profile.touch], [0.0]]))
-    first, last = numbers(lattice, scene.indenter.extent)
-    place = (profile.x - lattice.origin) / lattice.spacing
-    link = np.floor(place)
-    inside = (link > first) & (link + 1 < last)
-    x, f, place, link = (part[inside] for part in (profile.x, profile.f, place, link))
-    nodes = heights(lattice, scene.indenter, link + np.arange(-1.0, 3.0)[:, None])
-    bend = np.abs(np.diff(nodes, 2, axis=0)).max(axis=0)
-    chord = nodes[1] + (place - link) * (nodes[2] - nodes[1])
-    cornered = np.isin(link, np.floor((profile.corners - lattice.origin) / lattice.spacing))
-    known = np.where(cornered, _CORNERED, _SMOOTH) * bend
-    off, own = np.abs(chord - f), (link - link[:1]).astype(int)
-    steps = np.abs(np.diff(profile.slope[inside])) * (own[1:] == own[:-1])
-    turned = lattice.spacing * np.bincount(own[1:], steps, own.max(initial=0) + 1)[own] / _WINDING
-    hidden = np.maximum(off, turned) > known + _OF_HEIGHTS * np.abs(nodes).max(initial=0.0)
-    return Unseen(x[hidden], f[hidden], off[hidden])
-
-
-def looked_at(
-    states: Iterable[Equilibrium], hidden: Unseen, lattice: Lattice, stacklevel: int
-) -> None:
-    """AccuracyWarning where the surfaces of a scene's states miss what the nodes do not see.
-
-    The indenter is in the surface there, or in contact off it.
-    """
-    x, f, off = hidden
-    states = [*states] if x.size else []
-    if not states:
-        return
-    each = [np.where(one.inside(x), off, one.depth - f - one.displacement(x)) for one in states]
-    missed = np.max(each, axis=0)
-    worst = int(np.argmax(missed))
-    size = max(states[0].scene.critical_separation, *(abs(state.depth) for state in states))
-    if missed[worst] > _MISSED * size:
-        warnings.warn(
-            f"at x = {float(x[worst])!r} the surface between nodes {lattice.spacing!r} "
-            f"apart misses the indenter by {float(missed[worst])!r}: a feature or contact "
-            "narrower than the spacing may be missed; give a smaller spacing, or method='fitted'",
-            AccuracyWarning,
-            stacklevel=stacklevel + 1,
-        )
 
 
 def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
     """Relative errors of a lattice state; see the module."""
     if not fine.contacts.size:
-        return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
+        lattice = Lattice.of(fine.scene, fine.spacing)
+        narrow = lost_too_early(fine.scene, lattice, fine.depth, fine.branch)
+        return UNRESOLVED if narrow or _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
     convex, bounds = fine.scene.indenter.convex, []
     if convex and (_narrower(fine, LEAST) & ~fine.pinned.all(axis=1)).any():
         return UNRESOLVED
-    for factor in _FACTORS if convex else (*_FACTORS, _CLOSER):
+    for factor in _FACTORS if convex and not _bent(fine) else (*_FACTORS, _CLOSER):
         state = _asked(solve, fine, factor * fine.spacing)
         if state is None or not state.contacts.size:
             return UNRESOLVED
@@ -173,6 +101,12 @@ def _uneven(fine: Equilibrium, closer: Equilibrium) -> bool:
     widths = np.diff(own)[:, 0]
     change = widths[one] - np.diff(there)[other, 0]
     return bool(np.abs(change).sum() > UNEVEN * widths.sum())
+
+
+def _bent(fine: Equilibrium) -> bool:
+    """Whether the profile has corners between nodes: other than its tip and its edges."""
+    body = fine.scene.indenter
+    return bool({*map(float, body.corners)} - {body.apex, *body.walls})
 
 
 def _next_to(fine: Equilibrium, other: Equilibrium) -> dict[str, float]:

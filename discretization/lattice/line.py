@@ -210,6 +210,9 @@ def offsets(
     """
     most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
     least, zeta = np.full(nodes.shape, -_HALF), np.zeros(nodes.shape)
+    if not row.scene.hysteretic:  # a corner holds lines up to a link away
+        most = np.where(corner.zeta > _HALF, 1.0, most)
+        least = np.where(corner.zeta < -_HALF, -1.0, least)
     most[:, 1:-1], least[:, 1:-1] = 1.0, -1.0  # lines that face each other feel each other
     close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
     moving = np.arange(len(nodes))  # states whose lines are not yet found
@@ -287,8 +290,8 @@ def of_each(
     return lines, _added(steps, zeta, corner)
 
 
-def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[Array, Array]:
-    """Outermost lines (s, 2), and U and P (2, s) that states have more than those on their nodes.
+def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[list[Array], Array]:
+    """Lines (2m,) of each state, and U and P (2, s) that states have more than on their nodes.
 
     Of any number of contacts, where closing and opening are alike. Lines feel nothing but the line
     that they face, so that every gap is found once, with the contacts beside it, of all states.
@@ -298,19 +301,24 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[Arra
     both = np.concatenate([outer[:, :2], outer[:, 2:]])
     lines, more = _found(row, both, np.tile(depths, 2))
     count = len(nodes)
+    left = lines[:count, 0]
+    right = lines[count:, 1]
     added = more[:, :count, 0] + more[:, count:, 1]
     gaps = [one.size // 2 - 1 for one in nodes]
-    if any(gaps):
-        state = np.repeat(np.arange(count), gaps)
-        sides = np.concatenate(
-            [np.lib.stride_tricks.sliding_window_view(one, 4)[::2] for one in nodes if one.size > 2]
-        )
-        known, at = np.unique(depths[state], return_inverse=True)
-        alike, own = np.unique(np.column_stack([sides, at]), axis=0, return_inverse=True)
-        _, inner = _found(row, alike[:, :4], known[alike[:, 4]])
-        more = (inner[..., 1] + inner[..., 2])[:, own.ravel()]
-        added += [np.bincount(state, each, count) for each in more]
-    return np.column_stack([lines[:count, 0], lines[count:, 1]]), added
+    if not any(gaps):
+        return list(np.column_stack([left, right])), added
+    state = np.repeat(np.arange(count), gaps)
+    sides = np.concatenate(
+        [np.lib.stride_tricks.sliding_window_view(one, 4)[::2] for one in nodes if one.size > 2]
+    )
+    known, at = np.unique(depths[state], return_inverse=True)
+    alike, own = np.unique(np.column_stack([sides, at]), axis=0, return_inverse=True)
+    lines, inner = _found(row, alike[:, :4], known[alike[:, 4]])
+    more = (inner[..., 1] + inner[..., 2])[:, own.ravel()]
+    added += [np.bincount(state, each, count) for each in more]
+    facing = np.split(lines[own.ravel(), 1:3].ravel(), 2 * np.cumsum(gaps)[:-1])
+    of_each_state = zip(left, facing, right, strict=True)
+    return [np.array([first, *between, last]) for first, between, last in of_each_state], added
 
 
 def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:

@@ -13,10 +13,11 @@ import numpy as np
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.lattice import line
-from discretization.lattice.accuracy import estimated, looked_at, unseen
+from discretization.lattice.accuracy import estimated
 from discretization.lattice.judge import State, on_row
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import SteepTail, on_plain, overhang, refuse_turning, turning
+from discretization.lattice.unresolved import look_at_state, looked_at, unseen
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row
@@ -36,17 +37,19 @@ def on_lattice(
     origin: float | None = None,
     method: str = "lattice",
     row: Row | None = None,
+    lattice: Lattice | None = None,
 ) -> Equilibrium:
     """Certified equilibrium at an imposed depth on nodes `spacing` apart, one of them on `origin`.
 
     min U[u] s.t. u_i >= d - f(x_i), U that of `NodalEnergy`; a, P and U are interpolated between
     the nodes. branch, and method "lattice", "shortest_path" or "oracle", are those of `minimise`,
-    which looks at its arguments first; origin: by default that of `Lattice.of`; row: known nodes.
+    which looks at its arguments first; origin: by default that of `Lattice.of`; row, lattice: where
+    they are known.
 
     ValueError for a spacing too large for the body, and for a contact that would leave the profile;
     NotCertifiedError if no equilibrium was found.
     """
-    lattice = Lattice.of(scene, spacing, origin)
+    lattice = lattice or Lattice.of(scene, spacing, origin)
     if isinstance(scene.indenter, Plane):
         if method != "lattice":
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
@@ -123,11 +126,13 @@ def _neutral(found: State) -> bool:
 
 def looked_at_on_lattice(scene: Scene, depth: float, spacing: float, **asked: Any) -> Equilibrium:
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
-    state = on_lattice(scene, depth, spacing, **asked)
+    lattice = Lattice.of(scene, spacing)
+    state = on_lattice(scene, depth, spacing, lattice=lattice, **asked)
+    places = None
     if not scene.indenter.convex:
-        lattice = Lattice.of(scene, spacing)
-        hidden = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
-        looked_at([state], hidden, lattice, stacklevel=3)
+        places = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
+        looked_at([state], places, lattice, stacklevel=3)
+    look_at_state(state, lattice, places and places.lowest, stacklevel=3)
     return state
 
 

@@ -269,6 +269,10 @@ class Branch(Protocol):
         """Whether a contact closes at this depth, which is known as well as states are."""
         return True
 
+    def released(self, depth: float, left: float, right: float) -> None:
+        """Warn if at the first depth after a contact was lost a narrow one is still there."""
+        return None
+
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""
 

@@ -8,6 +8,7 @@ states, events and the energy balance are those of the contact sets.
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -16,8 +17,16 @@ import numpy as np
 from discretization.certificate import Certificate
 from discretization.equilibrium import detached
 from discretization.lattice import line
-from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.judge import on_row
+from discretization.lattice.unresolved import (
+    Unseen,
+    lines_looked_at,
+    looked_at,
+    losses_looked_at,
+    lowest_within,
+    narrow_looked_at,
+    unseen,
+)
 from discretization.lattice.walk import Walk, paired
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row, positions
@@ -188,24 +197,32 @@ class LatticeBranch(Branch):
         """U and P (2, n), interpolated between the nodes: those of a contact set jump at links."""
         return self._interpolated(points)[:2]
 
-    def _interpolated(self, points: Sequence[Point]) -> Array:
-        """U, P and both outermost lines (4, n) of points in contact."""
-        found, row = np.empty((4, len(points))), self.row
+    def _interpolated(self, points: Sequence[Point], *, looked: bool = False) -> Array:
+        """U, P and both outermost lines (4, n) of points in contact.
+
+        looked: whether it is looked at whether the profile lets the lines rest there.
+        """
+        row = self.row
+        found = np.empty((4, len(points)))
+        all_depths = np.array([point.depth for point in points])
+        of_points: list[Array] = []
+        if not self.scene.hysteretic:
+            of_points, more = line.of_states(row, [p.memory for p in points], all_depths)
         for own in alike(points):
-            depth, known, memory = zip(*(points[i] for i in own), strict=True)
-            nodes, depths = np.array(memory).reshape(len(own), -1), np.array(depth)
+            nodes = np.array([points[i].memory for i in own]).reshape(len(own), -1)
+            depths = all_depths[own]
             found[:2, own] = row.totals(nodes, depths)
             if self.scene.hysteretic:
+                known = np.array([points[i].lines for i in own])
                 passed = line.advances(row, nodes, depths)
-                lines, more = line.between(row, nodes, depths, passed, np.array(known))
-                found[:2, own] += more
-                found[2:, own] = lines[:, 0], lines[:, -1]
-        if not self.scene.hysteretic:
-            states = [point.memory for point in points]
-            depths = np.array([point.depth for point in points])
-            lines, more = line.of_states(row, states, depths)
-            found[:2] += more
-            found[2:] = lines.T
+                lines, added = line.between(row, nodes, depths, passed, known)
+            else:
+                lines = np.array([of_points[i] for i in own])
+                added = more[:, own]
+            found[:2, own] += added
+            found[2:, own] = lines[:, 0], lines[:, -1]
+            if looked:
+                lines_looked_at(self.scene, row.lattice, depths, lines, stacklevel=6)
         return found
 
     def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
@@ -242,7 +259,11 @@ class LatticeBranch(Branch):
             for point in points
         )
         looked_at(whole, self.hidden, lattice, stacklevel=4)
-        energy, force, *lines = self._interpolated(points)
+        for one, other in itertools.pairwise(points if self.scene.work_of_adhesion else ()):
+            before, after = one.lines or (), other.lines or ()
+            if len(after) < len(before) and other.depth < one.depth:
+                losses_looked_at(self.scene, lattice, other.depth, before, after, stacklevel=4)
+        energy, force, *lines = self._interpolated(points, looked=True)
         return np.array(lines).T, force, energy
 
     def closes_at(self, state: Snapshot) -> bool:
@@ -254,6 +275,14 @@ class LatticeBranch(Branch):
         depth = self.walk.lines.depth(None, first, None)
         size = abs(depth) + self.scene.opened.critical_separation
         return abs(depth - state.depth) <= _SAME * size
+
+    def released(self, depth: float, left: float, right: float) -> None:
+        """AccuracyWarning if at this depth a contact is narrower than the nodes can hold."""
+        scene, lattice = self.scene, self.row.lattice
+        lowest = None
+        if not scene.indenter.convex:
+            lowest = lowest_within(scene, lattice, left, right)
+        narrow_looked_at(scene, lattice, depth, "adhered", lowest, stacklevel=5)
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError if something would still happen at this depth, or has not before."""

@@ -78,6 +78,9 @@ class LoadPath:
                 f"{self.events[-1].force!r}: a path under force control starts at first touch; "
                 "begin with a larger force"
             )
+        if self.imposed and count and self.events and self.events[-1].step == self.step:
+            lost = self.events[-1].before
+            self.branch.released(float(values[0]), lost.left, lost.right)
         away = [-math.inf] * count if self.dead else values[:count].tolist()
         self._add([Point(depth, None) for depth in away])
         if count < values.size:
