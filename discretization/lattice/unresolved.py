@@ -62,6 +62,7 @@ _FEW = 4  # links between lines that are not between nodes
 _BESIDE = 1e-3  # links: nearer to an axis no free surface is read
 _SIDES = np.array([-1.0, 1.0])
 _ACROSS = _SIDES[:, None, None]  # inside and outside of a contact
+_READ = np.array([1.0, -1.0, -1.0, 1.0])  # sides on which slopes inside and outside are read
 _PLACES = 33  # at which it is looked whether a narrow contact is held
 _HALVINGS = 40  # of the spacing, in search of one that would do
 _WITHIN = 16  # places in a link, looked at in this search
@@ -339,6 +340,35 @@ def _held(scene: Scene, lattice: Lattice, depth: Array, lines: Array, part: floa
     return np.asarray((left & holds[:, :, 1::2]).any(axis=0))
 
 
+def _at_rest(scene: Scene, lattice: Lattice, depth: float, left: float, right: float) -> bool:
+    """Whether both lines of one contact surely rest, as `astray` says, in numbers: faster.
+
+    Without pattern, with small slopes, and if the profile is not steep there.
+    """
+    (lo, hi), length = scene.indenter.extent, scene.elastocapillary_length
+    share = _ASIDE if scene.work_of_adhesion else 1.0
+    out, half = share * lattice.spacing, (right - left) / 2
+    inner = min(out, half)
+    x = np.array([left + inner, right - inner, max(left - out, lo), min(right + out, hi)])
+    slopes = scene.indenter.slope_beside(x, _READ).tolist()
+    depths = (depth - scene.indenter.height(x)).tolist()
+    part = _PARTED + (lattice.spacing / length) ** 2 / 8
+    most = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
+    least = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+    size = scene.opened.critical_separation
+    for line, side in ((0, -1), (1, 1)):
+        u_in, u_out = depths[line], depths[line + 2]
+        r_in = side * slopes[line] - u_in / length
+        r_out = side * slopes[line + 2] - u_out / length
+        if not abs(u_in - u_out) <= _RAISED * (size + abs(u_out)):
+            return False
+        if not r_in <= most + part * (most + abs(u_in) / length):
+            return False
+        if not r_out >= least - part * (least + abs(u_out) / length):
+            return False
+    return True
+
+
 def _room(lines: Array) -> Array:
     """How far lines (n, 2m) may be moved inwards and outwards (2, n, 2m): half way to the next."""
     half = np.repeat(lines[:, 1::2] - lines[:, ::2], 2, axis=1) / 2
@@ -420,6 +450,9 @@ def look_at_state(
         return
     if state.contacts.size:
         lines = state.contacts.reshape(1, -1)
+        simple = lattice.linear and lattice.axis != 0 and scene.pattern is None
+        if simple and lines.size == 2 and _at_rest(scene, lattice, depth, *lines[0].tolist()):
+            return
         lines_looked_at(scene, lattice, np.array([depth]), lines, stacklevel + 1)
     else:
         narrow_looked_at(scene, lattice, depth, state.branch, lowest, stacklevel + 1)
