@@ -78,7 +78,7 @@ def read_profile(
     >>> from energy import read_profile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "scan.csv")
-    ...     _ = path.write_text("x [µm];z [nm]\n-1;4\n0;0\n1;5\n", encoding="utf-8")
+    ...     _ = path.write_text("x [µm];z [nm]\\n-1;4\\n0;0\\n1;5\\n", encoding="utf-8")
     ...     print(read_profile(path).x)
     [-1.e-06  0.e+00  1.e-06]
     """

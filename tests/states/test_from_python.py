@@ -147,6 +147,7 @@ def test_the_public_names_are_complete():
             name
             for name, value in vars(package).items()
             if getattr(value, "__module__", "").startswith(package.__name__)
+            and not name.startswith("__")
         }
         assert public <= set(package.__all__)
         assert all(hasattr(package, name) for name in package.__all__)
