@@ -12,6 +12,7 @@ depth is that of the continuum to O(Δx²), while the last link of a contact ope
 too early, at an error O(Δx).
 """
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -37,6 +38,7 @@ class Closing:
     row: Row
     rules: Rules
 
+    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def depth(self, before: int | None, node: int, after: int | None) -> float:
         """Depth at which a contact that ends at this node closes; nan where it is not known.
 

@@ -87,21 +87,29 @@ class LatticeBranch(Branch):
         row = Row.of(seen, lattice, deepest)
         return cls(scene, row, Walk(row, narrow=True), unseen(seen, deepest, lattice))
 
-    @functools.cached_property
+    @property
     def touch(self) -> float:
-        """Depth at which contact begins: where the parabola through the lowest nodes is lowest.
+        """Depth at which contact begins."""
+        return self._touching[0]
 
-        That of the lowest node at a corner, and where the contact would not spread at once.
+    @functools.cached_property
+    def _touching(self) -> tuple[float, Contacts]:
+        """Depth at which contact begins, and the contacts there.
+
+        Where the parabola through the lowest nodes is lowest; that of the lowest node at a corner,
+        and where the contact would not spread at once.
         """
-        row, node = self.row, self.row.touch
-        if self.walk.lines is None or not self.walk.lines.smooth(node):
-            return row.lowest
-        before, own, after = row.f[node - 1 : node + 2].tolist()
-        bend = before - 2 * own + after
-        depth = own - (after - before) ** 2 / (8 * bend) if bend > 0 else own
-        spread = self.walk.moved(((node, node),), depth, depth)
-        wide = bool(spread) and spread[0][0] < spread[0][1]
-        return depth if wide else row.lowest
+        row, node, lowest = self.row, self.row.touch, self.row.lowest
+        own = ((node, node),)
+        if self.walk.lines is not None and self.walk.lines.smooth(node):
+            before, here, after = row.f[node - 1 : node + 2].tolist()
+            bend = before - 2 * here + after
+            if before != after and bend > 0:
+                depth = here - (after - before) ** 2 / (8 * bend)
+                spread = self.walk.moved(own, depth, depth)
+                if spread and spread[0][0] < spread[0][1]:
+                    return depth, spread
+        return lowest, self.walk.moved(own, lowest, lowest)
 
     @property
     def resolution(self) -> float:
@@ -134,8 +142,7 @@ class LatticeBranch(Branch):
     @property
     def first(self) -> Point:
         """The contacts at first touch."""
-        node, depth = self.row.touch, self.touch
-        nodes = self.walk.moved(((node, node),), depth, depth)
+        depth, nodes = self._touching
         return self.point(nodes, depth, Point(depth, (), ()))
 
     def contact(self, depth: float, *lines: float) -> Point:
