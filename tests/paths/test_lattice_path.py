@@ -86,6 +86,17 @@ def test_a_path_does_not_continue_from_a_wrong_state(pattern):
             branch.certify(point._replace(memory=((first, last + links),)))
 
 
+def test_a_lone_node_holds_no_more_than_both_lines_of_a_narrow_contact():
+    """Which pull with √(2wγ₁) each: below -δ₀ such a contact has closed."""
+    scene = adhesive(Parabola(0.02))
+    branch = LatticeBranch.of(scene, SPACING, 1e-3)
+    touch, delta0 = branch.row.touch, scene.critical_separation
+    alone = branch.first._replace(memory=((touch, touch),))
+    branch.certify(alone._replace(depth=-(1 - 1e-6) * delta0))
+    with pytest.raises(NotCertifiedError, match="opening"):
+        branch.certify(alone._replace(depth=-1.01 * delta0))
+
+
 def one_sided(factors=(0.0, 1.0), edges=(0.05,)):
     """A parabola that adheres on one side only, with k = 1."""
     scene = plain(Parabola(1.0), w=0.00125, gamma1=0.01)
