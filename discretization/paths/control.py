@@ -86,11 +86,10 @@ class Curve(NamedTuple):
     @classmethod
     def of(cls, leg: Leg, control: Control) -> Curve:
         """Drawn by polynomials on parts of the leg, halved until they represent C."""
-        deepest, todo = max(abs(leg.start.depth), abs(leg.end.depth)), [(0.0, 1.0)]
-        rounding = float(control.value(_EPSILON * deepest, leg.rounding))
+        rounding, todo = _rounding(leg, control), [(0.0, 1.0)]
         if not leg.branch.smooth:
-            t, none = _at_changes(leg), np.empty(0)
-            return cls(leg, control, t, _values(leg, control, t), none, none, rounding)
+            t = at_changes(leg)
+            return cls.sampled(leg, control, t, _values(leg, control, t))
         parts = list[tuple[Array, Array, Legendre]]()
         while todo:
             drawn, halves = _drawn(leg, control, todo, roughly=True), list[tuple[float, float]]()
@@ -109,6 +108,12 @@ class Curve(NamedTuple):
         at = np.concatenate([[0.0], *(at[1:] for at, _, _ in parts), turns])
         t, first = np.unique(at, return_index=True)
         return cls(leg, control, t, np.append(nodal, more)[first], ends, nodal, rounding)
+
+    @classmethod
+    def sampled(cls, leg: Leg, control: Control, t: Array, value: Array) -> Curve:
+        """Of a leg where P is only known between nodes, with C at samples t (j,)."""
+        none = np.empty(0)
+        return cls(leg, control, t, value, none, none, _rounding(leg, control))
 
     def peak(self, side: int) -> int:
         """The first sample after which exact C falls (side 1) or rises (-1); the last if none."""
@@ -176,12 +181,23 @@ def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> A
     return np.asarray(control.value(depths, leg.forces(depths, roughly=roughly)), float)
 
 
-def _at_changes(leg: Any) -> Array:
+def _rounding(leg: Leg, control: Control) -> float:
+    """Of C on a leg."""
+    deepest = max(abs(leg.start.depth), abs(leg.end.depth))
+    return float(control.value(_EPSILON * deepest, leg.rounding))
+
+
+def evenly_spaced() -> Array:
+    """t at which every leg is sampled where P is only known between nodes."""
+    return np.linspace(0, 1, _LEAST)
+
+
+def at_changes(leg: Any) -> Array:
     """t at which links are passed, and at least some others."""
     span = leg.end.depth - leg.start.depth or 1.0
     share = (np.array([depth for depth, _ in leg.trace]) - leg.start.depth) / span
     passed = 0.5 - np.sin(np.arcsin(1 - 2 * np.clip(share, 0, 1)) / 3)  # of `Leg.depths`
-    return np.union1d(np.linspace(0, 1, _LEAST), passed)
+    return np.union1d(evenly_spaced(), passed)
 
 
 def _drawn(

@@ -23,6 +23,7 @@ from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.layer_branch import LayerBranch
+from discretization.paths.least_force import NOISE, Bounded, Stretch, UnknownError, one_way
 from discretization.paths.load_path import LoadPath
 from discretization.paths.path_accuracy import QUANTITIES, estimated
 from discretization.paths.springs import SpringsBranch
@@ -33,7 +34,6 @@ from energy.description import alike, described, rebuilt
 
 _CHANGED = 0.1  # of the pull-off force: more with its last links, and it is not resolved
 _COARSER = 2.0  # nodes over those of the path, next to which its errors are estimated
-_NOISE = 1e-13  # of the largest force: a force is no less than another by less
 _TITLE = "elastocap load path"
 _NOTES = (
     "in the units of the scene, of a line contact per its unit length: control [length or force],",
@@ -207,11 +207,11 @@ class History:
 
         ValueError for a path without tension.
         """
-        runs = [part for part in self.parts if isinstance(part, list)]
-        held = [state for run in runs for state in run if not math.isnan(state.left)]
-        none = Snapshot(math.nan, math.inf, math.nan, math.nan, math.nan)
-        state = min([none, *held, *self._turns()], key=lambda state: state.force)
-        if (least := state.force) >= -_NOISE * np.abs(self.force).max(initial=0.0):
+        least, state = math.inf, None
+        for found in (self._least_recorded(), *self._turns()):
+            if found is not None and found.force < least:
+                least, state = found.force, found
+        if state is None or least >= -NOISE * np.abs(self.force).max(initial=0.0):
             raise ValueError(
                 f"least force = {least!r} of this path is not tensile; retract the indenter further"
             )
@@ -224,7 +224,7 @@ class History:
         """
         forces, spacing = [*self.force.tolist(), *(e.force for e in self.events)], self.spacing or 0
         least, size = min(forces, default=0.0), max(map(abs, forces), default=0.0)
-        for run, event in itertools.pairwise(self.parts if -least > _NOISE * size else ()):
+        for run, event in itertools.pairwise(self.parts if -least > NOISE * size else ()):
             if not isinstance(event, Event) or event.force > least:
                 continue
             few = event.before.right - event.before.left < (LEAST - 0.5) * spacing
@@ -249,14 +249,66 @@ class History:
                 yield (leg := self._branch.leg(here, run[-1].depth))
                 here = leg.after or leg.end
 
+    def _least_recorded(self) -> Snapshot | None:
+        """The recorded state in contact at which P is least, the first of those; None without."""
+        found = []
+        for event in self.events:
+            for state in (event.before, event.after):
+                if not math.isnan(state.left):
+                    found.append((state.force, event.step, state))
+        forces = np.where(np.isnan(self.contacts[:, 0]), math.inf, self.force)
+        step = int(forces.argmin()) if forces.size else 0
+        if forces.size and forces[step] < math.inf:
+            found.append((float(forces[step]), step + 0.5, self.at(step)))  # after its events
+        return min(found, key=lambda one: one[:2])[2] if found else None
+
+    def _stretches(self) -> Iterator[Stretch]:
+        """The parts of the path between events that are in contact, and go one way.
+
+        ValueError if the states of one have not as many lines as each other.
+        """
+        for before, after in itertools.pairwise([None, *self.events, None]):
+            if before is None or math.isnan(before.after.left):
+                continue
+            own = slice(before.step, after.step if after else len(self))
+            ends = [before.after, *([after.before] if after else [])]
+            table = self.table[own]
+            inner = np.reshape(self.inner[own], (len(table), len(ends[0].inner)))
+            steps = np.column_stack([table[:, 4], inner, table[:, 5]])
+            lines = np.vstack([ends[0].lines, steps, *(state.lines for state in ends[1:])])
+            recorded = [state[:2] for state in ends]
+            depths, forces = np.vstack([recorded[0], table[:, 1:3], *recorded[1:]]).T
+            yield from one_way(depths, forces, lines)
+
     def _turns(self) -> Iterator[Snapshot]:
-        """The states at which P is least on the way from one recorded state to the next."""
+        """The states at which P is least between recorded ones, as far as it is less there."""
+        if isinstance(self._branch, LatticeBranch):
+            try:
+                yield from self._turns_on_nodes(self._branch)
+                return
+            except (ValueError, UnknownError):
+                pass  # followed again as they are
+        yield from self._turns_of_legs()
+
+    def _turns_of_legs(self) -> Iterator[Snapshot]:
+        """The same, and the ends of legs, of paths that are followed and drawn again."""
         for leg in self._legs(self.parts):
             yield self._branch.snapshot(leg.end)
             curve = Curve.of(leg, Control(0.0))
             least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
-            if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
+            if curve.value[least] < ends.min() - NOISE * np.abs(curve.value).max():
                 yield self._branch.snapshot(curve.refined(least, -1))
+
+    def _turns_on_nodes(self, branch: LatticeBranch) -> Iterator[Snapshot]:
+        """The same, where the way is only walked again, and P drawn, where that promises less."""
+        recorded = self._least_recorded()
+        least = math.inf if recorded is None else recorded.force
+        stretches = [Bounded.of(branch, stretch) for stretch in self._stretches()]
+        for stretch in sorted(stretches, key=lambda each: each.least):
+            state = stretch.turn(least) if stretch.least < least else None
+            if state is not None:
+                least = min(least, state.force)
+                yield state
 
     validity = property(readings.of_path)
     warnings = property(readings.violated)

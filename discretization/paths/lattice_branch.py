@@ -34,7 +34,7 @@ from discretization.nodes.row import Contacts, Row, positions
 from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, alike, snapshot_of
 from discretization.routes import route
 from energy import Scene
-from energy.arrays import Array
+from energy.arrays import Array, Nodes
 
 _SAME = 1e-12  # of the depth and δ₀: depths of one closing
 
@@ -151,11 +151,14 @@ class LatticeBranch(Branch):
 
         A line at an edge belongs to the last node.
         """
-        lattice, first = self.row.lattice, self.row.first
-        last = self.row.size - 1  # a line at an edge may be up to a link beyond
-        at = [min(round((x - lattice.origin) / lattice.spacing) - first, last) for x in lines]
-        nodes = tuple(zip(at[::2], at[1::2], strict=True))
+        nodes = contacts_at(self.nearest(np.array(lines)))
         return Point(depth, lines if self.scene.hysteretic else self._on_nodes(nodes), nodes)
+
+    def nearest(self, lines: Array) -> Nodes:
+        """The nodes next to lines; at an edge, up to a link beyond which they are, the last one."""
+        lattice = self.row.lattice
+        at = np.rint((lines - lattice.origin) / lattice.spacing).astype(int) - self.row.first
+        return np.minimum(at, self.row.size - 1)
 
     def leg(self, point: Point, goal: float) -> Links:
         """The way from a point towards another depth, up to the first event.
@@ -164,7 +167,7 @@ class LatticeBranch(Branch):
         """
         trace, at, then = self.walk.track(point.memory, point.depth, goal)
         stop = goal if at is None else at
-        held = [self._holds(nodes[0], nodes[-1]) for _, nodes in trace]
+        held = [self.holds(nodes[0], nodes[-1]) for _, nodes in trace]
         for i in range(1, len(trace)):
             depth = trace[i][0]
             if held[i] != held[i - 1] and depth not in (point.depth, stop):
@@ -190,7 +193,7 @@ class LatticeBranch(Branch):
         right = tips | ({row.size - 1: "edge"} if hi in body.walls else {})
         return {} if lo == row.lattice.axis else left, right
 
-    def _holds(self, first: int, last: int) -> Pinned:
+    def holds(self, first: int, last: int) -> Pinned:
         """What holds the outermost lines of contacts between these nodes."""
         left, right = self._pinning
         return left.get(first, ""), right.get(last, "")
@@ -199,7 +202,7 @@ class LatticeBranch(Branch):
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
         if point.lines is None:
             return "", ""
-        return self._holds(point.memory[0][0], point.memory[-1][1])
+        return self.holds(point.memory[0][0], point.memory[-1][1])
 
     def totals(self, points: Sequence[Point]) -> Array:
         """U and P (2, n), interpolated between the nodes: those of a contact set jump at links."""
@@ -298,3 +301,9 @@ class LatticeBranch(Branch):
         if lines is not None:
             certificate = on_row(self.row, nodes, depth, narrow=True).certificate
             certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
+
+
+def contacts_at(nodes: Nodes) -> Contacts:
+    """The contacts between these nodes (2m,)."""
+    ends = nodes.tolist()
+    return tuple(zip(ends[::2], ends[1::2], strict=True))

@@ -1,0 +1,159 @@
+"""Where P is least between the recorded states of a path on nodes, on a stretch without events.
+
+There contacts only grow with the depth. A node that closes was a gap v >= 0 above the indenter, so
+that the surface is pulled up nowhere by it, and P = k ∫u dx falls; and at fixed contacts P rises
+with the depth, by more the larger these are. So between two depths d < e, with the contacts C at e,
+
+    P >= P_C(d),
+
+which costs a difference of running sums (`Row.totals`). Between nodes contacts reach up to one link
+further: what that would add to P is subtracted, twice since the cubic through links may overshoot.
+Only where this bound is below the least force that is known already, the way is walked again and P
+is drawn between the nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization.lattice.line import outwards
+from discretization.nodes.row import Row
+from discretization.paths.branch import Snapshot
+from discretization.paths.control import Control, Curve, at_changes, evenly_spaced
+from discretization.paths.lattice_branch import LatticeBranch, Links, contacts_at
+from energy.arrays import Array, Indices, Nodes
+
+NOISE = 1e-13  # of the largest force: a force is no less than another by less
+_FURTHER = 2.0  # times what P changes by if all lines are one link further out
+_APART = 4  # links: lines that face each other and are closer stay on their nodes
+_LOAD = Control(0.0)  # C is P
+
+
+class UnknownError(Exception):
+    """Something happens on a stretch that is no event of its path."""
+
+
+class Stretch(NamedTuple):
+    """Recorded states in contact along which the depth changes one way.
+
+    Depths and forces (n,), and all lines (n, 2m).
+    """
+
+    depths: Array
+    forces: Array
+    lines: Array
+
+    @property
+    def way(self) -> int:
+        """Whether the depth grows, 1, or falls, -1."""
+        return 1 if self.depths[-1] > self.depths[0] else -1
+
+
+def one_way(depths: Array, forces: Array, lines: Array) -> Iterator[Stretch]:
+    """The stretches of states, from turn to turn, but of those all at one depth."""
+    moved = np.flatnonzero(np.diff(depths))
+    if not moved.size:
+        return
+    turns = moved[1:][np.diff(np.sign(np.diff(depths)[moved])) != 0]
+    ends = [0, *turns.tolist(), depths.size - 1]
+    for first, last in zip(ends[:-1], ends[1:], strict=True):
+        own = slice(first, last + 1)
+        yield Stretch(depths[own], forces[own], lines[own])
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """A stretch with the nodes of its lines (n, 2m).
+
+    bounds: what P is no less than between neighbouring states (n - 1,).
+    """
+
+    branch: LatticeBranch
+    stretch: Stretch
+    nodes: Nodes
+    bounds: Array
+
+    @classmethod
+    def of(cls, branch: LatticeBranch, stretch: Stretch) -> Bounded:
+        """With the bounds of a stretch."""
+        depths, nodes = stretch.depths, branch.nearest(stretch.lines)
+        deeper = nodes[1:] if stretch.way > 0 else nodes[:-1]
+        shallow = np.minimum(depths[:-1], depths[1:])
+        return cls(branch, stretch, nodes, _bound(branch.row, deeper, shallow))
+
+    @property
+    def least(self) -> float:
+        """What P is no less than."""
+        return float(self.bounds.min())
+
+    def turn(self, known: float) -> Snapshot | None:
+        """The state within the stretch at which P is least, None if it is not less than known.
+
+        UnknownError if the stretch cannot be followed as one.
+        """
+        leg, inside = self._leg(np.flatnonzero(self.bounds < known))
+        t = at_changes(leg)
+        own = np.flatnonzero((t >= inside[0]) & (t <= inside[1]))
+        drawn = own[self._promising(leg, t[own], known)]
+        if not drawn.size:
+            return None
+        value = np.full(t.size, np.inf)
+        value[drawn] = leg.forces(leg.depths(t[drawn]))
+        i, ends = int(value.argmin()), self.stretch.forces[[0, -1]]
+        if value[i] >= ends.min() - NOISE * np.abs(value[drawn]).max():
+            return None
+        if i in (own[0], own[-1]):
+            raise UnknownError
+        return self.branch.snapshot(Curve.sampled(leg, _LOAD, t, value).refined(i, -1))
+
+    def _leg(self, promising: Indices) -> tuple[Links, tuple[float, float]]:
+        """The leg of the stretch, walked about the parts that promise less, and t of these."""
+        branch, (depths, _, lines) = self.branch, self.stretch
+        first, last = depths[[0, -1]].tolist()
+        start = branch.contact(first, *lines[0].tolist())
+        end = branch.point(contacts_at(self.nodes[-1]), last, start)
+        leg = Links(branch, start, end, None, False, [(first, tuple(self.nodes[0].tolist()))])
+        inside = self._about(leg, promising)
+        begin, goal = leg.depths(np.array(inside)).tolist()
+        way = self.stretch.way
+        known = max(int(np.searchsorted(way * depths, way * begin, "right")) - 1, 0)
+        here = contacts_at(self.nodes[known])
+        trace, at, _ = branch.walk.track(here, float(depths[known]), goal)
+        held = {branch.holds(each[0], each[-1]) for depth, each in trace if depth != last}
+        if len(held) > 1 or at not in (None, last):
+            raise UnknownError
+        leg.trace = [(first, tuple(self.nodes[known].tolist())), *trace[1:]]
+        return leg, inside
+
+    def _about(self, leg: Links, promising: Indices) -> tuple[float, float]:
+        """t of samples before and after all parts that promise less, and not next to them."""
+        t, way, depths = evenly_spaced(), self.stretch.way, self.stretch.depths
+        reached = way * leg.depths(t)
+        low, high = way * depths[[promising[0], promising[-1] + 1]]
+        before = int(np.searchsorted(reached, low, "right")) - 2
+        beyond = int(np.searchsorted(reached, high)) + 1
+        return float(t[max(before, 0)]), float(t[min(beyond, t.size - 1)])
+
+    def _promising(self, leg: Links, t: Array, known: float) -> Indices:
+        """The samples next to which P between the nodes may be less than known."""
+        depths, way = leg.depths(t), self.stretch.way
+        changed = way * np.array([depth for depth, _ in leg.trace])
+        passed = np.searchsorted(changed, way * depths[:-1], side="right") - 1
+        nodes = np.array([each for _, each in leg.trace]).reshape(len(leg.trace), -1)[passed]
+        shallow = np.minimum(depths[:-1], depths[1:])
+        promising = _bound(self.branch.row, nodes, shallow) < known
+        return np.flatnonzero(np.append(promising, False) | np.append(False, promising))
+
+
+def _bound(row: Row, nodes: Nodes, depths: Array) -> Array:
+    """What P between the nodes is no less than at these depths (n,), with contacts in these."""
+    wider = nodes + outwards(nodes.shape[1])
+    np.clip(wider, 0, row.size - 1, out=wider)
+    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
+    wider[:, 1:-1] = np.where(close, nodes[:, 1:-1], wider[:, 1:-1])
+    force, further = row.totals(nodes, depths)[1], row.totals(wider, depths)[1]
+    return np.asarray(force - _FURTHER * np.maximum(force - further, 0.0))
