@@ -23,7 +23,7 @@ from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.layer_branch import LayerBranch
-from discretization.paths.least_force import NOISE, Bounded, Stretch, UnknownError, one_way
+from discretization.paths.least_force import NOISE, Stretch, UnknownError, bounded, one_way
 from discretization.paths.load_path import LoadPath
 from discretization.paths.path_accuracy import QUANTITIES, estimated
 from discretization.paths.springs import SpringsBranch
@@ -208,7 +208,7 @@ class History:
         ValueError for a path without tension.
         """
         least, state = math.inf, None
-        for found in (self._least_recorded(), *self._turns()):
+        for found in (self._least_recorded, *self._turns()):
             if found is not None and found.force < least:
                 least, state = found.force, found
         if state is None or least >= -NOISE * np.abs(self.force).max(initial=0.0):
@@ -249,6 +249,7 @@ class History:
                 yield (leg := self._branch.leg(here, run[-1].depth))
                 here = leg.after or leg.end
 
+    @functools.cached_property
     def _least_recorded(self) -> Snapshot | None:
         """The recorded state in contact at which P is least, the first of those; None without."""
         found = []
@@ -301,9 +302,9 @@ class History:
 
     def _turns_on_nodes(self, branch: LatticeBranch) -> Iterator[Snapshot]:
         """The same, where the way is only walked again, and P drawn, where that promises less."""
-        recorded = self._least_recorded()
+        recorded = self._least_recorded
         least = math.inf if recorded is None else recorded.force
-        stretches = [Bounded.of(branch, stretch) for stretch in self._stretches()]
+        stretches = bounded(branch, [*self._stretches()])
         for stretch in sorted(stretches, key=lambda each: each.least):
             state = stretch.turn(least) if stretch.least < least else None
             if state is not None:

@@ -77,14 +77,6 @@ class Bounded:
     nodes: Nodes
     bounds: Array
 
-    @classmethod
-    def of(cls, branch: LatticeBranch, stretch: Stretch) -> Bounded:
-        """With the bounds of a stretch."""
-        depths, nodes = stretch.depths, branch.nearest(stretch.lines)
-        deeper = nodes[1:] if stretch.way > 0 else nodes[:-1]
-        shallow = np.minimum(depths[:-1], depths[1:])
-        return cls(branch, stretch, nodes, _bound(branch.row, deeper, shallow))
-
     @property
     def least(self) -> float:
         """What P is no less than."""
@@ -149,11 +141,30 @@ class Bounded:
         return np.flatnonzero(np.append(promising, False) | np.append(False, promising))
 
 
+def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:
+    """The bounds of stretches, of all with as many lines as each other at once."""
+    found = []
+    for count in {each.lines.shape[1] for each in stretches}:
+        alike = [each for each in stretches if each.lines.shape[1] == count]
+        nodes = branch.nearest(np.concatenate([each.lines for each in alike]))
+        depths = np.concatenate([each.depths for each in alike])
+        ways = np.concatenate([np.full(each.depths.size, each.way) for each in alike])
+        deeper = np.where(ways[:-1, None] > 0, nodes[1:], nodes[:-1])
+        bounds = _bound(branch.row, deeper, np.minimum(depths[:-1], depths[1:]))
+        first = 0
+        for each in alike:
+            last = first + each.depths.size
+            found.append(Bounded(branch, each, nodes[first:last], bounds[first : last - 1]))
+            first = last
+    return found
+
+
 def _bound(row: Row, nodes: Nodes, depths: Array) -> Array:
     """What P between the nodes is no less than at these depths (n,), with contacts in these."""
     wider = nodes + outwards(nodes.shape[1])
     np.clip(wider, 0, row.size - 1, out=wider)
     close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
     wider[:, 1:-1] = np.where(close, nodes[:, 1:-1], wider[:, 1:-1])
-    force, further = row.totals(nodes, depths)[1], row.totals(wider, depths)[1]
+    both = row.totals(np.concatenate([nodes, wider]), np.tile(depths, 2))
+    force, further = np.split(both[1], 2)
     return np.asarray(force - _FURTHER * np.maximum(force - further, 0.0))
