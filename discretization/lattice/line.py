@@ -298,7 +298,7 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[list
     """
     if max(map(len, states)) == 1:
         lines, more = _found(row, np.reshape(states, (-1, 2)), depths)
-        return lines, more.sum(axis=-1)
+        return list(lines), more.sum(axis=-1)
     nodes = [np.ravel(contacts) for contacts in states]
     outer = np.array([[*one[:2], *one[-2:]] for one in nodes])
     both = np.concatenate([outer[:, :2], outer[:, 2:]])

@@ -143,9 +143,10 @@ class Curve(NamedTuple):
             low, high = max(top - reach, low), min(top + reach, high)
             if np.ptp(value) <= _FELT * self.rounding or not low < high:
                 break
-        start, peak = side * _values(self.leg, self.control, np.array([0.0, top]))
-        if low == 0 and start >= peak - _ROUNDING * abs(peak):  # d hardly changes with t there
-            top = 0.0
+        if low == 0:
+            start, peak = side * _values(self.leg, self.control, np.array([0.0, top]))
+            if start >= peak - _ROUNDING * abs(peak):  # d hardly changes with t there
+                top = 0.0
         return self.leg.points(self.leg.depths(np.array([top])))[0]
 
     def reached(self, values: Array, side: int, first: int, stop: int | None = None) -> list[Point]:

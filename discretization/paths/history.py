@@ -252,7 +252,7 @@ class History:
     @functools.cached_property
     def _least_recorded(self) -> Snapshot | None:
         """The recorded state in contact at which P is least, the first of those; None without."""
-        found = []
+        found = list[tuple[float, float, Snapshot]]()
         for event in self.events:
             for state in (event.before, event.after):
                 if not math.isnan(state.left):

@@ -14,6 +14,7 @@ is drawn between the nodes.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -60,7 +61,7 @@ def one_way(depths: Array, forces: Array, lines: Array) -> Iterator[Stretch]:
         return
     turns = moved[1:][np.diff(np.sign(np.diff(depths)[moved])) != 0]
     ends = [0, *turns.tolist(), depths.size - 1]
-    for first, last in zip(ends[:-1], ends[1:], strict=True):
+    for first, last in itertools.pairwise(ends):
         own = slice(first, last + 1)
         yield Stretch(depths[own], forces[own], lines[own])
 
