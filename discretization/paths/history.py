@@ -288,7 +288,7 @@ class History:
                 yield from self._turns_on_nodes(self._branch)
                 return
             except (ValueError, UnknownError):
-                pass  # followed again as they are
+                pass  # something happens on the way that is no event: every leg is followed again
         yield from self._turns_of_legs()
 
     def _turns_of_legs(self) -> Iterator[Snapshot]:
@@ -300,16 +300,18 @@ class History:
             if curve.value[least] < ends.min() - NOISE * np.abs(curve.value).max():
                 yield self._branch.snapshot(curve.refined(least, -1))
 
-    def _turns_on_nodes(self, branch: LatticeBranch) -> Iterator[Snapshot]:
+    def _turns_on_nodes(self, branch: LatticeBranch) -> list[Snapshot]:
         """The same, where the way is only walked again, and P drawn, where that promises less."""
         recorded = self._least_recorded
         least = math.inf if recorded is None else recorded.force
         stretches = bounded(branch, [*self._stretches()])
-        for stretch in sorted(stretches, key=lambda each: each.least):
-            state = stretch.turn(least) if stretch.least < least else None
+        turns = dict[int, Snapshot]()
+        for i in sorted(range(len(stretches)), key=lambda i: stretches[i].least):
+            state = stretches[i].turn(least) if stretches[i].least < least else None
             if state is not None:
+                turns[i] = state
                 least = min(least, state.force)
-                yield state
+        return [turns[i] for i in sorted(turns)]
 
     validity = property(readings.of_path)
     warnings = property(readings.violated)

@@ -144,20 +144,21 @@ class Bounded:
 
 def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:
     """The bounds of stretches, of all with as many lines as each other at once."""
-    found = []
-    for count in {each.lines.shape[1] for each in stretches}:
-        alike = [each for each in stretches if each.lines.shape[1] == count]
-        nodes = branch.nearest(np.concatenate([each.lines for each in alike]))
-        depths = np.concatenate([each.depths for each in alike])
-        ways = np.concatenate([np.full(each.depths.size, each.way) for each in alike])
+    counts = [each.lines.shape[1] for each in stretches]
+    found = dict[int, Bounded]()
+    for count in set(counts):
+        own = [i for i, other in enumerate(counts) if other == count]
+        nodes = branch.nearest(np.concatenate([stretches[i].lines for i in own]))
+        depths = np.concatenate([stretches[i].depths for i in own])
+        ways = np.concatenate([np.full(stretches[i].depths.size, stretches[i].way) for i in own])
         deeper = np.where(ways[:-1, None] > 0, nodes[1:], nodes[:-1])
         bounds = _bound(branch.row, deeper, np.minimum(depths[:-1], depths[1:]))
         first = 0
-        for each in alike:
-            last = first + each.depths.size
-            found.append(Bounded(branch, each, nodes[first:last], bounds[first : last - 1]))
+        for i in own:
+            last = first + stretches[i].depths.size
+            found[i] = Bounded(branch, stretches[i], nodes[first:last], bounds[first : last - 1])
             first = last
-    return found
+    return [found[i] for i in range(len(stretches))]
 
 
 def _bound(row: Row, nodes: Nodes, depths: Array) -> Array:
