@@ -52,6 +52,8 @@ CASES = {
     "opening": (opening(Parabola(20.0)), DEPTHS),
     "rough opening": (opening(rough()), DEPTHS),
 }
+# nodes l/24 apart do not resolve the straight pieces, which changes nothing of what is compared
+pytestmark = pytest.mark.filterwarnings("ignore:.*narrower than the spacing may be missed")
 TURNS = ("steep", "axis")  # where P is least between states
 
 
