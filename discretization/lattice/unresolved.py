@@ -70,6 +70,8 @@ _LEVEL = 1 / 16  # of l: by how much a profile may rise over a link with finite 
 _STEEP = 1 / 4  # of δ₀ and |u|: what rises by more over a link is steep for these nodes
 _TINY = float(np.finfo(float).tiny)
 _TIE = 1e-9  # of √(2w/γ₁): beyond rounding of r
+_NARROWER = 1 / 8  # of what a disc of one link stores: narrower ones store less, as 1/ln r
+_UPRIGHT = 0.86  # (2/3)(1 - c³)/(1 - c²), c = cos 45°: of k l u²/2, with finite slopes, at least
 
 
 class Unseen(NamedTuple):
@@ -388,8 +390,8 @@ def lost_too_early(
 ) -> float:
     """Half the width [length] of a contact narrower than the nodes hold at a depth, or 0.
 
-    It is the last of a contact that is being opened; of the lowest energy it is only if it gains
-    more by adhesion than an eighth of what its free surfaces store if it has a link on each side.
+    It is the last of a contact that is being opened. It can only have the lowest energy if it gains
+    more by adhesion, over a link on each side, than its free surfaces store at least.
     lowest: x of the lowest point, where it is known.
     """
     body, work = scene.indenter, scene.opened.work_of_adhesion
@@ -402,10 +404,10 @@ def lost_too_early(
     height = float(body.height(tip))
     if height <= depth or depth < height - scene.opened.critical_separation:
         return 0.0
-    if branch == "global":
-        stored = float(lattice.pull(1, 1)) * (depth - height) ** 2 / 2
-        if lattice.w * lattice.cell * float(lattice.weight(0.5)) < stored / 8:
-            return 0.0
+    at_end = tip in body.extent
+    u = depth - height
+    if branch == "global" and _gained(lattice, u, at_end) < _stored(lattice, u):
+        return 0.0
     away = lattice.spacing * 0.5 ** np.arange(_HALVINGS)
     sides = np.array([1.0]) if turned else np.array([[-1.0], [1.0]])
     x = tip + sides * away
@@ -414,7 +416,27 @@ def lost_too_early(
     kink = math.sqrt(2 * work / scene.gamma1)
     holds = np.atleast_2d(found.r < kink * (1 - _TIE))
     widest = np.where(holds, away, 0.0).max(axis=1)
+    if branch == "global" and (widest == away[0]).all():
+        return 0.0  # it is wider than a link on each side, and the nodes have compared it
     return float(widest.mean()) if (widest > 0).all() else 0.0
+
+
+def _gained(lattice: Lattice, u: float, at_end: bool) -> float:
+    """The most that adhesion, less the springs, gains with a link on each side of the lowest point.
+
+    There the surface is lifted to u, and beside it to more.
+    """
+    sides = 1 if lattice.axis == 0 or at_end else 2
+    net = lattice.w - float(lattice.stored(u).value)
+    return sides * net * lattice.cell * float(lattice.weight(0.5))
+
+
+def _stored(lattice: Lattice, u: float) -> float:
+    """What the free surfaces of such a contact store at least where they are lifted to u."""
+    tail = float(lattice.pull(1, 1)) * u**2 / 2
+    if lattice.axis == 0:
+        return _NARROWER * tail
+    return 2 * tail * (1.0 if lattice.linear else _UPRIGHT)
 
 
 def enough(scene: Scene, lattice: Lattice, x: float) -> float:

@@ -90,10 +90,10 @@ def test_a_contact_narrower_than_a_link(c, n, depth):
     assert not state.contacts.size and min(state.error_estimate.values()) == math.inf
     lattice = Lattice.of(scene, 0.01)
     assert 0.5 <= lost_too_early(scene, lattice, depth) / true.half_width <= 1
-    path, named = told(
+    path, _ = told(
         lambda: load_path(scene, depths=np.linspace(0, depth, 10), **LATTICE, spacing=0.01)
     )
-    assert path.force[-1] == 0 and named
+    assert path.force[-1] == pytest.approx(true.force, rel=1e-3)  # a lone node holds on a path
     if true.half_width > 1e-6:
         near = minimise(scene, depth, **LATTICE, spacing=min(closer))
         assert near.force == pytest.approx(true.force, rel=1e-4, abs=0)
