@@ -14,9 +14,15 @@ The film is outside the model's limits, and any would be: its spots are narrower
 wavelength, so that h ≪ a would take h ≪ 20 µm, and d ≪ h heights far below a micrometre. What is
 compared depends on l over the wavelengths and on δ₀ and d over the heights only.
 
+Nodes stand at the samples, whose straight pieces meet at corners. Such nodes lose some contacts a
+little early, which they warn of: next to nodes 8 times closer the energy lost is up to 10 % too
+small at l = 4 times the shortest wavelength, 3 % at l = 1; contacts and forces are the same to a
+thousandth. The warnings are left out of the table.
+
 Output: a line per l, rough.csv, rough.png.
 """
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization import Equilibrium, History, load_path, minimise
+from discretization import AccuracyWarning, Equilibrium, History, load_path, minimise
 from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
 from energy.arrays import Array, Indices
 from energy.units import prefixed, quantity
@@ -115,7 +121,9 @@ def run(params: Parameters, show: Show = silent, jobs: int = 1) -> list[Loop]:
 def followed(params: Parameters, tension: float) -> Loop:
     """One loop and the lowest states of all beside it."""
     scene = params.scene(tension)
-    path = load_path(scene, depths=params.programme, method="lattice", spacing=params.spacing)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # how much that is stands in the docstring
+        path = load_path(scene, depths=params.programme, method="lattice", spacing=params.spacing)
     steps = np.linspace(0, params.programme.size - 1, params.compared + 1).astype(int)[1:]
     lowest = {}
     for step, depth in zip(steps.tolist(), path.depth[steps].tolist(), strict=True):
