@@ -1,0 +1,202 @@
+"""The life of surfaces in smooth pieces: lines at Gauss-Lobatto points, energy against work.
+
+A piece ends where a line reaches or leaves a corner, or moves for the first time. On every piece
+
+    |U(end) - U(start) - ∫P dd| <= TOLERANCE · k l δ²,    δ the size of the depths of the path,
+
+or it is halved: a jump, however short, and a surface taken for another leave its energy unbalanced.
+Depths are start + (end - start)(2t - t²) at Gauss-Lobatto points t: next to a fold a line moves as
+the root of what is left, which is smooth in t.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from discretization.refine.events import Events, NotRefined
+from discretization.refine.lives import Life, Piece
+from discretization.refine.totals import Totals
+from discretization.surfaces.network import rounded, to_legendre
+from energy.arrays import Array, Mask
+
+DEGREE = 12  # of the Lobatto rule in t
+TOLERANCE = 1e-10  # of the energy's scale: what a piece may be off by, or it is halved
+REFUSED = 1e-9  # of the same: a piece that halving does not mend
+_HALVINGS = 12
+_CUTS = 16  # rounds in which the depth of a corner is enclosed
+_PARTS = 15  # depths in each
+_SHORT = 1e-11  # of the size of depths: a piece that is not divided
+_ROUNDS = 16  # of Newton's method from the nodes
+_FAR = 0.5  # of l: how far lines may be from their nodes
+
+
+class _Part(NamedTuple):
+    """A part of a life; first, last: lines (2,) at its ends, where they are known."""
+
+    life: Life
+    start: float
+    end: float
+    first: Array | None
+    last: Array | None
+
+
+def depths_of(start: float, end: float) -> Array:
+    """The depths (DEGREE + 1,) of a piece."""
+    t = (rounded(DEGREE)[0] + 1) / 2
+    depths = start + (end - start) * (t * (2 - t))
+    depths[-1] = end
+    return depths
+
+
+def drawn(piece: Piece, depths: Array) -> Array:
+    """Lines (k, 2) at depths on a piece, by the polynomial of t through its points."""
+    start, end = piece.depths[[0, -1]]
+    left = np.clip((end - depths) / (end - start), 0.0, 1.0)
+    t = 1 - 2 * np.sqrt(left)
+    finite = np.isfinite(piece.lines)
+    series = np.where(finite, piece.lines, 0.0).T @ to_legendre(DEGREE)
+    found = legendre.legval(t, series.T).T
+    return np.where(finite[0], found, piece.lines[0])
+
+
+def work(totals: Totals, piece: Piece) -> tuple[float, float]:
+    """∫P dd over a piece, and by how much the energy grows."""
+    energy, force = totals.of_surfaces(piece.lines, piece.depths)
+    points, weights, _ = rounded(DEGREE)
+    step = piece.depths[-1] - piece.depths[0]
+    return float(force @ (weights * (1 - points) / 2) * step), float(energy[-1] - energy[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """What divides lives into smooth pieces; scale: of energies."""
+
+    events: Events
+    totals: Totals
+    scale: float
+    worst: list[float] = field(default_factory=list)
+
+    def pieces(self, lives: Sequence[Life]) -> None:
+        """Find the pieces of all these lives, from their known start to their known end."""
+        size = self.events.equations.size
+        todo = [
+            _Part(life, life.start, life.end, life.first, life.last)
+            for life in lives
+            if abs(life.end - life.start) > _SHORT * size
+        ]
+        for turn in range(_HALVINGS + 1):
+            if not todo:
+                break
+            todo = self._divided(todo, last=turn == _HALVINGS)
+        for life in lives:
+            life.pieces.sort(key=lambda piece: life.direction * float(piece.depths[0]))
+
+    def _divided(self, todo: list[_Part], *, last: bool) -> list[_Part]:
+        """Parts that are pieces are kept with their lives; the rest in smaller parts."""
+        depths = np.array([depths_of(part.start, part.end) for part in todo])
+        lines, pinned, good = self._at_rest(todo, depths)
+        same = (pinned[:, 1:] == pinned[:, :-1]).all(axis=2)
+        same[:, 0] = True  # at the ends lines may be pinned on either side
+        same[:, -1] = True
+        energy, force = self.totals.of_surfaces(lines.reshape(-1, 2), depths.ravel())
+        points, weights, _ = rounded(DEGREE)
+        steps = depths[:, -1] - depths[:, 0]
+        done = force.reshape(depths.shape) @ (weights * (1 - points) / 2) * steps
+        grown = np.diff(energy.reshape(depths.shape)[:, [0, -1]])[:, 0]
+        off = np.abs(grown - done) / self.scale
+        balanced = good & same.all(axis=1) & (off <= TOLERANCE)
+        rest = list[_Part]()
+        to_cut = list[tuple[_Part, float, float, Array, Array]]()
+        for i, part in enumerate(todo):
+            short = last or abs(part.end - part.start) <= _SHORT * self.events.equations.size
+            if balanced[i] or (short and good[i] and off[i] <= REFUSED):
+                part.life.pieces.append(Piece(depths[i], lines[i]))
+                self.worst.append(float(off[i]))
+            elif short:
+                raise NotRefined(
+                    f"between depth = {part.start!r} and {part.end!r} energy and work differ by "
+                    f"{off[i]:.1e} of their scale"
+                )
+            elif good[i] and not same[i].all():
+                j = int(np.argmin(same[i]))
+                to_cut.append((part, depths[i, j], depths[i, j + 1], lines[i, j], lines[i, j + 1]))
+            else:
+                middle = (part.start + part.end) / 2
+                rest.append(_Part(part.life, part.start, middle, part.first, None))
+                rest.append(_Part(part.life, middle, part.end, None, part.last))
+        if to_cut:
+            rest += self._cut(to_cut)
+        return rest
+
+    def _at_rest(self, parts: list[_Part], depths: Array) -> tuple[Array, Mask, Mask]:
+        """Lines (p, j, 2), which are pinned, and whether parts are at rest (p,)."""
+        lives = [part.life for part in parts]
+        guess = np.array(
+            [[part.life.guess(d) for d in row] for part, row in zip(parts, depths, strict=True)]
+        )
+        length = self.events.equations.length
+        found = self.events.rest(lives, guess, depths, reach=_FAR * length, rounds=_ROUNDS)
+        lines = found.lines.reshape(guess.shape)
+        pinned = found.pinned.reshape(guess.shape)
+        good = found.at_rest.reshape(depths.shape)
+        self._again(parts, depths, lines, pinned, good)
+        for i, part in enumerate(parts):
+            if part.first is not None:
+                lines[i, 0] = part.first
+                good[i, 0] = True
+            if part.last is not None:
+                lines[i, -1] = part.last
+                good[i, -1] = True
+        return lines, pinned, np.asarray(good.all(axis=1))
+
+    def _again(
+        self, parts: list[_Part], depths: Array, lines: Array, pinned: Mask, good: Mask
+    ) -> None:
+        """Where lines did not come to rest from their nodes, try it from either end of the life."""
+        length = self.events.equations.length
+        for known in ("first", "last"):
+            row, column = np.nonzero(~good)
+            if not row.size:
+                return
+            lives = [parts[i].life for i in row]
+            start = np.array([getattr(life, known) for life in lives])[:, None]
+            at = depths[row, column][:, None]
+            found = self.events.rest(lives, start, at, reach=_FAR * length, rounds=_ROUNDS)
+            lines[row, column] = found.lines
+            pinned[row, column] = found.pinned
+            good[row, column] = found.at_rest
+
+    def _cut(self, parts: list[tuple[_Part, float, float, Array, Array]]) -> list[_Part]:
+        """Parts on both sides of the depths at which lines become pinned, or free."""
+        lives = [part.life for part, *_ in parts]
+        low = np.array([start for _, start, *_ in parts])
+        high = np.array([end for _, _, end, *_ in parts])
+        lines = np.array([one for *_, one, _ in parts])
+        before = self.events.rest(lives, lines[:, None], low[:, None]).pinned
+        share = np.arange(1, _PARTS + 1) / (_PARTS + 1)
+        for _ in range(_CUTS):
+            depths = low[:, None] + (high - low)[:, None] * share
+            guess = np.repeat(lines[:, None], _PARTS, axis=1)
+            found = self.events.rest(lives, guess, depths)
+            alike = (found.pinned.reshape(guess.shape) == before[:, None]).all(axis=2)
+            alike &= found.at_rest.reshape(depths.shape)
+            first = np.where(alike.all(axis=1), _PARTS, np.argmin(alike, axis=1))
+            ends = np.column_stack([low, depths, high])
+            rows = np.arange(len(parts))
+            low, high = ends[rows, first], ends[rows, first + 1]
+            at = found.lines.reshape(guess.shape)
+            lines = np.where(first[:, None] > 0, at[rows, np.maximum(first - 1, 0)], lines)
+        rest = list[_Part]()
+        for (part, *_), depth, there in zip(parts, low.tolist(), lines, strict=True):
+            rest.append(_Part(part.life, part.start, depth, part.first, there))
+            rest.append(_Part(part.life, depth, part.end, there, part.last))
+        return [
+            part
+            for part in rest
+            if abs(part.end - part.start) > _SHORT * self.events.equations.size
+        ]

@@ -1,0 +1,213 @@
+"""What must vanish where contact lines rest: the equations of both lines of many free surfaces.
+
+With small slopes the free surface between lines q < p, L = (p - q)/l, displaced by u = d - f there,
+pulls at its left line with kl [σ u_q + τ (u_q - u_p)], σ = tanh(L/2), τ = 1/sinh L. A line rests
+where the slopes of surface and indenter differ by √(2w/γ₁), which is ∂U/∂x = 0:
+
+    F = f'_out - √(2w/γ₁) - [σ (d - f) + τ (f_facing - f)]/l = 0,
+
+f'_out the slope outwards of the contact. F has the sign of D - d, D the depth at which the line
+would rest: it advances where F < 0, recedes where F > 0. A tail has no facing line: σ = 1, τ = 0.
+
+Arrays: lines (n, 2) of a left and a right line, infinite where a tail has none; depths (n,);
+directions (n,): 1 where the depth grows (adhesion of closing), -1 where it falls (of opening).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization.profile import Resolved
+from energy import Scene
+from energy.arrays import Array, Mask, Nodes
+
+OUTWARDS = np.array([1.0, -1.0])  # of the contacts of a left and of a right line of a free surface
+_ROUNDINGS = 4  # of a position: a line that is so near to a joint is read on one side of it
+_LEAST = 1e-6  # of l: below that a position is rounded as there
+_CURVATURE = 1e-6  # of l: the step over which f'' is taken from f'
+_NARROWEST = 1e-12  # of l: width of a gap that is about to close
+
+
+class Ties(NamedTuple):
+    """σ and τ of free surfaces (n,), with their derivatives by L."""
+
+    ground: Array
+    tie: Array
+    ground_rate: Array
+    tie_rate: Array
+
+
+def ties(widths: Array) -> Ties:
+    """Of free surfaces of these widths (n,) in units of l, infinite for tails."""
+    wide = np.minimum(np.maximum(widths, _NARROWEST), 700.0)  # beyond, sinh overflows
+    ground = np.tanh(wide / 2)
+    tie = 1 / np.sinh(wide)
+    ground_rate = 0.5 / np.cosh(wide / 2) ** 2
+    tie_rate = -tie / np.tanh(wide)
+    return Ties(ground, tie, ground_rate, tie_rate)
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """The equations of the lines of a scene's free surfaces.
+
+    size: of depths [length], by which rounding is judged.
+    """
+
+    scene: Scene
+    profile: Resolved
+    size: float
+
+    @classmethod
+    def of(cls, scene: Scene, profile: Resolved, depth: float) -> Equations:
+        """For depths up to this one."""
+        size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
+        return cls(scene, profile, size or scene.layer.h)
+
+    @functools.cached_property
+    def length(self) -> float:
+        """The elastocapillary length l."""
+        return self.scene.elastocapillary_length
+
+    @functools.cached_property
+    def joints(self) -> Array:
+        """Increasing positions at which D may jump, with both ends of the profile."""
+        return self.profile.joints
+
+    @functools.cached_property
+    def rooms(self) -> tuple[Array, Array]:
+        """Lower and upper ends (j - 1,) of the pieces between joints, just beside the joints."""
+        sizes = np.maximum(np.abs(self.joints), _LEAST * self.length)
+        aside = _ROUNDINGS * np.spacing(sizes)
+        return (self.joints + aside)[:-1], (self.joints - aside)[1:]
+
+    @functools.cached_property
+    def edges(self) -> Array:
+        """The positions of edges at which the body ends, so that lines may stay there."""
+        return np.asarray(self.scene.indenter.walls, float)
+
+    def rooms_of(self, lines: Array) -> Nodes:
+        """In which room each line is (n, 2); at a joint in the one outwards of its contact."""
+        finite = np.where(np.isfinite(lines), lines, self.profile.lowest)
+        on_its_right = np.searchsorted(self.joints, finite, "right") - 1
+        on_its_left = np.searchsorted(self.joints, finite, "left") - 1
+        room = np.where(OUTWARDS > 0, on_its_right, on_its_left)
+        return np.clip(room, 0, self.joints.size - 2)
+
+    def snapped(self, lines: Array) -> Array:
+        """Lines just beside a joint put on it."""
+        finite = np.where(np.isfinite(lines), lines, 0.0)
+        middles = (self.joints[1:] + self.joints[:-1]) / 2
+        near = self.joints[np.searchsorted(middles, finite)]
+        close = 2 * _ROUNDINGS * np.spacing(np.maximum(np.abs(near), _LEAST * self.length))
+        return np.where(np.isfinite(lines) & (np.abs(finite - near) <= close), near, lines)
+
+    def kink(self, lines: Array, directions: Array) -> Array:
+        """√(2w/γ₁) at lines (n, 2): by how much slopes differ where a line rests."""
+        closing = math.sqrt(2 * self.scene.work_of_adhesion / self.scene.gamma1)
+        opening = math.sqrt(2 * self.scene.opened.work_of_adhesion / self.scene.gamma1)
+        kink = np.where(directions > 0, closing, opening)[:, None]
+        return np.broadcast_to(kink, lines.shape)
+
+    def values(self, lines: Array, depths: Array, directions: Array) -> Array:
+        """F (n, 2) of lines that are not exactly at a joint; 0 where there is no line."""
+        there, height, slope = self._profile_at(lines)
+        steep = OUTWARDS * slope - self.kink(there, directions)
+        pull = self._pull(lines, height, depths)
+        return np.where(np.isfinite(lines), steep - pull / self.length, 0.0)
+
+    def pulls(self, lines: Array, depths: Array) -> Array:
+        """What free surfaces pull at their lines (n, 2), over kl; 0 where there is no line."""
+        _, height, _ = self._profile_at(lines)
+        return np.where(np.isfinite(lines), self._pull(lines, height, depths), 0.0)
+
+    def _pull(self, lines: Array, height: Array, depths: Array) -> Array:
+        found = ties(self._widths(lines))
+        displaced = depths[:, None] - height
+        rise = np.where(self._is_gap(lines)[:, None], height[:, ::-1] - height, 0.0)
+        return np.asarray(found.ground[:, None] * displaced + found.tie[:, None] * rise)
+
+    def shape(self, places: Array, lines: Array, depths: Array) -> tuple[Array, Array]:
+        """Gap v = u - d + f and v' (n, j) at places (n, j) of free surfaces with lines (n, 2).
+
+        u = [u_q sinh((p - y)/l) + u_p sinh((y - q)/l)]/sinh((p - q)/l), without overflow.
+        """
+        _, height, _ = self._profile_at(lines)
+        has_line = np.isfinite(lines)
+        displaced = np.where(has_line, depths[:, None] - height, 0.0)
+        from_left = np.where(has_line[:, :1], (places - lines[:, :1]) / self.length, math.inf)
+        from_right = np.where(has_line[:, 1:], (lines[:, 1:] - places) / self.length, math.inf)
+        both = -np.expm1(-2 * (from_left + from_right))
+        left = np.exp(-from_left)
+        right = np.exp(-from_right)
+        near = left * -np.expm1(-2 * from_right) / both
+        far = right * -np.expm1(-2 * from_left) / both
+        surface = near * displaced[:, :1] + far * displaced[:, 1:]
+        falling = left * (1 + right**2) * displaced[:, :1]
+        rising = right * (1 + left**2) * displaced[:, 1:]
+        surface_slope = (rising - falling) / both / self.length
+        profile_height = np.asarray(self.profile.indenter.height(places), float)
+        profile_slope = np.asarray(self.profile.indenter.slope(places), float)
+        gap = surface - depths[:, None] + profile_height
+        return gap, surface_slope + profile_slope
+
+    def rates(self, lines: Array, depths: Array, rooms: Nodes) -> Array:
+        """∂F_i/∂x_j (n, 2, 2) of lines in these rooms; 0 where there is no line."""
+        there, height, slope = self._profile_at(lines)
+        found = ties(self._widths(lines))
+        is_gap = self._is_gap(lines)[:, None]
+        displaced = depths[:, None] - height
+        rise = np.where(is_gap, height[:, ::-1] - height, 0.0)
+        tie = np.where(is_gap, found.tie[:, None], 0.0)
+        ground = found.ground[:, None]
+        widening = found.ground_rate[:, None] * displaced + found.tie_rate[:, None] * rise
+        widening = np.where(is_gap, widening, 0.0) / self.length**2
+        bend = OUTWARDS * self._curvature(there, rooms)
+        own = bend + (ground + tie) * slope / self.length + OUTWARDS * widening
+        other = -OUTWARDS * widening - tie * slope[:, ::-1] / self.length
+        rates = np.empty((len(lines), 2, 2))
+        rates[:, [0, 1], [0, 1]] = np.where(np.isfinite(lines), own, 0.0)
+        rates[:, [0, 1], [1, 0]] = np.where(is_gap, other, 0.0)
+        return rates
+
+    def _profile_at(self, lines: Array) -> tuple[Array, Array, Array]:
+        """Positions of lines, f and f' there; the lowest point stands for no line."""
+        there = np.where(np.isfinite(lines), lines, self.profile.lowest)
+        height = np.asarray(self.profile.indenter.height(there), float)
+        slope = np.asarray(self.profile.indenter.slope(there), float)
+        return there, height, slope
+
+    def _curvature(self, there: Array, rooms: Nodes) -> Array:
+        """f'' by a central difference that crosses no joint."""
+        step = _CURVATURE * self.length
+        lower, upper = self.rooms
+        low = np.maximum(there - step, lower[rooms])
+        high = np.minimum(there + step, upper[rooms])
+        change = self.profile.indenter.slope(high) - self.profile.indenter.slope(low)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(high > low, change / (high - low), 0.0)
+
+    def _widths(self, lines: Array) -> Array:
+        """Widths over l (n,), infinite for tails."""
+        with np.errstate(invalid="ignore"):
+            widths = (lines[:, 1] - lines[:, 0]) / self.length
+        return np.where(self._is_gap(lines), widths, math.inf)
+
+    def _is_gap(self, lines: Array) -> Mask:
+        """Whether free surfaces have two lines (n,)."""
+        return np.asarray(np.isfinite(lines).all(axis=1))
+
+
+def free_surfaces(lines: tuple[float, ...]) -> Array:
+    """Lines (m + 1, 2) of the free surfaces beside and between m contacts with these lines."""
+    return np.array([-math.inf, *lines, math.inf]).reshape(-1, 2)
+
+
+def contact_lines(surfaces: Array) -> tuple[float, ...]:
+    """The lines of contacts from left to right, of their free surfaces (m + 1, 2)."""
+    return tuple(surfaces.ravel()[1:-1].tolist())

@@ -1,0 +1,524 @@
+"""Depths of events, enclosed for many events at once.
+
+An event ends the life of some free surfaces. Between a depth at which these are at rest and one at
+which they are not, its depth is enclosed by dividing the range into equal parts, at all of which
+all surfaces of all events are taken to rest together; a range shrinks by PARTS + 1 each round. That
+asks nothing of the kind of the event: an equilibrium that disappears (fold), a contact whose lines
+meet, a corner that a line jumps over, a contact of one point that is pulled. Where a surface
+touches the profile it stays in equilibrium: that depth is a root (roots.py). So is the depth of a
+fold, next to which lines move as the root of what is left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from discretization.refine import roots
+from discretization.refine.equations import Equations
+from discretization.refine.lives import Happening, Life
+from discretization.refine.settle import Settled, settle
+from discretization.roots import minima
+from energy.arrays import Array, Indices, Mask
+
+PARTS = 15  # depths in a range, at which surfaces are taken to rest together
+_CLOSE = 1e-14  # of the size of depths: a range that is no wider encloses an event
+_OPEN = 1e-11  # of the same: one that is wider after all rounds does not
+_MOST = 60  # rounds
+_LEFT = (0.75, 0.5, 0.25, 0.06, 0.01, 1e-4)  # of the way to a root: surfaces must be at rest there
+_LONGER = 4.0  # than the last range, at all depths of which surfaces were at rest
+_EARLIER = (0.02, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)  # margins before the depth on nodes
+_LATER = (0.3, 1.0, 3.0, 10.0)  # margins beyond it
+_JUMPS = 0.25  # of l: lines that move further from one depth to the next do not move smoothly
+_FAR = 0.5  # of l: how far lines may be from their nodes
+_FEW = 8  # rounds of Newton's method from nearby
+_TIE = 1e-13  # of the size of depths
+_SAME_FOLD = 1e-7  # of the size of depths: a root that near to the enclosed depth is the fold
+_NEAR_FOLD = 5e-2  # of l: the same of its lines
+_PENETRATION = 1e-9  # of the size of depths
+_CORNERS = 2.5  # spacings of nodes from where a surface touches to a corner that it may touch
+
+
+class NotRefined(Exception):
+    """What nodes have found could not be taken to the continuum; the message says what."""
+
+
+@dataclass(eq=False)
+class _Group:
+    """Events under way: surfaces in rows, those of an event next to each other.
+
+    steps (r, 2): how far lines may move smoothly from one depth to the next.
+    """
+
+    events: list[Happening]
+    lives: list[Life] = field(init=False)
+    owner: Indices = field(init=False)
+    directions: Array = field(init=False)
+    steps: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.lives = [life for event in self.events for life in event.before]
+        sizes = [len(event.before) for event in self.events]
+        self.owner = np.repeat(np.arange(len(sizes)), sizes)
+        self.directions = np.array([float(event.direction) for event in self.events])
+        self.steps = np.array([step for event in self.events for step in _steps(event)])
+
+    def all_of(self, good: Mask) -> Mask:
+        """Whether it is so for all surfaces of each event: (r, ...) to (g, ...)."""
+        found = np.ones((len(self.events), *good.shape[1:]), bool)
+        np.logical_and.at(found, self.owner, good)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Events:
+    """What encloses events of free surfaces."""
+
+    equations: Equations
+
+    def rest(
+        self, lives: Sequence[Life], lines: Array, depths: Array, **options: float
+    ) -> Settled:
+        """Surfaces (r, j, 2) at depths (r, j) taken to rest; rows of r * j in the result."""
+        count = lines.shape[1]
+        directions = np.repeat([float(life.direction) for life in lives], count)
+        kept = None
+        if self.equations.scene.hysteretic:
+            kept = np.repeat([life.first for life in lives], count, axis=0)
+            forwards = directions[:, None] * (1.0, -1.0) > 0
+            flat = lines.reshape(-1, 2)
+            flat = np.where(forwards, np.maximum(flat, kept), np.minimum(flat, kept))
+            lines = np.where(np.isnan(flat), lines.reshape(-1, 2), flat)
+        return settle(
+            self.equations, lines.reshape(-1, 2), depths.ravel(), directions, kept=kept, **options
+        )
+
+    def enclose(self, events: Sequence[Happening]) -> None:
+        """Find the depths of events and the lines just before them; nan where one is not found."""
+        started = self._started(list(events))
+        if not started:
+            return
+        group = _Group([event for event, _, _ in started])
+        low = np.array([depth for _, depth, _ in started])
+        lines = np.concatenate([known for _, _, known in started])
+        touching = self._touching(group, low, lines)
+        high, low, lines, ended, missed = self._beyond(group, low, lines, touching.depths)
+        ending = np.flatnonzero(ended)
+        if ending.size:
+            part = _Group([group.events[i] for i in ending])
+            rows = np.isin(group.owner, ending)
+            ends = self._ends(part, low[ending], high[ending], lines[rows])
+            low[ending], lines[rows], missed[ending] = ends
+        for i, event in enumerate(group.events):
+            rows = lines[group.owner == i]
+            if not missed[i] and self._clear(event, rows, float(low[i])):
+                event.lines_before = rows
+                event.depth = float(low[i])
+
+    def _started(self, events: list[Happening]) -> list[tuple[Happening, float, Array]]:
+        """Events with a depth before each and the lines (n, 2) of its surfaces at rest there."""
+        started = list[tuple[Happening, float, Array]]()
+        for earlier in _EARLIER:
+            todo = [event for event in events if not any(event is known for known, *_ in started)]
+            if not todo:
+                break
+            group = _Group(todo)
+            depths = np.array([_before(event, earlier) for event in todo])
+            rows = depths[group.owner]
+            guess = np.array([life.guess(d) for life, d in zip(group.lives, rows, strict=True)])
+            at_birth = np.array([life.start == d for life, d in zip(group.lives, rows, strict=True)])
+            first = np.array([life.first for life in group.lives])
+            guess = np.where(at_birth[:, None], first, guess)
+            found = self.rest(group.lives, guess[:, None], rows[:, None], reach=_FAR * self._length)
+            good = group.all_of(self._good(group, found, depths[:, None], guess[:, None]))[:, 0]
+            for i in np.flatnonzero(good):
+                started.append((todo[i], float(depths[i]), found.lines[group.owner == i]))
+        return started
+
+    @property
+    def _length(self) -> float:
+        return self.equations.length
+
+    def _good(self, group: _Group, found: Settled, depths: Array, before: Array) -> Mask:
+        """Whether surfaces (r, j) taken to rest at depths (g, j) have moved smoothly from `before`.
+
+        At rest, without a jump over a corner or far away, and of two with a contact between them
+        that has not closed; a contact of one point must not be pulled.
+        """
+        rows, count = len(group.lives), depths.shape[1]
+        lines = found.lines.reshape(rows, count, 2)
+        good = (found.at_rest & ~found.jumped).reshape(rows, count)
+        with np.errstate(invalid="ignore"):
+            moved = np.where(np.isfinite(lines), np.abs(lines - before), 0.0)
+        limits = np.minimum(_JUMPS * self._length, group.steps)[:, None]
+        good &= ((moved < limits) | (moved == 0)).all(axis=2)
+        same = np.flatnonzero(group.owner[1:] == group.owner[:-1])
+        if same.size:
+            left = lines[same, :, 1]
+            right = lines[same + 1, :, 0]
+            good[same] &= left <= right
+            points = left == right
+            if points.any():
+                flat = np.repeat(depths[group.owner], 1, axis=0)
+                pulls = self.equations.pulls(lines.reshape(-1, 2), flat.ravel())
+                pulls = pulls.reshape(rows, count, 2)
+                reaction = pulls[same, :, 1] + pulls[same + 1, :, 0]
+                good[same] &= ~points | (reaction >= -_TIE * self.equations.size)
+        return good
+
+    def _touching(self, group: _Group, low: Array, lines: Array) -> roots.Roots:
+        """For each event (g,) of growing depth the depth at which a surface touches, or nan."""
+        count = len(group.events)
+        depths = np.full(count, np.nan)
+        places = np.full(count, np.nan)
+        known = np.full((count, 2), np.nan)
+        tries = list[tuple[int, Array, float, float, bool]]()
+        for i, event in enumerate(group.events):
+            if event.direction < 0:
+                continue
+            (life,) = event.before
+            (row,) = lines[group.owner == i]
+            for place, corner in self._touched_places(life):
+                tries.append((i, row, place, event.at, corner))
+        if tries:
+            which, rows, where, at, corner = zip(*tries, strict=True)
+            found = self._touch_roots(
+                [group.events[i].before[0] for i in which],
+                *map(np.array, (rows, low[list(which)], at, where, corner)),
+            )
+            for j, i in enumerate(which):
+                direction = group.directions[i]
+                late = direction * (found.depths[j] - low[i])
+                limit = group.events[i].before[0].nodes.margin * (_EARLIER[-1] + _LATER[-1])
+                if not found.found[j] or not -_TIE * self.equations.size <= late <= limit:
+                    continue
+                if np.isnan(depths[i]) or direction * (found.depths[j] - depths[i]) < 0:
+                    depths[i] = found.depths[j]
+                    places[i] = found.places[j]
+                    known[i] = found.lines[j]
+        return roots.Roots(known, depths, places, ~np.isnan(depths))
+
+    def _touched_places(self, life: Life) -> list[tuple[float, bool]]:
+        """Where a surface may touch, by its nodes: near a node, and at corners next to that."""
+        left, right = life.trace[-1][1]
+        _, node = life.nodes.walk.closing.touches(left, right)
+        if node < 0:
+            return []
+        place = float(life.nodes.positions[node])
+        near = np.abs(self.equations.profile.corners - place) <= _CORNERS * life.nodes.spacing
+        corners = self.equations.profile.corners[near].tolist()
+        return [(place, False), *((corner, True) for corner in corners)]
+
+    def _touch_roots(
+        self, lives: list[Life], lines: Array, low: Array, at: Array, places: Array, corner: Mask
+    ) -> roots.Roots:
+        """Roots of surfaces that touch; pinned lines stay where they are at the low depths."""
+        here = self.rest(lives, lines[:, None], low[:, None], rounds=_FEW)
+        free = np.isfinite(lines) & ~here.pinned
+        directions = np.array([float(life.direction) for life in lives])
+        start = np.where(directions * (at - low) > 0, at, low)
+        found = roots.touches(self.equations, lines, start, directions, free, places, corner)
+        turns = np.ones(len(lines), bool)
+        for i in np.flatnonzero(corner & found.found):
+            turns[i] = self._turns_at_corner(found.lines[i], found.depths[i], places[i])
+        return found._replace(found=found.found & turns)
+
+    def _turns_at_corner(self, lines: Array, depth: float, corner: float) -> bool:
+        """Whether the gap has a minimum at a corner."""
+        aside = 8 * np.spacing(max(abs(corner), self._length))
+        beside = np.array([[corner - aside, corner + aside]])
+        _, slope = self.equations.shape(beside, lines[None], np.array([depth]))
+        return bool(slope[0, 0] <= 0 <= slope[0, 1])
+
+    def _beyond(
+        self, group: _Group, low: Array, lines: Array, touched: Array
+    ) -> tuple[Array, Array, Array, Mask, Mask]:
+        """Depths at which surfaces are no longer at rest, or at which they have touched by then.
+
+        Those depths, the low ones with their lines, which are moved on, which events end a life
+        before the surface touches, and which are not found.
+        """
+        count = len(group.events)
+        high = np.full(count, np.nan)
+        ended = np.zeros(count, bool)
+        open_ = np.ones(count, bool)
+        margins = np.array([event.before[0].nodes.margin for event in group.events])
+        at = np.array([event.at for event in group.events])
+        low, lines = low.copy(), lines.copy()
+        for later in _LATER:
+            todo = np.flatnonzero(open_)
+            if not todo.size:
+                break
+            part = _Group([group.events[i] for i in todo])
+            rows = np.isin(group.owner, todo)
+            goal = at[todo] + group.directions[todo] * later * margins[todo]
+            early = group.directions[todo] * (goal - low[todo]) <= 0
+            goal = np.where(early, low[todo] + group.directions[todo] * later * margins[todo], goal)
+            known = ~np.isnan(touched[todo])
+            goal = np.where(known, touched[todo], goal)
+            found, good = self._tried(part, low[todo], goal, lines[rows])
+            for j, i in enumerate(todo):
+                own = part.owner == j
+                if good[j].all():
+                    low[i] = goal[j]
+                    lines[np.flatnonzero(group.owner == i)] = found[own, -1]
+                    open_[i] = not known[j]
+                    continue
+                first = int(np.argmin(good[j]))
+                share = np.arange(PARTS + 2) / (PARTS + 1)
+                depths = low[i] + (goal[j] - low[i]) * share
+                high[i] = depths[first + 1]
+                if first:
+                    low[i] = depths[first]
+                    lines[np.flatnonzero(group.owner == i)] = found[own, first - 1]
+                ended[i] = True
+                open_[i] = False
+        return high, low, lines, ended, open_
+
+    def _tried(self, group: _Group, low: Array, high: Array, lines: Array) -> tuple[Array, Mask]:
+        """Surfaces at PARTS + 1 depths (g, j) up to the high ones: lines (r, j, 2), good (g, j)."""
+        share = np.arange(1, PARTS + 2) / (PARTS + 1)
+        depths = low[:, None] + (high - low)[:, None] * share
+        depths[:, -1] = high
+        guess = np.repeat(lines[:, None], PARTS + 1, axis=1)
+        reach = _JUMPS * self._length
+        found = self.rest(group.lives, guess, depths[group.owner], reach=reach, rounds=_FEW)
+        x = found.lines.reshape(guess.shape)
+        before = np.concatenate([lines[:, None], x[:, :-1]], axis=1)
+        return x, group.all_of(self._good(group, found, depths, before))
+
+    def _ends(
+        self, group: _Group, low: Array, high: Array, lines: Array
+    ) -> tuple[Array, Array, Mask]:
+        """Depths at which lives end between the low and the high ones, with the lines there.
+
+        Roots where they are folds or meetings, else enclosed. And which are missed.
+        """
+        low, high, lines = low.copy(), high.copy(), lines.copy()
+        missed = np.zeros(low.size, bool)
+        known = self._at_roots(group, low, high, lines)
+        todo = np.flatnonzero(~known)
+        if todo.size:
+            part = _Group([group.events[i] for i in todo])
+            rows = np.isin(group.owner, todo)
+            narrowed = self._narrowed(part, low[todo], high[todo], lines[rows])
+            low[todo], lines[rows], missed[todo] = narrowed
+            low[todo], lines[rows] = self._at_folds(part, low[todo], lines[rows])
+        return low, lines, missed
+
+    def _at_roots(self, group: _Group, low: Array, high: Array, lines: Array) -> Mask:
+        """Which events (g,) are the first fold or meeting between the low and the high depths.
+
+        Low depths and lines are put there. Just before it all surfaces must be at rest.
+        """
+        rows = low[group.owner]
+        here = self.rest(group.lives, lines[:, None], rows[:, None], rounds=_FEW)
+        free = np.isfinite(lines) & ~here.pinned
+        first = np.full(low.size, np.nan)
+        places = lines.copy()
+        power = np.ones(len(lines))
+        for depths, at, owner, own, like in self._candidates(group, low, high, lines, free):
+            for i, depth in enumerate(depths):
+                event = owner[i]
+                direction = group.directions[event]
+                inside = direction * (depth - low[event]) >= 0 >= direction * (depth - high[event])
+                earlier = np.isnan(first[event]) or direction * (depth - first[event]) < 0
+                if inside and earlier:
+                    first[event] = depth
+                    mine = group.owner == event
+                    places[mine] = lines[mine]
+                    places[own[i]] = at[i]
+                    power[mine] = 1.0
+                    power[own[i]] = like
+        known = np.flatnonzero(~np.isnan(first))
+        if not known.size:
+            return np.zeros(low.size, bool)
+        part = _Group([group.events[i] for i in known])
+        mine = np.isin(group.owner, known)
+        found, good = self._led(
+            part, low[known], first[known], lines[mine], places[mine], power[mine]
+        )
+        sure = np.zeros(low.size, bool)
+        sure[known] = good.all(axis=1)
+        for j, i in enumerate(known):
+            if not sure[i]:
+                continue
+            own = np.flatnonzero(group.owner == i)
+            low[i] = first[i]
+            moved = (places[own] != lines[own]).any(axis=1)
+            near = found[part.owner == j, -1]
+            lines[own] = np.where(moved[:, None], places[own], near)
+            if not moved.all():
+                others = own[~moved]
+                depths = np.full((others.size, 1), first[i])
+                lives = [group.lives[row] for row in others]
+                again = self.rest(lives, lines[others][:, None], depths, rounds=_FEW)
+                lines[others] = np.where(again.at_rest[:, None], again.lines, lines[others])
+        return sure
+
+    def _candidates(
+        self, group: _Group, low: Array, high: Array, lines: Array, free: Mask
+    ) -> list[tuple[Array, Array, Indices, list[Any], float]]:
+        """Folds and meetings near lines: depths (n,), lines there, events, and rows of surfaces.
+
+        Last as which power of what is left of the depth lines come there.
+        """
+        middle = (low + high) / 2
+        directions = group.directions[group.owner]
+        folds = roots.folds(self.equations, lines, middle[group.owner], directions, free)
+        good = np.flatnonzero(folds.found)
+        found = [(folds.depths[good], folds.lines[good], group.owner[good], list(good), 0.5)]
+        same = np.flatnonzero(group.owner[1:] == group.owner[:-1])
+        same = same[free[same, 1] & free[same + 1, 0]]
+        if same.size:
+            owner = group.owner[same]
+            both = roots.meetings(
+                self.equations, lines[same], lines[same + 1], middle[owner],
+                group.directions[owner], free[same, 0], free[same + 1, 1],
+            )  # fmt: skip
+            good = np.flatnonzero(both.found)
+            at = np.empty((good.size, 2, 2))
+            at[:, 0, 0] = np.where(np.isfinite(lines[same, 0]), both.lines[:, 0], -np.inf)[good]
+            at[:, 0, 1] = at[:, 1, 0] = both.places[good]
+            at[:, 1, 1] = np.where(np.isfinite(lines[same + 1, 1]), both.lines[:, 1], np.inf)[good]
+            pairs = [[row, row + 1] for row in same[good].tolist()]
+            found.append((both.depths[good], at, owner[good], pairs, 1.0))
+        return found
+
+    def _led(
+        self, group: _Group, low: Array, end: Array, lines: Array, last: Array, power: Array
+    ) -> tuple[Array, Mask]:
+        """Surfaces led to their ends: lines (r, j, 2) at depths on the way, and which are good.
+
+        Where what is left of the way is a part t of it, lines are first taken to be t^power of
+        theirs from the last ones.
+        """
+        left = np.array(_LEFT)
+        depths = end[:, None] + (low - end)[:, None] * left
+        share = left ** power[:, None]
+        with np.errstate(invalid="ignore"):
+            guess = last[:, None] + (lines - last)[:, None] * share[..., None]
+        guess = np.where(np.isfinite(guess), guess, lines[:, None])
+        reach = _JUMPS * self._length
+        found = self.rest(group.lives, guess, depths[group.owner], reach=reach, rounds=_FEW)
+        return found.lines.reshape(guess.shape), group.all_of(
+            self._good(group, found, depths, guess)
+        )
+
+    def _narrowed(
+        self, group: _Group, low: Array, high: Array, lines: Array
+    ) -> tuple[Array, Array, Mask]:
+        """The last depths (g,) at which surfaces are at rest, their lines, and which are missed."""
+        low, high, lines = low.copy(), high.copy(), lines.copy()
+        last = high.copy()
+        for _ in range(_MOST):
+            middle = low + (high - low) / 2
+            wide = np.abs(high - low) > _CLOSE * self.equations.size
+            wide &= (middle != low) & (middle != high)
+            todo = np.flatnonzero(wide)
+            if not todo.size:
+                break
+            part = _Group([group.events[i] for i in todo])
+            rows = np.isin(group.owner, todo)
+            found, good = self._tried(part, low[todo], high[todo], lines[rows])
+            for j, i in enumerate(todo):
+                share = np.arange(PARTS + 2) / (PARTS + 1)
+                depths = low[i] + (high[i] - low[i]) * share
+                depths[-1] = high[i]
+                if good[j].all():  # from nearer the high end is at rest: the range was too short
+                    low[i] = high[i]
+                    lines[np.flatnonzero(group.owner == i)] = found[part.owner == j, -1]
+                    step = _LONGER * abs(low[i] - depths[0])
+                    high[i] = low[i] + group.directions[i] * max(step, _CLOSE * self.equations.size)
+                    continue
+                first = int(np.argmin(good[j]))
+                high[i] = depths[first + 1]
+                if first:
+                    low[i] = depths[first]
+                    lines[np.flatnonzero(group.owner == i)] = found[part.owner == j, first - 1]
+        moved = group.directions * (low - last)
+        margins = np.array([event.before[0].nodes.margin for event in group.events])
+        still_open = np.abs(high - low) > _OPEN * self.equations.size
+        return low, lines, (moved > margins) | still_open
+
+    def _at_folds(self, group: _Group, low: Array, lines: Array) -> tuple[Array, Array]:
+        """The same, where an equilibrium disappears at the fold itself."""
+        low, lines = low.copy(), lines.copy()
+        depths = low[group.owner]
+        here = self.rest(group.lives, lines[:, None], depths[:, None], rounds=_FEW)
+        free = np.isfinite(lines) & ~here.pinned
+        directions = group.directions[group.owner]
+        found = roots.folds(self.equations, lines, depths, directions, free)
+        near = np.abs(found.depths - depths) <= _SAME_FOLD * self.equations.size
+        with np.errstate(invalid="ignore"):
+            moved = np.where(np.isfinite(lines), np.abs(found.lines - lines), 0.0).max(axis=1)
+        near &= found.found & (moved <= _NEAR_FOLD * self._length)
+        for i in range(len(group.events)):
+            own = np.flatnonzero((group.owner == i) & near)
+            if own.size:
+                first = own[np.argmin(group.directions[i] * found.depths[own])]
+                low[i] = found.depths[first]
+                lines[first] = found.lines[first]
+        return low, lines
+
+    def _clear(self, event: Happening, lines: Array, depth: float) -> bool:
+        """Whether no surface is in the profile just before an event."""
+        if event.direction < 0:
+            return True
+        least = -_PENETRATION * self.equations.size
+        return all(self.clearance(row, depth)[0] >= least for row in lines)
+
+    def clearance(self, lines: Array, depth: float) -> tuple[float, float]:
+        """The least gap v of one surface away from its lines, and where; inf where there is none.
+
+        Of the cubics through v and v' at the samples of the profile (../roots.py).
+        """
+        profile = self.equations.profile
+        low, high = lines.tolist()
+        inside = profile.beyond(low, high)
+        x = profile.x[inside]
+        if not x.size:
+            return math.inf, math.nan
+        gap, slope = self.equations.shape(x[None], lines[None], np.array([depth]))
+        gap, slope = gap[0], slope[0]
+        at_corner = np.flatnonzero(np.diff(x) == 0)
+        indenter_slope = np.asarray(profile.indenter.slope(x), float)
+        slope = slope - indenter_slope + profile.slope[inside]
+        least = float(gap.min()), float(x[int(np.argmin(gap))])
+        if x.size - at_corner.size < 2:
+            return least
+        *_, where, _, value, off = minima(x, gap, slope)
+        if not where.size:
+            return least
+        best = int(np.argmin(value - off))
+        exact, _ = self.equations.shape(where[None, [best]], lines[None], np.array([depth]))
+        return min(least, (float(exact[0, 0]), float(where[best])))
+
+
+def _steps(event: Happening) -> Array:
+    """How far the lines (n, 2) of surfaces may move smoothly: half as far as they jump on nodes."""
+    before = np.array([life.lines_at(life.trace[-1][1]) for life in event.before])
+    steps = np.full(before.shape, math.inf)
+    if len(event.after) == len(before) == 1:
+        (life,) = event.after
+        after = life.lines_at(life.trace[0][1])
+        with np.errstate(invalid="ignore"):
+            moved = np.abs(after - before[0])
+        own = np.isfinite(after) & (moved > 0)
+        steps[0, own] = moved[own] / 2
+    return steps
+
+
+def _before(event: Happening, earlier: float) -> float:
+    """A depth before an event, not before its surfaces are born."""
+    direction = event.direction
+    depth = event.at - direction * earlier * event.before[0].nodes.margin
+    for life in event.before:
+        start = life.start if not math.isnan(life.start) else life.trace[0][0]
+        if direction * (depth - start) < 0:
+            depth = start
+    return depth

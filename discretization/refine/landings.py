@@ -1,0 +1,105 @@
+"""Where surfaces come to rest after events, and whether closer nodes agree.
+
+After an event the lines of the new surfaces rest near their nodes. A jump may have skipped a
+resting contact that is narrower than the nodes see, and both the balance of energy and the
+certificate of the state are blind to that. So every landing is repeated on nodes CLOSER times as
+close, from the lines just before the event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discretization.refine.equations import contact_lines, free_surfaces
+from discretization.refine.events import Events, NotRefined
+from discretization.refine.lives import Happening, Life, pairs
+from discretization.refine.nodes import FoundNodes
+from energy.arrays import Array
+
+CLOSER = 8
+_FAR = 0.5  # of l: how far lines may be from their nodes
+_AHEAD = (0.0, 0.02, 0.1, 0.3, 1.0)  # margins beyond an event, from where lines are followed back
+_PENETRATION = 1e-9  # of the size of depths
+_PASSED = 4  # margins of the closer nodes on both sides of an event
+
+
+@dataclass(frozen=True, eq=False)
+class Landings:
+    """What finds the lines after events; closer: the nodes that must agree."""
+
+    events: Events
+    closer: FoundNodes
+
+    def land(self, happened: Sequence[Happening]) -> None:
+        """Find the lines (n, 2) after events of known depths. NotRefined where that fails."""
+        todo = [event for event in happened if event.after]
+        for ahead in _AHEAD:
+            if not todo:
+                return
+            todo = self._landed(todo, ahead)
+        if todo:
+            raise NotRefined(f"no equilibrium is found after the event at depth = {todo[0].depth!r}")
+
+    def _landed(self, todo: Sequence[Happening], ahead: float) -> list[Happening]:
+        """Find lines after events, some margins beyond and back; those that fail."""
+        lives = [life for event in todo for life in event.after]
+        owner = np.repeat(np.arange(len(todo)), [len(event.after) for event in todo])
+        depths = np.array([event.depth for event in todo])
+        directions = np.array([float(event.direction) for event in todo])
+        margins = np.array([life.nodes.margin for life in lives])
+        length = self.events.equations.length
+        at = depths[owner]
+        beyond = at + directions[owner] * ahead * margins
+        on_nodes = np.array([event.at for event in todo])[owner]
+        read = on_nodes + directions[owner] * ahead * margins
+        lines = np.array([life.guess(d) for life, d in zip(lives, read, strict=True)])
+        for life, row in zip(lives, lines, strict=True):
+            life.first = row  # with two works of adhesion lines stay where they have jumped to
+        found = self.events.rest(lives, lines[:, None], beyond[:, None], reach=_FAR * length)
+        good = found.at_rest
+        if ahead:
+            found = self.events.rest(lives, found.lines[:, None], at[:, None], reach=_FAR * length)
+            good = good & found.at_rest
+        failed = list[Happening]()
+        for i, event in enumerate(todo):
+            own = np.flatnonzero(owner == i)
+            rows = found.lines[own]
+            apart = bool((rows[:-1, 1] <= rows[1:, 0]).all())
+            if good[own].all() and apart and self._clear(rows, event.depth):
+                event.lines_after = rows
+            else:
+                failed.append(event)
+        return failed
+
+    def _clear(self, rows: Array, depth: float) -> bool:
+        least = -_PENETRATION * self.events.equations.size
+        return all(self.events.clearance(row, depth)[0] >= least for row in rows)
+
+    def agrees(self, event: Happening, before: Array, after: Array) -> bool:
+        """Whether closer nodes lead to as many contacts.
+
+        before, after: lines (n, 2) of all free surfaces on both sides of the event; none where
+        there is no contact.
+        """
+        walk = self.closer.walk
+        if not len(before):
+            contacts = walk.touched(self.closer.row.lowest)
+            return len(pairs(contacts)) == len(after)
+        contacts = self.closer.contacts(contact_lines(before))
+        if any(first > last for first, last in contacts):
+            return True
+        reach = event.direction * _PASSED * self.closer.margin / CLOSER
+        track = walk.track(contacts, event.depth - reach, event.depth + reach)
+        landed = track.trace[-1][1] if track.at is None else track.after
+        return len(pairs(landed)) == len(after)
+
+
+def surfaces_of(lives: Sequence[Life], lines: Sequence[Array]) -> Array:
+    """Rows (n, 2) of surfaces, from left to right."""
+    return np.array(lines).reshape(len(lives), 2)
+
+
+__all__ = ["Landings", "free_surfaces", "surfaces_of"]

@@ -1,0 +1,195 @@
+"""The life of every free surface on the nodes, from the event it is born at to that it ends at.
+
+As the depth changes one way, the free surfaces between and beside contacts do not feel each other.
+Pressed, a surface is divided where contacts begin in it, its lines jump, or it closes; retracted,
+lines jump, and surfaces are joined where the contact between them is lost.
+"""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization.lattice.walk import End
+from discretization.nodes.row import Contacts
+from discretization.refine.nodes import FoundNodes
+from energy.arrays import Array, Mask
+
+Pair = tuple[End, End]
+
+
+class Piece(NamedTuple):
+    """Lines (j, 2) of a surface at Gauss-Lobatto points (j,) of a part of its life."""
+
+    depths: Array
+    lines: Array
+
+
+@dataclass(eq=False)
+class Life:
+    """One free surface on its way in one direction, 1 or -1 of growing or falling depth.
+
+    trace: depths, in the order of the way, from which its contact nodes are these.
+
+    What refinement finds: start, end: depths; first, last: lines (2,) there; pieces: in between.
+    """
+
+    nodes: FoundNodes
+    direction: int
+    trace: list[tuple[float, Pair]]
+    born: Happening | None = None
+    dies: Happening | None = None
+    start: float = math.nan
+    end: float = math.nan
+    first: Array = field(default_factory=lambda: np.full(2, math.nan))
+    last: Array = field(default_factory=lambda: np.full(2, math.nan))
+    pieces: list[Piece] = field(default_factory=list)
+
+    def guess(self, depth: float) -> Array:
+        """Lines (2,) at its nodes at a depth, or at those nearest to it on the way."""
+        passed = [self.direction * at for at, _ in self.trace]
+        last = bisect.bisect_right(passed, self.direction * depth) - 1
+        return self.lines_at(self.trace[max(last, 0)][1])
+
+    def lines_at(self, pair: Pair) -> Array:
+        """The positions of two nodes, infinite where there is none."""
+        left, right = pair
+        where = self.nodes.positions
+        one = -math.inf if left is None else where[left]
+        other = math.inf if right is None else where[right]
+        return np.array([one, other])
+
+
+@dataclass(eq=False)
+class Happening:
+    """An event on the nodes: the surfaces before it, from left to right, and those after it.
+
+    at: its depth on the nodes. What refinement finds: depth, and the lines (n, 2) before and after.
+    """
+
+    at: float
+    before: list[Life]
+    after: list[Life]
+    depth: float = math.nan
+    lines_before: Array = field(default_factory=lambda: np.empty((0, 2)))
+    lines_after: Array = field(default_factory=lambda: np.empty((0, 2)))
+
+    @property
+    def direction(self) -> int:
+        """Of the depth."""
+        return (self.before or self.after)[0].direction
+
+
+class Walked(NamedTuple):
+    """Surfaces on a way from the first depth on, and all that happens to them, in that order."""
+
+    first: list[Life]
+    events: list[Happening]
+    reached: float
+
+
+def walked(nodes: FoundNodes, contacts: Contacts, start: float, goal: float) -> Walked:
+    """The lives of all free surfaces beside contacts on nodes, on the way to a depth."""
+    direction = 1 if goal >= start else -1
+    alive = [Life(nodes, direction, [(start, pair)]) for pair in pairs(contacts)]
+    first = list(alive)
+    events = list[Happening]()
+    depth = start
+    while alive:
+        trace, at, after = nodes.walk.track(contacts, depth, goal)
+        for passed, known in trace:
+            _noted(alive, passed, pairs(known))
+        if at is None:
+            break
+        found = _divided(alive, pairs(trace[-1][1]), pairs(after), at)
+        events += found
+        alive = _alive(alive, found)
+        contacts = after
+        depth = at
+    return Walked(first, events, goal)
+
+
+def pairs(contacts: Contacts) -> list[Pair]:
+    """The contact nodes on both sides of every free surface; [] where there is no contact."""
+    if not contacts:
+        return []
+    ends: list[End] = [None]
+    for contact in contacts:
+        ends += contact
+    ends.append(None)
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def _noted(alive: list[Life], depth: float, now: list[Pair]) -> None:
+    """Write the nodes at which lines are now into the traces of their surfaces."""
+    for life, pair in zip(alive, now, strict=True):
+        if life.trace[-1][1] != pair:
+            life.trace.append((depth, pair))
+
+
+def _divided(alive: list[Life], before: list[Pair], after: list[Pair], at: float) -> list[Happening]:
+    """What happens to which surfaces at an event, those apart that do not feel each other."""
+    direction = alive[0].direction
+    found = list[Happening]()
+    if direction > 0:
+        for life, pair in zip(alive, before, strict=True):
+            inside = [new for new in after if _holds(pair, new)]
+            if inside != [pair]:
+                found.append(_happening(at, [life], inside, life.nodes, direction))
+        return found
+    if not after:
+        return [_happening(at, list(alive), [], alive[0].nodes, direction)]
+    for pair in after:
+        joined = [life for life, old in zip(alive, before, strict=True) if _holds(pair, old)]
+        if [life.trace[-1][1] for life in joined] != [pair]:
+            found.append(_happening(at, joined, [pair], alive[0].nodes, direction))
+    return found
+
+
+def _happening(
+    at: float, before: list[Life], after: list[Pair], nodes: FoundNodes, direction: int
+) -> Happening:
+    """An event, tied to the surfaces that end and begin at it."""
+    new = [Life(nodes, direction, [(at, pair)]) for pair in after]
+    event = Happening(at, before, new)
+    for life in before:
+        life.dies = event
+    for life in new:
+        life.born = event
+    return event
+
+
+def _holds(outer: Pair, inner: Pair) -> bool:
+    """Whether one part of the row contains another."""
+    low, high = _bounds(outer)
+    left, right = _bounds(inner)
+    return low <= left and right <= high
+
+
+def _bounds(pair: Pair) -> tuple[float, float]:
+    left, right = pair
+    return -math.inf if left is None else left, math.inf if right is None else right
+
+
+def _alive(alive: list[Life], events: Sequence[Happening]) -> list[Life]:
+    """The surfaces after events, from left to right."""
+    ended = {id(life) for event in events for life in event.before}
+    kept = [life for life in alive if id(life) not in ended]
+    kept += [life for event in events for life in event.after]
+    return sorted(kept, key=lambda life: _bounds(life.trace[-1][1]))
+
+
+def ordered(lines: Array, group: Array) -> Mask:
+    """Whether contacts between neighbouring surfaces (r, ..., 2) of the same group are not closed.
+
+    group (r,): numbers of groups; of the last of each nothing is asked.
+    """
+    found = np.ones(lines.shape[:-1], bool)
+    same = np.flatnonzero(group[1:] == group[:-1])
+    found[same] = lines[same, ..., 1] <= lines[same + 1, ..., 0]
+    return found

@@ -1,0 +1,127 @@
+"""The nodes on which contacts and the order of events are found, and lines near them."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from discretization.lattice.lowest import lowest_contacts
+from discretization.lattice.walk import Walk
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Contacts, Row, positions
+from discretization.profile import Resolved
+from energy import Scene
+from energy.arrays import Array
+
+PER_LENGTH = 32  # nodes per l: events are then found in the right order (98 of 100 rough loops)
+PER_WAVE = 16  # and per wave of the profile, from where its slope turns to where it does so again
+PER_TIP = 4  # and over the length on which the profile's slope rises by √(2w/γ₁) at low points
+NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that make a wave
+MOST_NODES = 400_000
+AHEAD = 0.1  # of δ₀: by how much events on nodes may come too early or too late
+_AHEAD_OF_RANGE = 0.05  # the same without adhesion, of the range of depths
+_ROUNDED = 1e-12  # of the size of depths: at least
+
+
+@dataclass(frozen=True, eq=False)
+class FoundNodes:
+    """A row of nodes under a profile, with the walk over them.
+
+    margin: by how much the depths of events may be off [length].
+    """
+
+    scene: Scene
+    spacing: float
+    margin: float
+    lattice: Lattice
+    deepest: float
+
+    @classmethod
+    def of(cls, scene: Scene, profile: Resolved, deepest: float, closer: int = 1) -> FoundNodes:
+        """For depths up to the deepest; closer: how many times closer than usual."""
+        spacing = usual_spacing(scene, profile) / closer
+        spacing = max(spacing, float(np.ptp(profile.x)) / MOST_NODES)
+        lattice = Lattice.of(scene, spacing)
+        reach = scene.opened.critical_separation
+        margin = AHEAD * reach if reach else _AHEAD_OF_RANGE * abs(deepest - profile.touch)
+        margin = max(margin, _ROUNDED * (abs(deepest) + abs(profile.touch)))
+        return cls(scene, lattice.spacing, margin, lattice, deepest + margin)
+
+    @functools.cached_property
+    def row(self) -> Row:
+        """The nodes."""
+        return Row.of(self.lattice.seen(self.scene), self.lattice, self.deepest)
+
+    @functools.cached_property
+    def walk(self) -> Walk:
+        """The walk over them."""
+        return Walk(self.row)
+
+    @functools.cached_property
+    def positions(self) -> Array:
+        """x of all nodes of the row."""
+        return positions(self.lattice, self.scene.indenter, self.row.first + np.arange(self.row.size))
+
+    def lines(self, contacts: Contacts) -> tuple[float, ...]:
+        """The positions of the outermost nodes of contacts."""
+        return tuple(self.positions[np.ravel(contacts).astype(int)].tolist())
+
+    def contacts(self, lines: tuple[float, ...]) -> Contacts:
+        """The contacts on nodes nearest to these lines."""
+        at = np.rint((np.array(lines) - self.lattice.origin) / self.lattice.spacing).astype(int)
+        at = np.clip(at - self.row.first, 0, self.row.size - 1)
+        return tuple(zip(at[::2].tolist(), at[1::2].tolist(), strict=True))
+
+    def adhered(self, depth: float) -> Contacts:
+        """The contacts of the path that touches first and then moves to this depth."""
+        touch = self.row.lowest
+        if depth >= touch:
+            return self.walk.touched(depth)
+        first = self.walk.touched(touch)
+        return self.walk.moved(first, touch, depth)
+
+    def lowest(self, depth: float) -> tuple[float, ...]:
+        """The lines of the contacts of lowest energy of all."""
+        nodes = lowest_contacts(self.lattice.seen(self.scene), depth, self.lattice)
+        at = positions(self.lattice, self.scene.indenter, nodes.astype(float).ravel())
+        return tuple(at.tolist())
+
+
+def usual_spacing(scene: Scene, profile: Resolved) -> float:
+    """Distance of nodes that resolve l, the waves of the profile and its lowest points."""
+    length = scene.elastocapillary_length
+    kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+    turns = slope_turns(profile.x, profile.slope, NOTICED * kink)
+    waves = (turns[2:] - turns[:-2]) / PER_WAVE
+    return min([length / PER_LENGTH, *waves.tolist(), *_tips(profile, kink)])
+
+
+def _tips(profile: Resolved, kink: float) -> list[float]:
+    """Nodes needed at the low points: √(2w/γ₁)/f'' there, the width of a contact that can be lost."""
+    lowest = int(np.argmin(profile.f))
+    around = slice(max(lowest - 1, 0), lowest + 2)
+    width = float(np.ptp(profile.x[around]))
+    rise = float(np.ptp(profile.slope[around]))
+    corner = np.isin(profile.x[lowest], profile.corners)
+    if not kink or not rise or corner:
+        return []
+    return [kink * width / rise / PER_TIP]
+
+
+def slope_turns(x: Array, slope: Array, least: float) -> Array:
+    """Where a slope turns round, having changed and then changing back by more than `least`."""
+    turns = list[float]()
+    extreme = 0
+    rising = 1
+    for i, value in enumerate(slope.tolist()):
+        beyond = rising * (value - slope[extreme])
+        if beyond > 0:
+            extreme = i
+        elif -beyond > least:
+            turns.append(float(x[extreme]))
+            extreme = i
+            rising = -rising
+    return np.array(turns)

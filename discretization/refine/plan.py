@@ -1,0 +1,257 @@
+"""A way from one depth to another: the events on it, refined, and smooth motion in between."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from discretization.nodes.row import Contacts
+from discretization.refine.balance import Balance
+from discretization.refine.equations import Equations
+from discretization.refine.events import Events, NotRefined
+from discretization.refine.landings import CLOSER, Landings
+from discretization.refine.lives import Happening, Life, walked
+from discretization.refine.nodes import FoundNodes
+from discretization.refine.totals import Totals
+from discretization.profile import Resolved
+from energy import Scene
+from energy.arrays import Array
+
+_TOGETHER = 1e-12  # of the size of depths: events so near to each other happen at once
+_FAR = 0.5  # of l
+_LATE = 1e-12  # of the size of depths: a surface may end that much before it is born
+
+
+@dataclass(eq=False)
+class Stretch:
+    """Smooth motion of all surfaces from one depth to another.
+
+    after: lines (n, 2) of the surfaces beyond the events at its end, None where there is none;
+    an empty array is detached. events: these.
+    """
+
+    direction: int
+    start: float
+    end: float
+    lives: list[Life]
+    after: Array | None = None
+    events: list[Happening] = field(default_factory=list)
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """What follows the contacts of a scene, found on these nodes."""
+
+    scene: Scene
+    nodes: FoundNodes
+    equations: Equations
+    events: Events
+    landings: Landings
+    totals: Totals
+    balance: Balance
+
+    @classmethod
+    def of(cls, scene: Scene, profile: Resolved, deepest: float, closer: int = 1) -> Refinement:
+        """For depths up to the deepest; closer: how many times closer nodes are than usual."""
+        equations = Equations.of(scene, profile, deepest)
+        nodes = FoundNodes.of(scene, profile, deepest, closer)
+        events = Events(equations)
+        landings = Landings(events, FoundNodes.of(scene, profile, deepest, CLOSER * closer))
+        totals = Totals.of(equations)
+        delta0 = scene.opened.critical_separation
+        displaced = max(delta0, abs(deepest - profile.touch), equations.size * _TOGETHER)
+        scale = scene.stiffness * displaced**2 * equations.length
+        return cls(scene, nodes, equations, events, landings, totals, Balance(events, totals, scale))
+
+    def touched(self) -> tuple[Contacts, float, Array]:
+        """Contacts at first touch on nodes, the depth of that there, and lines (n, 2) at rest.
+
+        NotRefined where these are not found, or closer nodes find another number of contacts.
+        """
+        touch = self.equations.profile.touch
+        contacts = self.nodes.walk.touched(self.nodes.row.lowest)
+        if not self.scene.work_of_adhesion:
+            lowest = self.equations.profile.lowest
+            return contacts, touch, np.array([[-math.inf, lowest], [lowest, math.inf]])
+        way = walked(self.nodes, contacts, self.nodes.row.lowest, self.nodes.row.lowest)
+        event = Happening(self.nodes.row.lowest, [], way.first, depth=touch)
+        self.landings.land([event])
+        if not self.landings.agrees(event, np.empty((0, 2)), event.lines_after):
+            raise NotRefined("closer nodes find other contacts at first touch")
+        return contacts, self.nodes.row.lowest, event.lines_after
+
+    def follow(
+        self, contacts: Contacts, on_nodes: float, lines: Array, start: float, goal: float
+    ) -> list[Stretch]:
+        """The way of contacts from one depth to another.
+
+        Parameters
+        ----------
+        contacts : tuple
+            On nodes, at rest at the depth `on_nodes`.
+        lines : ndarray (n, 2)
+            Of their free surfaces, at rest at the depth `start`.
+        """
+        direction = 1 if goal >= start else -1
+        beyond = goal + direction * self.nodes.margin
+        if direction * (beyond - on_nodes) < 0:
+            beyond = on_nodes
+        way = walked(self.nodes, contacts, on_nodes, beyond)
+        if len(way.first) != len(lines):
+            raise NotRefined(f"nodes at depth = {start!r} have other contacts")
+        for life, row in zip(way.first, lines, strict=True):
+            life.direction = direction
+            life.start = start
+            life.first = row
+        happened = self._refined(way.events, direction, goal)
+        alive, stretches = self._stretches(way.first, happened, direction, start, goal)
+        self._end(alive, goal)
+        every = {id(life): life for stretch in stretches for life in stretch.lives}
+        self.balance.pieces(list(every.values()))
+        for stretch in stretches:
+            self._agreed(stretch)
+        return stretches
+
+    def _refined(self, events: list[Happening], direction: int, goal: float) -> list[Happening]:
+        """The events that happen before the goal, with their depths and lines."""
+        happened = list[Happening]()
+        left = list(events)
+        while left:
+            ready = left
+            if self.scene.hysteretic:  # lines stay where they are born
+                ready = [e for e in left if not any(math.isnan(b.start) for b in e.before)]
+            if not ready:
+                break
+            left = [event for event in left if not any(event is r for r in ready)]
+            if any(not event.before for event in ready):
+                raise NotRefined("a contact is torn open")
+            self.events.enclose(ready)
+            now = self._happen(ready, happened, direction, goal)
+            self.landings.land(now)
+            for event in now:
+                for life, row in zip(event.after, event.lines_after, strict=True):
+                    life.start = event.depth
+                    life.first = row
+            happened += now
+        return happened
+
+    def _happen(
+        self, ready: list[Happening], before: list[Happening], direction: int, goal: float
+    ) -> list[Happening]:
+        """Those of these events that happen before the goal to surfaces that exist."""
+        known = {id(event) for event in before}
+        found = list[Happening]()
+        for event in ready:
+            if any(life.born is not None and id(life.born) not in known for life in event.before):
+                continue
+            if math.isnan(event.depth):
+                if direction * (event.at - goal) < 0:
+                    raise NotRefined(f"the event near depth = {event.at!r} is not found")
+                continue
+            if direction * (event.depth - goal) > 0:
+                continue
+            found.append(event)
+            known.add(id(event))
+        return found
+
+    def _stretches(
+        self,
+        alive: list[Life],
+        happened: list[Happening],
+        direction: int,
+        start: float,
+        goal: float,
+    ) -> tuple[list[Life], list[Stretch]]:
+        """Smooth motion between the depths of events, and what is alive at the goal."""
+        together = _TOGETHER * self.equations.size
+        stretches = list[Stretch]()
+        depth = start
+        events = sorted(happened, key=lambda event: direction * event.depth)
+        while events:
+            at = events[0].depth
+            now = list[Happening]()
+            while events and direction * (events[0].depth - at) <= together:
+                now.append(events.pop(0))
+            stretch = Stretch(direction, depth, at, alive, events=now)
+            for event in now:
+                self._ended(event, at)
+                alive = self._replaced(alive, event)
+            stretches.append(stretch)
+            depth = at
+        stretches.append(Stretch(direction, depth, goal, alive))
+        return alive, stretches
+
+    def _ended(self, event: Happening, at: float) -> None:
+        """Write into surfaces that and how they end. NotRefined where that is before their birth."""
+        late = _LATE * self.equations.size
+        for life, row in zip(event.before, event.lines_before, strict=True):
+            life.end = at
+            life.last = row
+            if event.direction * (life.end - life.start) < -late:
+                raise NotRefined(f"events near depth = {at!r} are not in the order of the nodes")
+        for life in event.after:
+            life.start = at
+
+    def _replaced(self, alive: list[Life], event: Happening) -> list[Life]:
+        """The surfaces after an event, from left to right."""
+        if any(not any(life is other for other in alive) for life in event.before):
+            raise NotRefined(f"events near depth = {event.depth!r} are not in the nodes' order")
+        first = next(i for i, life in enumerate(alive) if life is event.before[0])
+        return [*alive[:first], *event.after, *alive[first + len(event.before) :]]
+
+    def _end(self, alive: list[Life], goal: float) -> None:
+        """Lines of surfaces at the goal."""
+        if not alive:
+            return
+        lines = self.at(alive, goal)
+        for life, row in zip(alive, lines, strict=True):
+            life.end = goal
+            life.last = row
+
+    def at(self, lives: list[Life], depth: float) -> Array:
+        """Lines (n, 2) of surfaces at rest at a depth of their lives."""
+        depths = np.full((len(lives), 1), depth)
+        guess = np.array([life.guess(depth) for life in lives])
+        found = self.events.rest(
+            lives, guess[:, None], depths, reach=_FAR * self.equations.length
+        )
+        lines = found.lines
+        good = found.at_rest
+        if not good.all():
+            lost = np.flatnonzero(~good)
+            first = np.array([lives[i].first for i in lost])
+            again = self.events.rest([lives[i] for i in lost], first[:, None], depths[lost])
+            lines[lost] = again.lines
+            good[lost] = again.at_rest
+        if not good.all():
+            raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest")
+        return lines
+
+    def _agreed(self, stretch: Stretch) -> None:
+        """Lines beyond the events of a stretch. NotRefined where closer nodes disagree."""
+        if not stretch.events:
+            return
+        lives = list(stretch.lives)
+        before = self._lines(lives, stretch)
+        after = list(before)
+        for event in stretch.events:
+            first = next(i for i, life in enumerate(lives) if life is event.before[0])
+            own = slice(first, first + len(event.before))
+            lives[own] = event.after
+            after[own] = list(event.lines_after)
+        stretch.after = np.array(after).reshape(-1, 2)
+        event = stretch.events[0]
+        if not self.landings.agrees(event, np.array(before), stretch.after):
+            raise NotRefined(f"closer nodes land elsewhere after the event at {event.depth!r}")
+
+    def _lines(self, lives: list[Life], stretch: Stretch) -> list[Array]:
+        """Lines (2,) of the surfaces at the end of a stretch."""
+        ending = [life for life in lives if life.end == stretch.end]
+        others = [life for life in lives if life.end != stretch.end]
+        known = {id(life): life.last for life in ending}
+        if others:
+            found = self.at(others, stretch.end)
+            known |= {id(life): row for life, row in zip(others, found, strict=True)}
+        return [known[id(life)] for life in lives]

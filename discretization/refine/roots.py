@@ -1,0 +1,176 @@
+"""Depths of events as roots of small systems, those of many events at once.
+
+Unknown are both lines of a free surface, the depth and, where it touches, the place of that:
+
+    fold     F = 0 of the free lines, and the determinant of their ∂F/∂x vanishes
+    touch    F = 0 of the free lines, gap v = 0, and v' = 0 or, at a corner, the place is known
+    meeting  F = 0 of both lines of the contact between two surfaces, at the same place, and of the
+             free lines beyond
+
+A line that is pinned or does not exist keeps its place: x - x₀ = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization.refine.equations import Equations
+from energy.arrays import Array, Mask
+
+_ROUNDS = 25  # of Newton's method
+_FOLD_STEP = 1e-4  # of l and of depths: central differences of the determinant
+_TOUCH_STEP = 1e-5  # the same of what has no second derivative in it
+_LONGEST = 0.1  # of l: a step
+_FOUND = 1e-10  # of l: the last step
+
+
+class Roots(NamedTuple):
+    """Lines (n, 2), depths and places (n,), and whether they were found (n,)."""
+
+    lines: Array
+    depths: Array
+    places: Array
+    found: Mask
+
+
+def folds(
+    equations: Equations, lines: Array, depths: Array, directions: Array, free: Mask
+) -> Roots:
+    """Where equilibria of free surfaces disappear, near lines (n, 2) that are free or not (n, 2)."""
+    length = equations.length
+    rooms = equations.rooms_of(lines)
+
+    def off(unknown: Array, own: Array) -> Array:
+        at = np.where(np.isfinite(lines[own]), unknown[:, :2], lines[own])
+        values = equations.values(at, unknown[:, 2], directions[own])
+        rates = equations.rates(at, unknown[:, 2], rooms[own])
+        both = free[own].all(axis=1)
+        whole = rates[:, 0, 0] * rates[:, 1, 1] - rates[:, 0, 1] * rates[:, 1, 0]
+        alone = np.where(free[own, 0], rates[:, 0, 0], rates[:, 1, 1])
+        singular = np.where(both, whole * length**2, alone * length)
+        stays = np.where(np.isfinite(lines[own]), (unknown[:, :2] - lines[own]) / length, 0.0)
+        stays = np.where(np.isfinite(lines[own]), stays, unknown[:, :2] / length)
+        return np.column_stack([np.where(free[own], values, stays), singular])
+
+    start = np.column_stack([np.where(np.isfinite(lines), lines, 0.0), depths])
+    steps = _FOLD_STEP * np.array([length, length, equations.size])
+    found, good = _newton(off, start, steps, length)
+    at = np.where(np.isfinite(lines), found[:, :2], lines)
+    good &= free.any(axis=1)
+    return Roots(at, found[:, 2], np.full(len(lines), np.nan), good)
+
+
+def touches(
+    equations: Equations,
+    lines: Array,
+    depths: Array,
+    directions: Array,
+    free: Mask,
+    places: Array,
+    corner: Mask,
+) -> Roots:
+    """Where free surfaces touch the profile near these places (n,), at a corner just there."""
+    length = equations.length
+
+    def off(unknown: Array, own: Array) -> Array:
+        at = np.where(np.isfinite(lines[own]), unknown[:, :2], lines[own])
+        values = equations.values(at, unknown[:, 3], directions[own])
+        gap, slope = equations.shape(unknown[:, 2:3], at, unknown[:, 3])
+        at_corner = (unknown[:, 2] - places[own]) / length
+        stays = np.where(np.isfinite(lines[own]), (unknown[:, :2] - lines[own]) / length, 0.0)
+        stays = np.where(np.isfinite(lines[own]), stays, unknown[:, :2] / length)
+        return np.column_stack(
+            [
+                np.where(free[own], values, stays),
+                np.where(corner[own], at_corner, slope[:, 0]),
+                gap[:, 0] / equations.size,
+            ]
+        )
+
+    start = np.column_stack([np.where(np.isfinite(lines), lines, 0.0), places, depths])
+    steps = _TOUCH_STEP * np.array([length, length, length, equations.size])
+    found, good = _newton(off, start, steps, length)
+    at = np.where(np.isfinite(lines), found[:, :2], lines)
+    with np.errstate(invalid="ignore"):
+        good &= (at[:, 0] < found[:, 2]) & (found[:, 2] < at[:, 1])
+    return Roots(at, found[:, 3], found[:, 2], good)
+
+
+def meetings(
+    equations: Equations,
+    left: Array,
+    right: Array,
+    depths: Array,
+    directions: Array,
+    left_free: Mask,
+    right_free: Mask,
+) -> Roots:
+    """Where both lines of the contacts between surfaces (n, 2) on the left and right meet.
+
+    left_free, right_free (n,): of the lines beyond. The lines are those of the outer ends.
+    """
+    length = equations.length
+
+    def off(unknown: Array, own: Array) -> Array:
+        one = np.column_stack([unknown[:, 0], unknown[:, 1]])
+        other = np.column_stack([unknown[:, 1], unknown[:, 2]])
+        one[:, 0] = np.where(np.isfinite(left[own, 0]), one[:, 0], -np.inf)
+        other[:, 1] = np.where(np.isfinite(right[own, 1]), other[:, 1], np.inf)
+        of_left = equations.values(one, unknown[:, 3], directions[own])
+        of_right = equations.values(other, unknown[:, 3], directions[own])
+        stays_left = (unknown[:, 0] - start[own, 0]) / length
+        stays_right = (unknown[:, 2] - start[own, 2]) / length
+        return np.column_stack(
+            [
+                np.where(left_free[own], of_left[:, 0], stays_left),
+                of_left[:, 1],
+                of_right[:, 0],
+                np.where(right_free[own], of_right[:, 1], stays_right),
+            ]
+        )
+
+    outer = np.column_stack([left[:, 0], right[:, 1]])
+    outer = np.where(np.isfinite(outer), outer, 0.0)
+    middle = (left[:, 1] + right[:, 0]) / 2
+    start = np.column_stack([outer[:, 0], middle, outer[:, 1], depths])
+    steps = _TOUCH_STEP * np.array([length, length, length, equations.size])
+    found, good = _newton(off, start, steps, length)
+    return Roots(found[:, [0, 2]], found[:, 3], found[:, 1], good)
+
+
+def _newton(
+    off: Callable[[Array, Array], Array], start: Array, steps: Array, length: float
+) -> tuple[Array, Mask]:
+    """Roots of n systems of m equations by Newton's method with central differences.
+
+    off(unknown (k, m), own (k,)): of the systems with these numbers. The last unknown is a depth,
+    the others are positions. The roots (n, m), and which were found.
+    """
+    count, size = start.shape
+    unknown = start.copy()
+    found = np.zeros(count, bool)
+    shifts = np.concatenate([np.zeros((1, size)), np.diag(steps), -np.diag(steps)])
+    active = np.arange(count)
+    for _ in range(_ROUNDS):
+        if not active.size:
+            break
+        tried = unknown[active, None] + shifts
+        own = np.repeat(active, len(shifts))
+        with np.errstate(all="ignore"):
+            values = off(tried.reshape(-1, size), own).reshape(active.size, -1, size)
+        jacobian = (values[:, 1 : size + 1] - values[:, size + 1 :]) / (2 * steps[:, None])
+        jacobian = jacobian.transpose(0, 2, 1)
+        usable = np.isfinite(jacobian).all(axis=(1, 2)) & np.isfinite(values[:, 0]).all(axis=1)
+        usable[usable] = np.abs(np.linalg.det(jacobian[usable])) > 0
+        active = active[usable]
+        step = -np.linalg.solve(jacobian[usable], values[usable, 0, :, None])[..., 0]
+        moved = np.abs(step[:, :-1]).max(axis=1)
+        step *= np.minimum(1.0, _LONGEST * length / np.maximum(moved, 1e-300))[:, None]
+        unknown[active] += step
+        done = moved < _FOUND * length
+        found[active[done]] = True
+        active = active[~done]
+    return unknown, found

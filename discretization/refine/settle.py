@@ -1,0 +1,235 @@
+"""Lines of many free surfaces taken to rest by Newton's method, each surface at its own depth.
+
+A line is either free, F = 0 (equations.py), or pinned where F jumps past 0: at a corner of the
+profile, at an edge of the body and, with two works of adhesion, where it stands. A line that is
+pressed against a corner beyond which F still has the same sign passes it. Which lines are free is
+found along with where they rest (an active-set method, as in J. Nocedal, S. Wright, Numerical
+Optimization, 2nd ed., ch. 16.5, with one bound on either side of every line).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization.refine.equations import OUTWARDS, Equations
+from energy.arrays import Array, Indices, Mask, Nodes
+
+ROUNDS = 60  # of Newton's method
+_LONGEST = 0.1  # of l: a step of Newton's method
+_STILL = 8  # roundings of a position: a step that short is the last
+_QUADRATIC = 1e-15  # of l: the step that Newton's method would make next
+_NEAR = 1e-9  # of l: steps below which that is so
+_TREMBLING = 1e-12  # of l: steps that no longer shrink but are as short as this are rounding
+_FALLS = 1e-12  # by more than this F falls over a corner that a line jumps over
+
+
+class Settled(NamedTuple):
+    """Free surfaces after Newton's method.
+
+    lines (n, 2); at_rest (n,): whether they are in stable equilibrium; pinned (n, 2); jumped (n,):
+    whether a line has passed a corner over which D falls, so that it has no rest on the way.
+    """
+
+    lines: Array
+    at_rest: Mask
+    pinned: Mask
+    jumped: Mask
+
+
+@dataclass(eq=False)
+class _Rows:
+    """Free surfaces under way, rows of arrays: lines, rooms (n, 2), and what is known of each."""
+
+    lines: Array
+    rooms: Nodes
+    depths: Array
+    directions: Array
+    has_line: Mask
+    start: Array
+    kept: Array | None
+    fixed: Mask | None
+
+    def of(self, own: Indices) -> _Rows:
+        """Some of the rows."""
+        kept = None if self.kept is None else self.kept[own]
+        fixed = None if self.fixed is None else self.fixed[own]
+        parts = (self.lines, self.rooms, self.depths, self.directions, self.has_line, self.start)
+        return _Rows(*(part[own] for part in parts), kept, fixed)
+
+
+def settle(
+    equations: Equations,
+    lines: Array,
+    depths: Array,
+    directions: Array,
+    *,
+    kept: Array | None = None,
+    fixed: Mask | None = None,
+    reach: float = math.inf,
+    rounds: int = ROUNDS,
+) -> Settled:
+    """Take the lines of free surfaces to rest.
+
+    Parameters
+    ----------
+    equations : Equations
+    lines : ndarray (n, 2)
+        Where to begin, near to where they rest.
+    depths, directions : ndarray (n,)
+        As in equations.py.
+    kept : ndarray (n, 2), optional
+        With two works of adhesion: where lines stand until they move in their direction.
+    fixed : ndarray of bool (n, 2), optional
+        Lines that are left where they are.
+    reach : float
+        How far lines may move [length]; surfaces with one that goes further are not at rest.
+    rounds : int
+        Of Newton's method at most.
+    """
+    count = len(lines)
+    rows = _Rows(
+        lines.copy(), equations.rooms_of(lines), depths, directions, np.isfinite(lines),
+        lines, kept, fixed,
+    )  # fmt: skip
+    pinned = np.zeros((count, 2), bool)
+    jumped = np.zeros(count, bool)
+    at_rest = np.zeros(count, bool)
+    rates = np.zeros((count, 2, 2))
+    last = np.full(count, math.inf)
+    active = np.arange(count)
+    for _ in range(rounds):
+        if not active.size:
+            break
+        own = rows.of(active)
+        own.lines = _inside(equations, own.lines, own)
+        values = equations.values(own.lines, own.depths, own.directions)
+        held, passed, fell = _against_joints(equations, own, values)
+        if own.kept is not None:
+            stays = own.has_line & (own.lines == own.kept)
+            held |= stays & (own.directions[:, None] * values > 0)
+        if own.fixed is not None:
+            held = (held & ~own.fixed) | own.fixed
+        changed = equations.rates(own.lines, own.depths, own.rooms)
+        free = own.has_line & ~held
+        step = _newton_step(changed, values, free)
+        found = np.isfinite(step).all(axis=1)
+        step[~found] = 0.0
+        longest = np.abs(step).max(axis=1)
+        step *= np.minimum(1.0, _LONGEST * equations.length / np.maximum(longest, 1e-300))[:, None]
+        new = _inside(equations, own.lines + step, own)
+        cut = (own.has_line & (new != own.lines + step)).any(axis=1)
+        new = _not_behind(new, own, free)
+        moved = np.abs(np.where(own.has_line, new - own.lines, 0.0)).max(axis=1)
+        gone = np.abs(np.where(own.has_line, new - own.start, 0.0)).max(axis=1) > reach
+        crossed = own.has_line.all(axis=1) & (new[:, 0] >= new[:, 1])
+        resting = _rests(equations, new, moved, last[active], passed, cut)
+        rows.lines[active] = new
+        rows.rooms[active] = own.rooms
+        pinned[active] = held
+        jumped[active] |= fell
+        rates[active] = changed
+        last[active] = moved
+        lost = ~found | crossed | gone
+        at_rest[active] = resting & ~lost
+        active = active[~(resting | lost)]
+    free = rows.has_line & ~pinned
+    at_rest &= stable(rates, free)
+    return Settled(equations.snapped(rows.lines), at_rest, pinned & rows.has_line, jumped)
+
+
+def stable(rates: Array, free: Mask) -> Mask:
+    """Whether F grows outwards of every free line, and of both together (n,)."""
+    left = np.where(free[:, 0], rates[:, 0, 0], 1.0)
+    right = np.where(free[:, 1], rates[:, 1, 1], -1.0)
+    both = free.all(axis=1)
+    coupling = np.where(both, rates[:, 0, 1] * rates[:, 1, 0], 0.0)
+    return np.asarray((left > 0) & (right < 0) & (left * right - coupling < 0))
+
+
+def _newton_step(rates: Array, values: Array, free: Mask) -> Array:
+    """The step (n, 2) of the free lines, not finite where their equations are singular."""
+    both = free.all(axis=1)
+    determinant = rates[:, 0, 0] * rates[:, 1, 1] - rates[:, 0, 1] * rates[:, 1, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left = (values[:, 1] * rates[:, 0, 1] - values[:, 0] * rates[:, 1, 1]) / determinant
+        right = (values[:, 0] * rates[:, 1, 0] - values[:, 1] * rates[:, 0, 0]) / determinant
+        alone = -values / rates[:, [0, 1], [0, 1]]
+    together = np.stack([left, right], axis=1)
+    return np.where(free, np.where(both[:, None], together, alone), 0.0)
+
+
+def _inside(equations: Equations, lines: Array, rows: _Rows) -> Array:
+    """Lines not beyond their rooms."""
+    lower, upper = equations.rooms
+    kept = np.clip(lines, lower[rows.rooms], upper[rows.rooms])
+    if rows.fixed is not None:
+        kept = np.where(rows.fixed, lines, kept)
+    return np.where(rows.has_line, kept, lines)
+
+
+def _not_behind(new: Array, rows: _Rows, free: Mask) -> Array:
+    """With two works of adhesion: free lines not behind where they stood."""
+    if rows.kept is None:
+        return new
+    forwards = rows.directions[:, None] * OUTWARDS > 0
+    bounded = np.where(forwards, np.maximum(new, rows.kept), np.minimum(new, rows.kept))
+    return np.where(free, bounded, new)
+
+
+def _against_joints(equations: Equations, rows: _Rows, values: Array) -> tuple[Mask, Mask, Mask]:
+    """Lines at an end of their room that would move on: pinned there, or put beyond the joint.
+
+    Which lines are pinned (n, 2), which surfaces have a line that has passed (n,), and which one
+    over which F falls (n,). Lines and rooms of rows that pass are changed in place; of a surface
+    one line at a time.
+    """
+    lower, upper = equations.rooms
+    held = np.zeros_like(rows.has_line)
+    passed = np.zeros(len(values), bool)
+    fell = np.zeros(len(values), bool)
+    for outwards in (1, -1):
+        heading = outwards * OUTWARDS
+        end = np.where(heading > 0, upper[rows.rooms], lower[rows.rooms])
+        blocked = rows.has_line & (rows.lines == end) & (outwards * values < 0)
+        if rows.fixed is not None:
+            blocked &= ~rows.fixed
+        if not blocked.any():
+            continue
+        next_room = rows.rooms + heading.astype(int)
+        exists = (next_room >= 0) & (next_room < lower.size)
+        next_room = np.clip(next_room, 0, lower.size - 1)
+        beyond = np.where(heading > 0, lower[next_room], upper[next_room])
+        for column in (0, 1):
+            at_end = blocked[:, column] & ~passed
+            if not at_end.any():
+                continue
+            trial = rows.lines.copy()
+            trial[at_end, column] = beyond[at_end, column]
+            there = equations.values(trial, rows.depths, rows.directions)[:, column]
+            goes_on = at_end & exists[:, column] & (outwards * there < 0)
+            held[at_end & ~goes_on, column] = True
+            fall = outwards * (values[:, column] - there)
+            fell |= goes_on & (fall > _FALLS * np.maximum(1.0, np.abs(values[:, column])))
+            rows.lines[goes_on, column] = beyond[goes_on, column]
+            rows.rooms[goes_on, column] = next_room[goes_on, column]
+            values[goes_on] = equations.values(rows.lines, rows.depths, rows.directions)[goes_on]
+            passed |= goes_on
+    return held, passed, fell
+
+
+def _rests(
+    equations: Equations, lines: Array, moved: Array, before: Array, passed: Mask, cut: Mask
+) -> Mask:
+    """Whether Newton's method has come to rest (n,), after steps of this length and the last."""
+    length = equations.length
+    furthest = np.abs(np.where(np.isfinite(lines), lines, 0.0)).max(axis=1)
+    rounding = _STILL * np.spacing(length + furthest)
+    still = moved <= rounding
+    squared = (moved < _NEAR * length) & (moved * moved <= _QUADRATIC * length * before)
+    trembling = (moved < _TREMBLING * length) & (before < 100 * _TREMBLING * length)
+    trembling &= moved > before / 2
+    return np.asarray((still | squared | trembling) & ~cut & ~passed)
