@@ -64,12 +64,12 @@ def drawn(piece: Piece, depths: Array) -> Array:
     return np.where(finite[0], found, piece.lines[0])
 
 
-def work(totals: Totals, piece: Piece) -> tuple[float, float]:
-    """∫P dd over a piece, and by how much the energy grows."""
-    energy, force = totals.of_surfaces(piece.lines, piece.depths)
+def work(totals: Totals, piece: Piece) -> float:
+    """∫P dd over a piece."""
+    _, force = totals.of_surfaces(piece.lines, piece.depths)
     points, weights, _ = rounded(DEGREE)
     step = piece.depths[-1] - piece.depths[0]
-    return float(force @ (weights * (1 - points) / 2) * step), float(energy[-1] - energy[0])
+    return float(force @ (weights * (1 - points) / 2) * step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,8 @@ class Balance:
         same = (pinned[:, 1:] == pinned[:, :-1]).all(axis=2)
         same[:, 0] = True  # at the ends lines may be pinned on either side
         same[:, -1] = True
-        energy, force = self.totals.of_surfaces(lines.reshape(-1, 2), depths.ravel())
+        direction = todo[0].life.direction
+        energy, force = self.totals.of_surfaces(lines.reshape(-1, 2), depths.ravel(), direction)
         points, weights, _ = rounded(DEGREE)
         steps = depths[:, -1] - depths[:, 0]
         done = force.reshape(depths.shape) @ (weights * (1 - points) / 2) * steps

@@ -22,7 +22,7 @@ from discretization.refine import roots
 from discretization.refine.equations import Equations
 from discretization.refine.lives import Happening, Life
 from discretization.refine.settle import Settled, settle
-from discretization.roots import minima
+from discretization.roots import crossings, minima
 from energy.arrays import Array, Indices, Mask
 
 PARTS = 15  # depths in a range, at which surfaces are taken to rest together
@@ -40,6 +40,7 @@ _TIE = 1e-13  # of the size of depths
 _SAME_FOLD = 1e-7  # of the size of depths: a root that near to the enclosed depth is the fold
 _NEAR_FOLD = 5e-2  # of l: the same of its lines
 _PENETRATION = 1e-9  # of the size of depths
+_MINIMA = 3  # of the gap at which a surface may touch
 _CORNERS = 2.5  # spacings of nodes from where a surface touches to a corner that it may touch
 
 
@@ -118,6 +119,8 @@ class Events:
             if not missed[i] and self._clear(event, rows, float(low[i])):
                 event.lines_before = rows
                 event.depth = float(low[i])
+            elif event.direction > 0:
+                self._touched_before(event, rows[0], float(low[i]))
 
     def _started(self, events: list[Happening]) -> list[tuple[Happening, float, Array]]:
         """Events with a depth before each and the lines (n, 2) of its surfaces at rest there."""
@@ -182,7 +185,7 @@ class Events:
                 continue
             (life,) = event.before
             (row,) = lines[group.owner == i]
-            for place, corner in self._touched_places(life):
+            for place, corner in self._touched_places(life, row, float(low[i])):
                 tries.append((i, row, place, event.at, corner))
         if tries:
             which, rows, where, at, corner = zip(*tries, strict=True)
@@ -202,16 +205,24 @@ class Events:
                     known[i] = found.lines[j]
         return roots.Roots(known, depths, places, ~np.isnan(depths))
 
-    def _touched_places(self, life: Life) -> list[tuple[float, bool]]:
-        """Where a surface may touch, by its nodes: near a node, and at corners next to that."""
+    def _touched_places(
+        self, life: Life, lines: Array, depth: float
+    ) -> list[tuple[float, bool]]:
+        """Where a surface may touch: at the least minima of the gap, and at corners next to these.
+
+        And where its nodes touch.
+        """
+        places, gaps = self.minima(lines, depth)
+        chosen = places[np.argsort(gaps)[:_MINIMA]].tolist()
         left, right = life.trace[-1][1]
         _, node = life.nodes.walk.closing.touches(left, right)
-        if node < 0:
-            return []
-        place = float(life.nodes.positions[node])
-        near = np.abs(self.equations.profile.corners - place) <= _CORNERS * life.nodes.spacing
-        corners = self.equations.profile.corners[near].tolist()
-        return [(place, False), *((corner, True) for corner in corners)]
+        if node >= 0:
+            chosen.append(float(life.nodes.positions[node]))
+        found = [(place, False) for place in chosen]
+        corners = np.append(self.equations.profile.corners, self.equations.edges)
+        reach = _CORNERS * life.nodes.spacing
+        near = {c for place in chosen for c in corners[np.abs(corners - place) <= reach].tolist()}
+        return [*found, *((corner, True) for corner in sorted(near))]
 
     def _touch_roots(
         self, lives: list[Life], lines: Array, low: Array, at: Array, places: Array, corner: Mask
@@ -228,11 +239,14 @@ class Events:
         return found._replace(found=found.found & turns)
 
     def _turns_at_corner(self, lines: Array, depth: float, corner: float) -> bool:
-        """Whether the gap has a minimum at a corner."""
+        """Whether the gap has a minimum at a corner, or at an edge of the body."""
         aside = 8 * np.spacing(max(abs(corner), self._length))
         beside = np.array([[corner - aside, corner + aside]])
         _, slope = self.equations.shape(beside, lines[None], np.array([depth]))
-        return bool(slope[0, 0] <= 0 <= slope[0, 1])
+        first, last = self.equations.joints[[0, -1]]
+        falls = corner == first or slope[0, 0] <= 0
+        rises = corner == last or slope[0, 1] >= 0
+        return bool(falls and rises)
 
     def _beyond(
         self, group: _Group, low: Array, lines: Array, touched: Array
@@ -465,6 +479,27 @@ class Events:
                 lines[first] = found.lines[first]
         return low, lines
 
+    def _touched_before(self, event: Happening, lines: Array, depth: float) -> None:
+        """Find the depth at which a surface has touched before its lines came to a depth."""
+        (life,) = event.before
+        gap, place = self.clearance(lines, depth)
+        if gap >= 0:
+            return
+        corners = np.append(self.equations.profile.corners, self.equations.edges)
+        corner = bool(np.isin(place, corners))
+        at = np.array([depth])
+        found = self._touch_roots(
+            [life], lines[None], at, at, np.array([place]), np.array([corner])
+        )
+        if not found.found[0] or event.direction * (found.depths[0] - depth) > 0:
+            return
+        here = self.rest([life], found.lines[:, None], found.depths[:, None], rounds=_FEW)
+        moved = np.abs(np.where(np.isfinite(lines), here.lines[0] - found.lines[0], 0.0)).max()
+        at_rest = here.at_rest[0] and moved <= _NEAR_FOLD * self._length
+        if at_rest and self._clear(event, found.lines, float(found.depths[0])):
+            event.lines_before = found.lines
+            event.depth = float(found.depths[0])
+
     def _clear(self, event: Happening, lines: Array, depth: float) -> bool:
         """Whether no surface is in the profile just before an event."""
         if event.direction < 0:
@@ -473,30 +508,41 @@ class Events:
         return all(self.clearance(row, depth)[0] >= least for row in lines)
 
     def clearance(self, lines: Array, depth: float) -> tuple[float, float]:
-        """The least gap v of one surface away from its lines, and where; inf where there is none.
+        """The least gap v of one surface away from its lines, and where; inf where there is none."""
+        places, gaps = self.minima(lines, depth)
+        if not places.size:
+            return math.inf, math.nan
+        least = int(np.argmin(gaps))
+        return float(gaps[least]), float(places[least])
 
-        Of the cubics through v and v' at the samples of the profile (../roots.py).
+    def minima(self, lines: Array, depth: float) -> tuple[Array, Array]:
+        """Places and values (n,) of the minima of the gap v of one surface.
+
+        Of the cubics through v and v' at the samples of the profile, the least of them exactly
+        (../roots.py); at the ends of the profile v itself.
         """
         profile = self.equations.profile
         low, high = lines.tolist()
         inside = profile.beyond(low, high)
         x = profile.x[inside]
         if not x.size:
-            return math.inf, math.nan
-        gap, slope = self.equations.shape(x[None], lines[None], np.array([depth]))
-        gap, slope = gap[0], slope[0]
-        at_corner = np.flatnonzero(np.diff(x) == 0)
-        indenter_slope = np.asarray(profile.indenter.slope(x), float)
-        slope = slope - indenter_slope + profile.slope[inside]
-        least = float(gap.min()), float(x[int(np.argmin(gap))])
-        if x.size - at_corner.size < 2:
-            return least
-        *_, where, _, value, off = minima(x, gap, slope)
-        if not where.size:
-            return least
-        best = int(np.argmin(value - off))
-        exact, _ = self.equations.shape(where[None, [best]], lines[None], np.array([depth]))
-        return min(least, (float(exact[0, 0]), float(where[best])))
+            return np.empty(0), np.empty(0)
+        shape = self.equations.shape
+        gap, slope = (part[0] for part in shape(x[None], lines[None], np.array([depth])))
+        slope = slope - np.asarray(profile.indenter.slope(x), float) + profile.slope[inside]
+        ends = [i for i, line in ((0, low), (-1, high)) if not math.isfinite(line)]
+        if np.unique(x).size < 2:
+            return x[ends], gap[ends]
+        lo, hi, where, bend, value, off = minima(x, gap, slope)
+        near = value - off <= (value + off).min(initial=math.inf)
+        near &= (lo < hi) & (bend > 0)
+        if near.any():
+            where[near] = crossings(
+                lambda z, _: shape(z[None], lines[None], np.array([depth]))[1][0],
+                lo[near], hi[near], where[near], bend[near], 0.0,
+            )  # fmt: skip
+            value[near] = shape(where[None, near], lines[None], np.array([depth]))[0][0]
+        return np.append(where, x[ends]), np.append(value, gap[ends])
 
 
 def _steps(event: Happening) -> Array:

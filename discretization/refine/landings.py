@@ -8,14 +8,15 @@ close, from the lines just before the event.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from discretization.refine.equations import contact_lines, free_surfaces
+from discretization.refine.equations import contact_lines
 from discretization.refine.events import Events, NotRefined
-from discretization.refine.lives import Happening, Life, pairs
+from discretization.refine.lives import Happening, pairs
 from discretization.refine.nodes import FoundNodes
 from energy.arrays import Array
 
@@ -56,8 +57,9 @@ class Landings:
         on_nodes = np.array([event.at for event in todo])[owner]
         read = on_nodes + directions[owner] * ahead * margins
         lines = np.array([life.guess(d) for life, d in zip(lives, read, strict=True)])
-        for life, row in zip(lives, lines, strict=True):
-            life.first = row  # with two works of adhesion lines stay where they have jumped to
+        if self.events.equations.scene.hysteretic:
+            for event in todo:
+                _stand(event)
         found = self.events.rest(lives, lines[:, None], beyond[:, None], reach=_FAR * length)
         good = found.at_rest
         if ahead:
@@ -97,9 +99,20 @@ class Landings:
         return len(pairs(landed)) == len(after)
 
 
-def surfaces_of(lives: Sequence[Life], lines: Sequence[Array]) -> Array:
-    """Rows (n, 2) of surfaces, from left to right."""
-    return np.array(lines).reshape(len(lives), 2)
+def _stand(event: Happening) -> None:
+    """Where the lines after an event stand before they move, with two works of adhesion.
 
-
-__all__ = ["Landings", "free_surfaces", "surfaces_of"]
+    Those that were there stay. New contacts spread from the middle of their nodes.
+    """
+    for life, following in zip(event.after[:-1], event.after[1:], strict=True):
+        left = life.lines_at(life.trace[0][1])[1]
+        right = following.lines_at(following.trace[0][1])[0]
+        life.first = np.array([life.first[0], (left + right) / 2])
+        following.first = np.array([(left + right) / 2, following.first[1]])
+    first, last = event.after[0], event.after[-1]
+    left, right = -math.inf, math.inf
+    if len(event.lines_before):
+        left = float(event.lines_before[0, 0])
+        right = float(event.lines_before[-1, 1])
+    first.first = np.array([left, first.first[1]])
+    last.first = np.array([last.first[0], right])

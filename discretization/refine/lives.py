@@ -21,6 +21,7 @@ from discretization.refine.nodes import FoundNodes
 from energy.arrays import Array, Mask
 
 Pair = tuple[End, End]
+CREEPING = 2  # links that lines pass at once and may not jump over
 
 
 class Piece(NamedTuple):
@@ -106,12 +107,27 @@ def walked(nodes: FoundNodes, contacts: Contacts, start: float, goal: float) -> 
             _noted(alive, passed, pairs(known))
         if at is None:
             break
+        if _creeps(trace[-1][1], after):
+            _noted(alive, at, pairs(after))
+            contacts = after
+            depth = at
+            continue
         found = _divided(alive, pairs(trace[-1][1]), pairs(after), at)
         events += found
         alive = _alive(alive, found)
         contacts = after
         depth = at
     return Walked(first, events, goal)
+
+
+def _creeps(before: Contacts, after: Contacts) -> bool:
+    """Whether lines pass so few links at once that off the nodes they may move smoothly.
+
+    Where they do jump the energy of the surface does not balance, and closer nodes are needed.
+    """
+    if len(before) != len(after):
+        return False
+    return bool(np.abs(np.subtract(before, after)).max() <= CREEPING)
 
 
 def pairs(contacts: Contacts) -> list[Pair]:

@@ -40,7 +40,7 @@ class FoundNodes:
     deepest: float
 
     @classmethod
-    def of(cls, scene: Scene, profile: Resolved, deepest: float, closer: int = 1) -> FoundNodes:
+    def of(cls, scene: Scene, profile: Resolved, deepest: float, closer: float = 1) -> FoundNodes:
         """For depths up to the deepest; closer: how many times closer than usual."""
         spacing = usual_spacing(scene, profile) / closer
         spacing = max(spacing, float(np.ptp(profile.x)) / MOST_NODES)

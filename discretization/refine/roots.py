@@ -44,7 +44,7 @@ def folds(
     rooms = equations.rooms_of(lines)
 
     def off(unknown: Array, own: Array) -> Array:
-        at = np.where(np.isfinite(lines[own]), unknown[:, :2], lines[own])
+        at = np.where(free[own], unknown[:, :2], lines[own])
         values = equations.values(at, unknown[:, 2], directions[own])
         rates = equations.rates(at, unknown[:, 2], rooms[own])
         both = free[own].all(axis=1)
@@ -76,9 +76,10 @@ def touches(
     length = equations.length
 
     def off(unknown: Array, own: Array) -> Array:
-        at = np.where(np.isfinite(lines[own]), unknown[:, :2], lines[own])
+        at = np.where(free[own], unknown[:, :2], lines[own])
         values = equations.values(at, unknown[:, 3], directions[own])
-        gap, slope = equations.shape(unknown[:, 2:3], at, unknown[:, 3])
+        place = np.where(corner[own], places[own], unknown[:, 2])
+        gap, slope = equations.shape(place[:, None], at, unknown[:, 3])
         at_corner = (unknown[:, 2] - places[own]) / length
         stays = np.where(np.isfinite(lines[own]), (unknown[:, :2] - lines[own]) / length, 0.0)
         stays = np.where(np.isfinite(lines[own]), stays, unknown[:, :2] / length)
@@ -117,8 +118,8 @@ def meetings(
     def off(unknown: Array, own: Array) -> Array:
         one = np.column_stack([unknown[:, 0], unknown[:, 1]])
         other = np.column_stack([unknown[:, 1], unknown[:, 2]])
-        one[:, 0] = np.where(np.isfinite(left[own, 0]), one[:, 0], -np.inf)
-        other[:, 1] = np.where(np.isfinite(right[own, 1]), other[:, 1], np.inf)
+        one[:, 0] = np.where(left_free[own], one[:, 0], left[own, 0])
+        other[:, 1] = np.where(right_free[own], other[:, 1], right[own, 1])
         of_left = equations.values(one, unknown[:, 3], directions[own])
         of_right = equations.values(other, unknown[:, 3], directions[own])
         stays_left = (unknown[:, 0] - start[own, 0]) / length

@@ -24,8 +24,12 @@ class Totals:
         level = equations.size + max(equations.size, equations.profile.touch)
         return cls(equations, Integrals.of(equations.scene, equations.profile, level))
 
-    def of_surfaces(self, lines: Array, depths: Array) -> tuple[Array, Array]:
+    def of_surfaces(
+        self, lines: Array, depths: Array, direction: int = 1
+    ) -> tuple[Array, Array]:
         """Energy U and force P (n,) of free surfaces with lines (n, 2) at depths (n,).
+
+        With the work of adhesion of closing, or where the direction is -1 with that of opening.
 
         That of the contact up to the left line, less that up to the right line, and
 
@@ -34,14 +38,13 @@ class Totals:
         of the free surface, displaced by u and v at its lines.
         """
         scene = self.equations.scene
+        adhesion = scene.work_of_adhesion if direction > 0 else scene.opened.work_of_adhesion
         has_line = np.isfinite(lines)
         energy = np.zeros(len(lines))
         force = np.zeros(len(lines))
         for column, sign in ((0, 1.0), (1, -1.0)):
             own = np.flatnonzero(has_line[:, column])
-            contact = self.integrals.contact(
-                lines[own, column], depths[own], scene.work_of_adhesion
-            )
+            contact = self.integrals.contact(lines[own, column], depths[own], adhesion)
             energy[own] += sign * contact[0]
             force[own] += sign * contact[2]
         there = np.where(has_line, lines, self.equations.profile.lowest)

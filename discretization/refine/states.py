@@ -1,0 +1,160 @@
+"""States of several contacts, found on nodes and refined.
+
+"adhered" is the end of the path that touches first and then moves to the depth (plan.py). "global"
+is what has the least energy of: the lowest contacts of nodes taken to rest, the adhered state, and
+none. Nodes are twice as close each time until two of them lead to the same state.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from discretization.certificate import AccuracyWarning, NotCertifiedError
+from discretization.equilibrium import Equilibrium
+from discretization.fitted.motion import Motion
+from discretization.fitted.states import state_of
+from discretization.profile import Resolved, resolve, unknown
+from discretization.refine.equations import Equations, contact_lines, free_surfaces
+from discretization.refine.events import NotRefined
+from discretization.refine.nodes import FoundNodes
+from discretization.refine.plan import Refinement
+from discretization.refine.settle import settle
+from energy import Scene
+from energy.arrays import Array
+
+CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no state
+_GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
+_BESIDE = 1 / 64  # of δ₀: depths beside the imposed one, of which the lowest contacts are tried
+_SAME = 1e-9  # of the energy's scale: energies of the same state
+_FAR = 0.5  # of l: how far lines may be from their nodes
+
+Lines = tuple[float, ...]
+
+
+def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
+    """Certified equilibrium of a line contact that may have several contacts.
+
+    NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
+    AccuracyWarning where the profile is not resolved, or closer nodes might lead to a lower state.
+    """
+    profile = resolve(scene, depth)
+    motion = Motion.of(scene, profile, depth)
+    lines = adhered(scene, profile, depth)
+    state = state_of(motion, lines, depth, branch)
+    if branch == "adhered" or not scene.work_of_adhesion:
+        return state
+    return _Lowest(scene, profile, depth, motion).found(state)
+
+
+def adhered(scene: Scene, profile: Resolved, depth: float) -> Lines:
+    """The lines at the end of the path from first touch to this depth."""
+    if depth < profile.touch and not scene.opened.work_of_adhesion:
+        return ()
+    reasons = list[str]()
+    for closer in CLOSER:
+        try:
+            return _adhered(Refinement.of(scene, profile, depth, closer), depth)
+        except NotRefined as reason:
+            reasons.append(str(reason))
+    raise NotCertifiedError(
+        f"the state at depth = {depth!r} was not found on nodes at most {CLOSER[-1]} times closer "
+        f"than usual ({reasons[-1]}); try another depth: this one may be that of an event, or "
+        "method='lattice'"
+    )
+
+
+def _adhered(refinement: Refinement, depth: float) -> Lines:
+    contacts, on_nodes, lines = refinement.touched()
+    touch = refinement.equations.profile.touch
+    if depth == touch:
+        return known_lines(refinement.equations, lines, depth)
+    stretches = refinement.follow(contacts, on_nodes, lines, touch, depth)
+    last = stretches[-1]
+    if not last.lives:
+        return ()
+    return known_lines(refinement.equations, np.array([life.last for life in last.lives]), depth)
+
+
+def known_lines(equations: Equations, surfaces: Array, depth: float) -> Lines:
+    """The lines of contacts; ValueError where they leave the known profile."""
+    lines = contact_lines(surfaces)
+    low, high = equations.joints[[0, -1]].tolist()
+    for line in lines:
+        if line in (low, high) and line not in equations.edges:
+            raise unknown(depth, line)
+    return lines
+
+
+@dataclass(frozen=True, eq=False)
+class _Lowest:
+    """The search for the state of least energy."""
+
+    scene: Scene
+    profile: Resolved
+    depth: float
+    motion: Motion
+
+    def found(self, adhered: Equilibrium) -> Equilibrium:
+        """The lowest of the adhered state, none, and those of the lowest contacts on nodes."""
+        lowest = list[Equilibrium]()
+        for candidates, count in self._candidates():
+            states = [adhered]
+            for lines in candidates:
+                try:
+                    states.append(state_of(self.motion, lines, self.depth, "global"))
+                except NotCertifiedError:
+                    continue
+            lowest.append(min(states, key=lambda state: state.energy))
+            if len(lowest) < 2:
+                continue
+            one, other = lowest[-2:]
+            alike = len(one.contacts) == len(other.contacts) == count
+            if alike and abs(one.energy - other.energy) <= _SAME * other.scales["energy"]:
+                return min(lowest, key=lambda state: state.energy)
+        warnings.warn(
+            f"the lowest energy at depth = {self.depth!r} is not the same on nodes each twice as "
+            "close as the last: the state found may not be the lowest; give a spacing, or a "
+            "smoother profile",
+            AccuracyWarning,
+            stacklevel=4,
+        )
+        return min(lowest, key=lambda state: state.energy)
+
+    def _candidates(self) -> Iterator[tuple[set[Lines], int]]:
+        """Lines at rest near the lowest contacts of closer and closer nodes, and how many these are.
+
+        Those of depths a little less and more are among them: two states may have so nearly the
+        same energy that nodes take one for the other.
+        """
+        equations = Equations.of(self.scene, self.profile, self.depth)
+        beside = _BESIDE * self.scene.critical_separation
+        for closer in _GLOBAL_CLOSER:
+            nodes = FoundNodes.of(self.scene, self.profile, self.depth, closer)
+            candidates: set[Lines] = {()}
+            count = 0
+            for depth in (self.depth - beside, self.depth + beside, self.depth):
+                lines = nodes.lowest(depth)
+                count = len(lines) // 2
+                rest = self._at_rest(equations, lines)
+                if rest is not None:
+                    candidates.add(rest)
+            yield candidates, count
+
+    def _at_rest(self, equations: Equations, lines: Lines) -> Lines | None:
+        """Lines taken to rest, None where that fails; contacts whose lines meet are left out."""
+        while lines:
+            surfaces = free_surfaces(lines)
+            depths = np.full(len(surfaces), self.depth)
+            found = settle(equations, surfaces, depths, np.ones(len(surfaces)))
+            rest = found.lines
+            closed = np.flatnonzero(rest[:-1, 1] > rest[1:, 0])
+            if not closed.size:
+                at_rest = found.at_rest.all()
+                return known_lines(equations, rest, self.depth) if at_rest else None
+            kept = [i for i in range(len(lines) // 2) if i not in set(closed.tolist())]
+            lines = tuple(x for i in kept for x in lines[2 * i : 2 * i + 2])
+        return ()
