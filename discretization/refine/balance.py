@@ -194,6 +194,7 @@ class Balance:
             lines = np.where(first[:, None] > 0, at[rows, np.maximum(first - 1, 0)], lines)
         rest = list[_Part]()
         for (part, *_), depth, there in zip(parts, low.tolist(), lines, strict=True):
+            part.life.cuts.append(depth)
             rest.append(_Part(part.life, part.start, depth, part.first, there))
             rest.append(_Part(part.life, depth, part.end, there, part.last))
         return [

@@ -37,7 +37,8 @@ class Life:
 
     trace: depths, in the order of the way, from which its contact nodes are these.
 
-    What refinement finds: start, end: depths; first, last: lines (2,) there; pieces: in between.
+    What refinement finds: start, end: depths; first, last: lines (2,) there; pieces: in between;
+    cuts: depths at which a line becomes pinned or free.
     """
 
     nodes: FoundNodes
@@ -50,12 +51,19 @@ class Life:
     first: Array = field(default_factory=lambda: np.full(2, math.nan))
     last: Array = field(default_factory=lambda: np.full(2, math.nan))
     pieces: list[Piece] = field(default_factory=list)
+    cuts: list[float] = field(default_factory=list)
 
     def guess(self, depth: float) -> Array:
         """Lines (2,) at its nodes at a depth, or at those nearest to it on the way."""
-        passed = [self.direction * at for at, _ in self.trace]
-        last = bisect.bisect_right(passed, self.direction * depth) - 1
-        return self.lines_at(self.trace[max(last, 0)][1])
+        return self.lines_at(self.pair(depth))
+
+    def pair(self, depth: float) -> Pair:
+        """Its contact nodes at a depth, or those nearest to it on the way."""
+        direction = self.direction
+        last = bisect.bisect_right(
+            self.trace, direction * depth, key=lambda passed: direction * passed[0]
+        )
+        return self.trace[max(last - 1, 0)][1]
 
     def lines_at(self, pair: Pair) -> Array:
         """The positions of two nodes, infinite where there is none."""

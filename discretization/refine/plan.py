@@ -246,6 +246,10 @@ class Refinement:
         if not self.landings.agrees(event, np.array(before), stretch.after):
             raise NotRefined(f"closer nodes land elsewhere after the event at {event.depth!r}")
 
+    def at_end(self, stretch: Stretch) -> Array:
+        """Lines (n, 2) of all surfaces at the end of a stretch, before its events."""
+        return np.array(self._lines(stretch.lives, stretch)).reshape(-1, 2)
+
     def _lines(self, lives: list[Life], stretch: Stretch) -> list[Array]:
         """Lines (2,) of the surfaces at the end of a stretch."""
         ending = [life for life in lives if life.end == stretch.end]

@@ -1,0 +1,129 @@
+"""One way of a path, in one direction of the depth, that has been refined.
+
+It is asked for the lines at any depth on it, and for the work done between two depths.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from discretization.nodes.row import Contacts
+from discretization.refine.balance import DEGREE, depths_of, drawn
+from discretization.refine.events import NotRefined
+from discretization.refine.lives import Life, Piece
+from discretization.refine.plan import Refinement, Stretch
+from discretization.surfaces.network import rounded
+from energy.arrays import Array
+
+_NEAR = 1e-9  # of l: how far the equations of lines next to a fold may be from rest, over slopes
+_ROUNDS = 16  # of Newton's method
+_FAR = 0.1  # of l: how far lines may be from where they are drawn
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """Stretches of smooth motion with the events between them."""
+
+    refinement: Refinement
+    stretches: list[Stretch]
+
+    @property
+    def direction(self) -> int:
+        """1 where the depth grows, -1 where it falls."""
+        return self.stretches[0].direction
+
+    @property
+    def goal(self) -> float:
+        """The depth to which it leads."""
+        return self.stretches[-1].end
+
+    def contacts(self, index: int, depth: float) -> tuple[Contacts, float]:
+        """Contacts on nodes at a depth on a stretch, and the depth at which these are at rest."""
+        lives = self.stretches[index].lives
+        ends = [end for life in lives for end in life.pair(depth)][1:-1]
+        nodes = [end for end in ends if end is not None]
+        contacts = tuple(zip(nodes[::2], nodes[1::2], strict=True))
+        if any(first > last for first, last in contacts):
+            raise NotRefined(f"contacts on nodes overlap at depth = {depth!r}")
+        births = [self.direction * life.trace[0][0] for life in lives]
+        return contacts, self.direction * max([self.direction * depth, *births])
+
+    def next_cut(self, index: int, depth: float) -> float:
+        """The first depth beyond this one at which a line becomes pinned or free, or the end."""
+        stretch = self.stretches[index]
+        cuts = [cut for life in stretch.lives for cut in life.cuts]
+        ahead = [cut for cut in cuts if self.direction * (cut - depth) > 0]
+        inside = [cut for cut in ahead if self.direction * (cut - stretch.end) < 0]
+        return min(inside, key=lambda cut: self.direction * cut, default=stretch.end)
+
+    def lines(self, index: int, depths: Array, *, roughly: bool = False) -> Array:
+        """Lines (n, k, 2) of the surfaces of a stretch at depths (k,) on it.
+
+        roughly: as the polynomials of the pieces have them.
+        """
+        lives = self.stretches[index].lives
+        guess = np.array([self._drawn(life, depths) for life in lives])
+        if roughly:
+            return guess
+        length = self.refinement.equations.length
+        events = self.refinement.events
+        all_depths = np.broadcast_to(depths, guess.shape[:2])
+        found = events.rest(lives, guess, all_depths, reach=_FAR * length, rounds=_ROUNDS)
+        lines = found.lines.reshape(guess.shape)
+        lost = ~found.at_rest.reshape(guess.shape[:2])
+        if lost.any():
+            lines[lost] = guess[lost]
+            self._demand_rest(lives, lines, all_depths, lost)
+        return lines
+
+    def _demand_rest(self, lives: list[Life], lines: Array, depths: Array, lost: Array) -> None:
+        """NotRefined unless lines that Newton's method did not settle are at rest, to rounding."""
+        row, column = np.nonzero(lost)
+        directions = np.array([float(lives[i].direction) for i in row])
+        equations = self.refinement.equations
+        values = equations.values(lines[row, column], depths[row, column], directions)
+        pinned = np.isin(lines[row, column], equations.joints)
+        if equations.scene.hysteretic:
+            pinned |= lines[row, column] == np.array([lives[i].first for i in row])
+        slope = equations.size / equations.length
+        if (np.abs(np.where(pinned, 0.0, values)) > _NEAR * slope).any():
+            depth = float(depths[row[0], column[0]])
+            raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest")
+
+    def _drawn(self, life: Life, depths: Array) -> Array:
+        """Lines (k, 2) of a surface at depths on its life, by its pieces."""
+        found = np.empty((depths.size, 2))
+        if not life.pieces:
+            middle = (life.start + life.end) / 2
+            early = self.direction * (depths - middle) <= 0
+            return np.where(early[:, None], life.first, life.last)
+        ends = np.array([self.direction * float(piece.depths[-1]) for piece in life.pieces])
+        which = np.searchsorted(ends, self.direction * depths)
+        which = np.minimum(which, len(life.pieces) - 1)
+        for i in np.unique(which).tolist():
+            own = which == i
+            found[own] = drawn(life.pieces[i], depths[own])
+        return found
+
+    def work(self, index: int, start: float, end: float) -> float:
+        """∫P dd on a stretch from one depth to another."""
+        points, weights, _ = rounded(DEGREE)
+        total = 0.0
+        for life in self.stretches[index].lives:
+            for piece in life.pieces:
+                part = self._within(piece, start, end)
+                if part is None:
+                    continue
+                depths = depths_of(*part)
+                _, force = self.refinement.totals.of_surfaces(drawn(piece, depths), depths)
+                total += float(force @ (weights * (1 - points) / 2)) * (part[1] - part[0])
+        return total
+
+    def _within(self, piece: Piece, start: float, end: float) -> tuple[float, float] | None:
+        """The part of a piece between two depths, in the order of the way; None where none is."""
+        first, last = piece.depths[[0, -1]].tolist()
+        low = self.direction * max(self.direction * first, self.direction * start)
+        high = self.direction * min(self.direction * last, self.direction * end)
+        return (low, high) if self.direction * (high - low) > 0 else None
