@@ -61,6 +61,7 @@ def drawn(piece: Piece, depths: Array) -> Array:
     finite = np.isfinite(piece.lines)
     series = np.where(finite, piece.lines, 0.0).T @ to_legendre(DEGREE)
     found = legendre.legval(t, series.T).T
+    found = np.clip(found, piece.lines.min(axis=0), piece.lines.max(axis=0))
     return np.where(finite[0], found, piece.lines[0])
 
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discretization.lattice.walk import End
 from discretization.refine.equations import contact_lines
 from discretization.refine.events import Events, NotRefined
-from discretization.refine.lives import Happening, pairs
+from discretization.refine.lives import Happening, Pair, pairs
 from discretization.refine.nodes import FoundNodes
 from energy.arrays import Array
 
@@ -80,23 +81,49 @@ class Landings:
         least = -_PENETRATION * self.events.equations.size
         return all(self.events.clearance(row, depth)[0] >= least for row in rows)
 
-    def agrees(self, event: Happening, before: Array, after: Array) -> bool:
-        """Whether closer nodes lead to as many contacts.
+    def agrees_at_touch(self, after: Array) -> bool:
+        """Whether closer nodes lead to as many contacts as these surfaces (n, 2) at first touch."""
+        contacts = self.closer.walk.touched(self.closer.row.lowest)
+        return len(pairs(contacts)) == len(after)
 
-        before, after: lines (n, 2) of all free surfaces on both sides of the event; none where
-        there is no contact.
+    def agrees(self, event: Happening, before: Array, first: int) -> bool:
+        """Whether closer nodes divide, or join, the surfaces of an event likewise.
+
+        before: lines (n, 2) of all free surfaces before it; first: the first one of the event.
         """
-        walk = self.closer.walk
-        if not len(before):
-            contacts = walk.touched(self.closer.row.lowest)
-            return len(pairs(contacts)) == len(after)
         contacts = self.closer.contacts(contact_lines(before))
-        if any(first > last for first, last in contacts):
-            return True
+        if any(start > end for start, end in contacts):
+            return True  # a contact narrower than the closer nodes are apart is all but closed
+        on_nodes = pairs(contacts)
+        left = on_nodes[first][0]
+        right = on_nodes[first + len(event.before) - 1][1]
         reach = event.direction * _PASSED * self.closer.margin / CLOSER
-        track = walk.track(contacts, event.depth - reach, event.depth + reach)
-        landed = track.trace[-1][1] if track.at is None else track.after
-        return len(pairs(landed)) == len(after)
+        depth = event.depth - reach
+        goal = event.depth + reach
+        count = len(event.before)
+        while True:
+            track = self.closer.walk.track(contacts, depth, goal)
+            contacts = track.trace[-1][1] if track.at is None else track.after
+            inside = _parts(pairs(contacts) or [(None, None)], left, right)
+            if track.at is None or inside != count:
+                return inside == max(len(event.after), 1)
+            depth = track.at
+
+
+def _parts(surfaces: list[Pair], left: End, right: End) -> int:
+    """How many of the surfaces on nodes lie between two lines, or share what is between them.
+
+    Of a pressed surface lines only move inwards, of retracted ones only outwards.
+    """
+    low = -math.inf if left is None else left
+    high = math.inf if right is None else right
+    count = 0
+    for one, other in surfaces:
+        start = -math.inf if one is None else one
+        end = math.inf if other is None else other
+        apart = end <= low or start >= high
+        count += not apart
+    return count
 
 
 def _stand(event: Happening) -> None:

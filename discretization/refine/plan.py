@@ -78,7 +78,7 @@ class Refinement:
         way = walked(self.nodes, contacts, self.nodes.row.lowest, self.nodes.row.lowest)
         event = Happening(self.nodes.row.lowest, [], way.first, depth=touch)
         self.landings.land([event])
-        if not self.landings.agrees(event, np.empty((0, 2)), event.lines_after):
+        if not self.landings.agrees_at_touch(event.lines_after):
             raise NotRefined("closer nodes find other contacts at first touch")
         return contacts, self.nodes.row.lowest, event.lines_after
 
@@ -233,18 +233,18 @@ class Refinement:
         """Lines beyond the events of a stretch. NotRefined where closer nodes disagree."""
         if not stretch.events:
             return
-        lives = list(stretch.lives)
-        before = self._lines(lives, stretch)
+        before = self.at_end(stretch)
         after = list(before)
+        lives = list(stretch.lives)
         for event in stretch.events:
+            first = next(i for i, life in enumerate(stretch.lives) if life is event.before[0])
+            if not self.landings.agrees(event, before, first):
+                raise NotRefined(f"closer nodes land elsewhere after the event at {event.depth!r}")
             first = next(i for i, life in enumerate(lives) if life is event.before[0])
             own = slice(first, first + len(event.before))
             lives[own] = event.after
             after[own] = list(event.lines_after)
         stretch.after = np.array(after).reshape(-1, 2)
-        event = stretch.events[0]
-        if not self.landings.agrees(event, np.array(before), stretch.after):
-            raise NotRefined(f"closer nodes land elsewhere after the event at {event.depth!r}")
 
     def at_end(self, stretch: Stretch) -> Array:
         """Lines (n, 2) of all surfaces at the end of a stretch, before its events."""
