@@ -17,7 +17,8 @@ import numpy as np
 from discretization.lattice.walk import End
 from discretization.refine.equations import contact_lines
 from discretization.refine.events import Events, NotRefined
-from discretization.refine.lives import Happening, Pair, pairs
+from discretization.refine.lives import CREEPING, Happening, Pair, pairs
+from discretization.nodes.row import Contacts
 from discretization.refine.nodes import FoundNodes
 from energy.arrays import Array
 
@@ -25,6 +26,7 @@ CLOSER = 8
 _FAR = 0.5  # of l: how far lines may be from their nodes
 _AHEAD = (0.0, 0.02, 0.1, 0.3, 1.0)  # margins beyond an event, from where lines are followed back
 _PENETRATION = 1e-9  # of the size of depths
+_LANDED = 0.2  # of l: how far lines on closer nodes may be from those after the event
 _PASSED = 4  # margins of the closer nodes on both sides of an event
 
 
@@ -100,30 +102,61 @@ class Landings:
         reach = event.direction * _PASSED * self.closer.margin / CLOSER
         depth = event.depth - reach
         goal = event.depth + reach
-        count = len(event.before)
         while True:
             track = self.closer.walk.track(contacts, depth, goal)
-            contacts = track.trace[-1][1] if track.at is None else track.after
-            inside = _parts(pairs(contacts) or [(None, None)], left, right)
-            if track.at is None or inside != count:
-                return inside == max(len(event.after), 1)
+            known = _parts(track.trace[-1][1], left, right)
+            if track.at is None:
+                return self._lands_at(known, event)
+            contacts = track.after
+            landed = _parts(contacts, left, right)
+            if not _alike(known, landed):
+                return self._lands_at(landed, event)
             depth = track.at
 
+    def _lands_at(self, surfaces: list[Pair], event: Happening) -> bool:
+        """Whether surfaces on closer nodes are those after an event, with lines nearby."""
+        if not event.after:
+            return surfaces == [(None, None)]
+        if len(surfaces) != len(event.after):
+            return False
+        where = self.closer.positions
+        near = _LANDED * self.events.equations.length
+        for pair, lines in zip(surfaces, event.lines_after, strict=True):
+            for node, line in zip(pair, lines.tolist(), strict=True):
+                if (node is None) != math.isinf(line):
+                    return False
+                if node is not None and abs(float(where[node]) - line) > near:
+                    return False
+        return True
 
-def _parts(surfaces: list[Pair], left: End, right: End) -> int:
-    """How many of the surfaces on nodes lie between two lines, or share what is between them.
+
+def _parts(contacts: Contacts, left: End, right: End) -> list[Pair]:
+    """The surfaces on nodes that share what is between two lines.
 
     Of a pressed surface lines only move inwards, of retracted ones only outwards.
     """
     low = -math.inf if left is None else left
     high = math.inf if right is None else right
-    count = 0
-    for one, other in surfaces:
+    found = list[Pair]()
+    for one, other in pairs(contacts) or [(None, None)]:
         start = -math.inf if one is None else one
         end = math.inf if other is None else other
-        apart = end <= low or start >= high
-        count += not apart
-    return count
+        if end > low and start < high:
+            found.append((one, other))
+    return found
+
+
+def _alike(before: list[Pair], after: list[Pair]) -> bool:
+    """Whether surfaces on nodes are as many, with lines that have at most crept."""
+    if len(before) != len(after):
+        return False
+    for old, new in zip(before, after, strict=True):
+        for one, other in zip(old, new, strict=True):
+            if (one is None) != (other is None):
+                return False
+            if one is not None and other is not None and abs(one - other) > CREEPING:
+                return False
+    return True
 
 
 def _stand(event: Happening) -> None:
