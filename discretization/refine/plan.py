@@ -14,6 +14,7 @@ from discretization.refine.events import Events, NotRefined
 from discretization.refine.landings import CLOSER, Landings
 from discretization.refine.lives import Happening, Life, walked
 from discretization.refine.nodes import FoundNodes
+from discretization.refine.remnants import Remnants
 from discretization.refine.totals import Totals
 from discretization.profile import Resolved
 from energy import Scene
@@ -117,33 +118,37 @@ class Refinement:
     def _refined(self, events: list[Happening], direction: int, goal: float) -> list[Happening]:
         """The events that happen before the goal, with their depths and lines."""
         happened = list[Happening]()
-        left = list(events)
-        while left:
-            ready = left
+        unknown = list(events)
+        enclosed = list[Happening]()
+        while True:
+            ready = unknown
             if self.scene.hysteretic:  # lines stay where they are born
-                ready = [e for e in left if not any(math.isnan(b.start) for b in e.before)]
-            if not ready:
-                break
-            left = [event for event in left if not any(event is r for r in ready)]
+                ready = [e for e in unknown if not any(math.isnan(b.start) for b in e.before)]
             if any(not event.before for event in ready):
                 raise NotRefined("a contact is torn open")
-            self.events.enclose(ready)
-            now = self._happen(ready, happened, direction, goal)
+            if ready:
+                self.events.enclose(ready)
+            enclosed += ready
+            unknown = [event for event in unknown if not any(event is r for r in ready)]
+            now = self._happen(enclosed, happened, direction, goal)
+            if not now:
+                return happened
+            enclosed = [event for event in enclosed if not any(event is n for n in now)]
             self.landings.land(now)
+            unknown += Remnants(self.events).found(now)
             for event in now:
                 for life, row in zip(event.after, event.lines_after, strict=True):
                     life.start = event.depth
                     life.first = row
             happened += now
-        return happened
 
     def _happen(
-        self, ready: list[Happening], before: list[Happening], direction: int, goal: float
+        self, events: list[Happening], before: list[Happening], direction: int, goal: float
     ) -> list[Happening]:
         """Those of these events that happen before the goal to surfaces that exist."""
         known = {id(event) for event in before}
         found = list[Happening]()
-        for event in ready:
+        for event in events:
             if any(life.born is not None and id(life.born) not in known for life in event.before):
                 continue
             if math.isnan(event.depth):
