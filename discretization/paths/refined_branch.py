@@ -41,7 +41,7 @@ class Place(NamedTuple):
     """
 
     way: Way | None
-    index: int = 0
+    stretch: int = 0
     level: int = 0
     contacts: row.Contacts = ()
     on_nodes: float = 0.0
@@ -143,7 +143,7 @@ class RefinedBranch(Branch):
     def leg(self, point: Point, goal: float) -> RefinedLeg:
         """The way from a point towards another depth, up to the first event or cut."""
         direction = 1 if goal >= point.depth else -1
-        way, index = point.memory.way, point.memory.index
+        way, index = point.memory.way, point.memory.stretch
         ahead = way is not None and way.direction == direction
         if ahead and index + 1 == len(way.stretches) and way.goal == point.depth:
             ahead = False
@@ -207,7 +207,7 @@ class RefinedBranch(Branch):
         if level == self._level(point):
             if place.way is None:
                 return place.contacts, place.on_nodes
-            found: tuple[row.Contacts, float] = place.way.contacts(place.index, point.depth)
+            found: tuple[row.Contacts, float] = place.way.contacts(place.stretch, point.depth)
             return found
         return self.refinement(level).nodes.contacts(point.lines or ()), point.depth
 

@@ -21,7 +21,7 @@ import numpy as np
 from discretization.refine import roots
 from discretization.refine.equations import Equations
 from discretization.refine.lives import Happening, Life
-from discretization.refine.settle import Settled, settle
+from discretization.refine.settle import ROUNDS, Settled, settle
 from discretization.roots import crossings, minima
 from energy.arrays import Array, Indices, Mask
 
@@ -82,7 +82,13 @@ class Events:
     equations: Equations
 
     def rest(
-        self, lives: Sequence[Life], lines: Array, depths: Array, **options: float
+        self,
+        lives: Sequence[Life],
+        lines: Array,
+        depths: Array,
+        *,
+        reach: float = math.inf,
+        rounds: int = ROUNDS,
     ) -> Settled:
         """Surfaces (r, j, 2) at depths (r, j) taken to rest; rows of r * j in the result."""
         count = lines.shape[1]
@@ -95,7 +101,13 @@ class Events:
             flat = np.where(forwards, np.maximum(flat, kept), np.minimum(flat, kept))
             lines = np.where(np.isnan(flat), lines.reshape(-1, 2), flat)
         return settle(
-            self.equations, lines.reshape(-1, 2), depths.ravel(), directions, kept=kept, **options
+            self.equations,
+            lines.reshape(-1, 2),
+            depths.ravel(),
+            directions,
+            kept=kept,
+            reach=reach,
+            rounds=rounds,
         )
 
     def enclose(self, events: Sequence[Happening]) -> None:
@@ -133,7 +145,9 @@ class Events:
             depths = np.array([_before(event, earlier) for event in todo])
             rows = depths[group.owner]
             guess = np.array([life.guess(d) for life, d in zip(group.lives, rows, strict=True)])
-            at_birth = np.array([life.start == d for life, d in zip(group.lives, rows, strict=True)])
+            at_birth = np.array(
+                [life.start == d for life, d in zip(group.lives, rows, strict=True)]
+            )
             first = np.array([life.first for life in group.lives])
             guess = np.where(at_birth[:, None], first, guess)
             found = self.rest(group.lives, guess[:, None], rows[:, None], reach=_FAR * self._length)
@@ -188,10 +202,10 @@ class Events:
             for place, corner in self._touched_places(life, row, float(low[i])):
                 tries.append((i, row, place, event.at, corner))
         if tries:
-            which, rows, where, at, corner = zip(*tries, strict=True)
+            which, rows, where, at, at_corner = zip(*tries, strict=True)
             found = self._touch_roots(
                 [group.events[i].before[0] for i in which],
-                *map(np.array, (rows, low[list(which)], at, where, corner)),
+                *map(np.array, (rows, low[list(which)], at, where, at_corner)),
             )
             for j, i in enumerate(which):
                 direction = group.directions[i]
@@ -205,9 +219,7 @@ class Events:
                     known[i] = found.lines[j]
         return roots.Roots(known, depths, places, ~np.isnan(depths))
 
-    def _touched_places(
-        self, life: Life, lines: Array, depth: float
-    ) -> list[tuple[float, bool]]:
+    def _touched_places(self, life: Life, lines: Array, depth: float) -> list[tuple[float, bool]]:
         """Where a surface may touch: at the least minima of the gap, and at corners next to these.
 
         And where its nodes touch.
@@ -329,8 +341,7 @@ class Events:
 
         Low depths and lines are put there. Just before it all surfaces must be at rest.
         """
-        rows = low[group.owner]
-        here = self.rest(group.lives, lines[:, None], rows[:, None], rounds=_FEW)
+        here = self.rest(group.lives, lines[:, None], low[group.owner][:, None], rounds=_FEW)
         free = np.isfinite(lines) & ~here.pinned
         first = np.full(low.size, np.nan)
         places = lines.copy()
@@ -343,32 +354,32 @@ class Events:
                 earlier = np.isnan(first[event]) or direction * (depth - first[event]) < 0
                 if inside and earlier:
                     first[event] = depth
-                    mine = group.owner == event
-                    places[mine] = lines[mine]
+                    every = np.flatnonzero(group.owner == event)
+                    places[every] = lines[every]
                     places[own[i]] = at[i]
-                    power[mine] = 1.0
+                    power[every] = 1.0
                     power[own[i]] = like
         known = np.flatnonzero(~np.isnan(first))
         if not known.size:
             return np.zeros(low.size, bool)
         part = _Group([group.events[i] for i in known])
-        mine = np.isin(group.owner, known)
+        rows = np.isin(group.owner, known)
         found, good = self._led(
-            part, low[known], first[known], lines[mine], places[mine], power[mine]
+            part, low[known], first[known], lines[rows], places[rows], power[rows]
         )
         sure = np.zeros(low.size, bool)
         sure[known] = good.all(axis=1)
-        for j, i in enumerate(known):
-            if not sure[i]:
+        for j, event in enumerate(known.tolist()):
+            if not sure[event]:
                 continue
-            own = np.flatnonzero(group.owner == i)
-            low[i] = first[i]
-            moved = (places[own] != lines[own]).any(axis=1)
+            mine = np.flatnonzero(group.owner == event)
+            low[event] = first[event]
+            moved = (places[mine] != lines[mine]).any(axis=1)
             near = found[part.owner == j, -1]
-            lines[own] = np.where(moved[:, None], places[own], near)
+            lines[mine] = np.where(moved[:, None], places[mine], near)
             if not moved.all():
-                others = own[~moved]
-                depths = np.full((others.size, 1), first[i])
+                others = mine[~moved]
+                depths = np.full((others.size, 1), first[event])
                 lives = [group.lives[row] for row in others]
                 again = self.rest(lives, lines[others][:, None], depths, rounds=_FEW)
                 lines[others] = np.where(again.at_rest[:, None], again.lines, lines[others])
@@ -385,7 +396,8 @@ class Events:
         directions = group.directions[group.owner]
         folds = roots.folds(self.equations, lines, middle[group.owner], directions, free)
         good = np.flatnonzero(folds.found)
-        found = [(folds.depths[good], folds.lines[good], group.owner[good], list(good), 0.5)]
+        found = list[tuple[Array, Array, Indices, list[Any], float]]()
+        found.append((folds.depths[good], folds.lines[good], group.owner[good], good.tolist(), 0.5))
         same = np.flatnonzero(group.owner[1:] == group.owner[:-1])
         same = same[free[same, 1] & free[same + 1, 0]]
         if same.size:
@@ -508,7 +520,7 @@ class Events:
         return all(self.clearance(row, depth)[0] >= least for row in lines)
 
     def clearance(self, lines: Array, depth: float) -> tuple[float, float]:
-        """The least gap v of one surface away from its lines, and where; inf where there is none."""
+        """The least gap v of one surface away from its lines, and where; inf if there is none."""
         places, gaps = self.minima(lines, depth)
         if not places.size:
             return math.inf, math.nan

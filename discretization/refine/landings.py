@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.lattice.walk import End
+from discretization.nodes.row import Contacts
 from discretization.refine.equations import contact_lines
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.lives import CREEPING, Happening, Pair, pairs
-from discretization.nodes.row import Contacts
 from discretization.refine.nodes import FoundNodes
 from energy.arrays import Array
 
@@ -45,7 +45,9 @@ class Landings:
                 return
             todo = self._landed(todo, ahead)
         if todo:
-            raise NotRefined(f"no equilibrium is found after the event at depth = {todo[0].depth!r}")
+            raise NotRefined(
+                f"no equilibrium is found after the event at depth = {todo[0].depth!r}"
+            )
 
     def _landed(self, todo: Sequence[Happening], ahead: float) -> list[Happening]:
         """Find lines after events, some margins beyond and back; those that fail."""

@@ -156,7 +156,9 @@ def _noted(alive: list[Life], depth: float, now: list[Pair]) -> None:
             life.trace.append((depth, pair))
 
 
-def _divided(alive: list[Life], before: list[Pair], after: list[Pair], at: float) -> list[Happening]:
+def _divided(
+    alive: list[Life], before: list[Pair], after: list[Pair], at: float
+) -> list[Happening]:
     """What happens to which surfaces at an event, those apart that do not feel each other."""
     direction = alive[0].direction
     found = list[Happening]()

@@ -63,7 +63,9 @@ class FoundNodes:
     @functools.cached_property
     def positions(self) -> Array:
         """x of all nodes of the row."""
-        return positions(self.lattice, self.scene.indenter, self.row.first + np.arange(self.row.size))
+        return positions(
+            self.lattice, self.scene.indenter, self.row.first + np.arange(self.row.size)
+        )
 
     def lines(self, contacts: Contacts) -> tuple[float, ...]:
         """The positions of the outermost nodes of contacts."""
@@ -100,7 +102,7 @@ def usual_spacing(scene: Scene, profile: Resolved) -> float:
 
 
 def _tips(profile: Resolved, kink: float) -> list[float]:
-    """Nodes needed at the low points: √(2w/γ₁)/f'' there, the width of a contact that can be lost."""
+    """Nodes at the lowest point: by √(2w/γ₁)/f'' there, the width of a contact that can be lost."""
     lowest = int(np.argmin(profile.f))
     around = slice(max(lowest - 1, 0), lowest + 2)
     width = float(np.ptp(profile.x[around]))

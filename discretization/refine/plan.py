@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from discretization.nodes.row import Contacts
+from discretization.profile import Resolved
 from discretization.refine.balance import Balance
 from discretization.refine.equations import Equations
 from discretization.refine.events import Events, NotRefined
@@ -16,7 +17,6 @@ from discretization.refine.lives import Happening, Life, walked
 from discretization.refine.nodes import FoundNodes
 from discretization.refine.remnants import Remnants
 from discretization.refine.totals import Totals
-from discretization.profile import Resolved
 from energy import Scene
 from energy.arrays import Array
 
@@ -64,7 +64,9 @@ class Refinement:
         delta0 = scene.opened.critical_separation
         displaced = max(delta0, abs(deepest - profile.touch), equations.size * _TOGETHER)
         scale = scene.stiffness * displaced**2 * equations.length
-        return cls(scene, nodes, equations, events, landings, totals, Balance(events, totals, scale))
+        return cls(
+            scene, nodes, equations, events, landings, totals, Balance(events, totals, scale)
+        )
 
     def touched(self) -> tuple[Contacts, float, Array]:
         """Contacts at first touch on nodes, the depth of that there, and lines (n, 2) at rest.
@@ -189,7 +191,7 @@ class Refinement:
         return alive, stretches
 
     def _ended(self, event: Happening, at: float) -> None:
-        """Write into surfaces that and how they end. NotRefined where that is before their birth."""
+        """Write into surfaces how they end. NotRefined where that is before their birth."""
         late = _LATE * self.equations.size
         for life, row in zip(event.before, event.lines_before, strict=True):
             life.end = at
@@ -219,9 +221,7 @@ class Refinement:
         """Lines (n, 2) of surfaces at rest at a depth of their lives."""
         depths = np.full((len(lives), 1), depth)
         guess = np.array([life.guess(depth) for life in lives])
-        found = self.events.rest(
-            lives, guess[:, None], depths, reach=_FAR * self.equations.length
-        )
+        found = self.events.rest(lives, guess[:, None], depths, reach=_FAR * self.equations.length)
         lines = found.lines
         good = found.at_rest
         if not good.all():

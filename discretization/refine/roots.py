@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.refine.equations import Equations
-from energy.arrays import Array, Mask
+from energy.arrays import Array, Indices, Mask
 
 _ROUNDS = 25  # of Newton's method
 _FOLD_STEP = 1e-4  # of l and of depths: central differences of the determinant
@@ -39,11 +39,11 @@ class Roots(NamedTuple):
 def folds(
     equations: Equations, lines: Array, depths: Array, directions: Array, free: Mask
 ) -> Roots:
-    """Where equilibria of free surfaces disappear, near lines (n, 2) that are free or not (n, 2)."""
+    """Where equilibria of free surfaces disappear, near lines (n, 2); free (n, 2): not pinned."""
     length = equations.length
     rooms = equations.rooms_of(lines)
 
-    def off(unknown: Array, own: Array) -> Array:
+    def off(unknown: Array, own: Indices) -> Array:
         at = np.where(free[own], unknown[:, :2], lines[own])
         values = equations.values(at, unknown[:, 2], directions[own])
         rates = equations.rates(at, unknown[:, 2], rooms[own])
@@ -75,7 +75,7 @@ def touches(
     """Where free surfaces touch the profile near these places (n,), at a corner just there."""
     length = equations.length
 
-    def off(unknown: Array, own: Array) -> Array:
+    def off(unknown: Array, own: Indices) -> Array:
         at = np.where(free[own], unknown[:, :2], lines[own])
         values = equations.values(at, unknown[:, 3], directions[own])
         place = np.where(corner[own], places[own], unknown[:, 2])
@@ -115,7 +115,7 @@ def meetings(
     """
     length = equations.length
 
-    def off(unknown: Array, own: Array) -> Array:
+    def off(unknown: Array, own: Indices) -> Array:
         one = np.column_stack([unknown[:, 0], unknown[:, 1]])
         other = np.column_stack([unknown[:, 1], unknown[:, 2]])
         one[:, 0] = np.where(left_free[own], one[:, 0], left[own, 0])
@@ -143,7 +143,7 @@ def meetings(
 
 
 def _newton(
-    off: Callable[[Array, Array], Array], start: Array, steps: Array, length: float
+    off: Callable[[Array, Indices], Array], start: Array, steps: Array, length: float
 ) -> tuple[Array, Mask]:
     """Roots of n systems of m equations by Newton's method with central differences.
 
@@ -164,7 +164,8 @@ def _newton(
             values = off(tried.reshape(-1, size), own).reshape(active.size, -1, size)
         jacobian = (values[:, 1 : size + 1] - values[:, size + 1 :]) / (2 * steps[:, None])
         jacobian = jacobian.transpose(0, 2, 1)
-        usable = np.isfinite(jacobian).all(axis=(1, 2)) & np.isfinite(values[:, 0]).all(axis=1)
+        usable = np.asarray(np.isfinite(jacobian).all(axis=(1, 2)))
+        usable &= np.isfinite(values[:, 0]).all(axis=1)
         usable[usable] = np.abs(np.linalg.det(jacobian[usable])) > 0
         active = active[usable]
         step = -np.linalg.solve(jacobian[usable], values[usable, 0, :, None])[..., 0]

@@ -57,8 +57,16 @@ class _Rows:
         """Some of the rows."""
         kept = None if self.kept is None else self.kept[own]
         fixed = None if self.fixed is None else self.fixed[own]
-        parts = (self.lines, self.rooms, self.depths, self.directions, self.has_line, self.start)
-        return _Rows(*(part[own] for part in parts), kept, fixed)
+        return _Rows(
+            self.lines[own],
+            self.rooms[own],
+            self.depths[own],
+            self.directions[own],
+            self.has_line[own],
+            self.start[own],
+            kept,
+            fixed,
+        )
 
 
 def settle(
@@ -116,7 +124,7 @@ def settle(
         changed = equations.rates(own.lines, own.depths, own.rooms)
         free = own.has_line & ~held
         step = _newton_step(changed, values, free)
-        found = np.isfinite(step).all(axis=1)
+        found = np.asarray(np.isfinite(step).all(axis=1))
         step[~found] = 0.0
         longest = np.abs(step).max(axis=1)
         step *= np.minimum(1.0, _LONGEST * equations.length / np.maximum(longest, 1e-300))[:, None]

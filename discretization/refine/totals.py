@@ -24,9 +24,7 @@ class Totals:
         level = equations.size + max(equations.size, equations.profile.touch)
         return cls(equations, Integrals.of(equations.scene, equations.profile, level))
 
-    def of_surfaces(
-        self, lines: Array, depths: Array, direction: int = 1
-    ) -> tuple[Array, Array]:
+    def of_surfaces(self, lines: Array, depths: Array, direction: int = 1) -> tuple[Array, Array]:
         """Energy U and force P (n,) of free surfaces with lines (n, 2) at depths (n,).
 
         With the work of adhesion of closing, or where the direction is -1 with that of opening.

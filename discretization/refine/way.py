@@ -15,7 +15,7 @@ from discretization.refine.events import NotRefined
 from discretization.refine.lives import Life, Piece
 from discretization.refine.plan import Refinement, Stretch
 from discretization.surfaces.network import rounded
-from energy.arrays import Array
+from energy.arrays import Array, Mask
 
 _NEAR = 1e-9  # of l: how far the equations of lines next to a fold may be from rest, over slopes
 _ROUNDS = 16  # of Newton's method
@@ -72,13 +72,13 @@ class Way:
         all_depths = np.broadcast_to(depths, guess.shape[:2])
         found = events.rest(lives, guess, all_depths, reach=_FAR * length, rounds=_ROUNDS)
         lines = found.lines.reshape(guess.shape)
-        lost = ~found.at_rest.reshape(guess.shape[:2])
+        lost = np.asarray(~found.at_rest.reshape(guess.shape[:2]))
         if lost.any():
             lines[lost] = guess[lost]
             self._demand_rest(lives, lines, all_depths, lost)
         return lines
 
-    def _demand_rest(self, lives: list[Life], lines: Array, depths: Array, lost: Array) -> None:
+    def _demand_rest(self, lives: list[Life], lines: Array, depths: Array, lost: Mask) -> None:
         """NotRefined unless lines that Newton's method did not settle are at rest, to rounding."""
         row, column = np.nonzero(lost)
         directions = np.array([float(lives[i].direction) for i in row])
