@@ -65,6 +65,7 @@ def test_imports_run_down_only(package):
         ("nodes", {"lattice", "surfaces", "fitted", "following", "paths", "minimise", "loading"}),
         ("lattice", {"surfaces", "fitted", "following", "paths", "minimise", "loading"}),
         ("following", {"lattice", "paths", "minimise", "loading"}),
+        ("refine", {"following", "paths", "minimise", "loading"}),
         ("fitted", {"following", "paths", "minimise", "loading"}),
         ("surfaces", {"nodes", "lattice", "fitted", "following", "paths", "minimise", "loading"}),
         ("paths", {"minimise", "loading"}),

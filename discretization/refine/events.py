@@ -506,7 +506,8 @@ class Events:
         if not found.found[0] or event.direction * (found.depths[0] - depth) > 0:
             return
         here = self.rest([life], found.lines[:, None], found.depths[:, None], rounds=_FEW)
-        moved = np.abs(np.where(np.isfinite(lines), here.lines[0] - found.lines[0], 0.0)).max()
+        finite = np.isfinite(lines)
+        moved = np.abs(here.lines[0, finite] - found.lines[0, finite]).max()
         at_rest = here.at_rest[0] and moved <= _NEAR_FOLD * self._length
         if at_rest and self._clear(event, found.lines, float(found.depths[0])):
             event.lines_before = found.lines

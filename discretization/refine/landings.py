@@ -20,6 +20,7 @@ from discretization.refine.equations import contact_lines
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.lives import CREEPING, Happening, Pair, pairs
 from discretization.refine.nodes import FoundNodes
+from discretization.refine.settle import settle
 from energy.arrays import Array
 
 CLOSER = 8
@@ -86,9 +87,8 @@ class Landings:
         return all(self.events.clearance(row, depth)[0] >= least for row in rows)
 
     def agrees_at_touch(self, after: Array) -> bool:
-        """Whether closer nodes lead to as many contacts as these surfaces (n, 2) at first touch."""
-        contacts = self.closer.walk.touched(self.closer.row.lowest)
-        return len(pairs(contacts)) == len(after)
+        """Whether closer nodes lead to contacts with surfaces nearby (n, 2) at first touch."""
+        return self._near(pairs(self.closer.walk.touched(self.closer.row.lowest)), after)
 
     def agrees(self, event: Happening, before: Array, first: int) -> bool:
         """Whether closer nodes divide, or join, the surfaces of an event likewise.
@@ -116,18 +116,49 @@ class Landings:
             depth = track.at
 
     def _lands_at(self, surfaces: list[Pair], event: Happening) -> bool:
-        """Whether surfaces on closer nodes are those after an event, with lines nearby."""
-        if not event.after:
-            return surfaces == [(None, None)]
-        if len(surfaces) != len(event.after):
-            return False
+        """Whether surfaces on closer nodes are those after an event, with lines nearby.
+
+        Or, if they are others, are not in equilibrium off the nodes at the depth of the event:
+        nodes come too late by their spacing, also where a landing is about to disappear.
+        """
+        bounded = [pair for pair in surfaces if pair != (None, None)]
+        return self._near(bounded, event.lines_after) or not self._rests(bounded, event)
+
+    def _rests(self, surfaces: list[Pair], event: Happening) -> bool:
+        """Whether surfaces on closer nodes rest nearby at the depth of an event."""
+        if not surfaces:
+            return True
         where = self.closer.positions
+        lines = np.array(
+            [
+                [
+                    -math.inf if left is None else where[left],
+                    math.inf if right is None else where[right],
+                ]
+                for left, right in surfaces
+            ]
+        )
+        count = len(lines)
+        found = settle(
+            self.events.equations,
+            lines,
+            np.full(count, event.depth),
+            np.full(count, float(event.direction)),
+            reach=_LANDED * self.events.equations.length,
+        )
+        apart = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
+        return bool(found.at_rest.all()) and apart
+
+    def _near(self, surfaces: list[Pair], lines: Array) -> bool:
+        """Whether surfaces on closer nodes are as many as these (n, 2), with lines nearby."""
+        if len(surfaces) != len(lines):
+            return False
         near = _LANDED * self.events.equations.length
-        for pair, lines in zip(surfaces, event.lines_after, strict=True):
-            for node, line in zip(pair, lines.tolist(), strict=True):
+        for pair, row in zip(surfaces, lines, strict=True):
+            for node, line in zip(pair, row.tolist(), strict=True):
                 if (node is None) != math.isinf(line):
                     return False
-                if node is not None and abs(float(where[node]) - line) > near:
+                if node is not None and abs(float(self.closer.positions[node]) - line) > near:
                     return False
         return True
 

@@ -238,18 +238,16 @@ class Refinement:
         """Lines beyond the events of a stretch. NotRefined where closer nodes disagree."""
         if not stretch.events:
             return
-        before = self.at_end(stretch)
-        after = list(before)
         lives = list(stretch.lives)
+        lines = list(self.at_end(stretch))
         for event in stretch.events:
-            first = next(i for i, life in enumerate(stretch.lives) if life is event.before[0])
-            if not self.landings.agrees(event, before, first):
-                raise NotRefined(f"closer nodes land elsewhere after the event at {event.depth!r}")
             first = next(i for i, life in enumerate(lives) if life is event.before[0])
+            if not self.landings.agrees(event, np.array(lines), first):
+                raise NotRefined(f"closer nodes land elsewhere after the event at {event.depth!r}")
             own = slice(first, first + len(event.before))
             lives[own] = event.after
-            after[own] = list(event.lines_after)
-        stretch.after = np.array(after).reshape(-1, 2)
+            lines[own] = list(event.lines_after)
+        stretch.after = np.array(lines).reshape(-1, 2)
 
     def at_end(self, stretch: Stretch) -> Array:
         """Lines (n, 2) of all surfaces at the end of a stretch, before its events."""

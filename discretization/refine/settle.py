@@ -124,15 +124,15 @@ def settle(
         changed = equations.rates(own.lines, own.depths, own.rooms)
         free = own.has_line & ~held
         step = _newton_step(changed, values, free)
-        found = np.asarray(np.isfinite(step).all(axis=1))
-        step[~found] = 0.0
-        longest = np.abs(step).max(axis=1)
+        downhill = -np.sign(values) * OUTWARDS * _LONGEST * equations.length
+        step = np.where(free & ~np.isfinite(step), downhill, step)  # where D does not change
+        longest = np.asarray(np.abs(step).max(axis=1))
         step *= np.minimum(1.0, _LONGEST * equations.length / np.maximum(longest, 1e-300))[:, None]
         new = _inside(equations, own.lines + step, own)
         cut = (own.has_line & (new != own.lines + step)).any(axis=1)
         new = _not_behind(new, own, free)
-        moved = np.abs(np.where(own.has_line, new - own.lines, 0.0)).max(axis=1)
-        gone = np.abs(np.where(own.has_line, new - own.start, 0.0)).max(axis=1) > reach
+        moved = _distance(new, own.lines, own.has_line)
+        gone = _distance(new, own.start, own.has_line) > reach
         crossed = own.has_line.all(axis=1) & (new[:, 0] >= new[:, 1])
         resting = _rests(equations, new, moved, last[active], passed, cut)
         rows.lines[active] = new
@@ -141,12 +141,18 @@ def settle(
         jumped[active] |= fell
         rates[active] = changed
         last[active] = moved
-        lost = ~found | crossed | gone
+        lost = crossed | gone | ~np.isfinite(moved)
         at_rest[active] = resting & ~lost
         active = active[~(resting | lost)]
     free = rows.has_line & ~pinned
     at_rest &= stable(rates, free)
     return Settled(equations.snapped(rows.lines), at_rest, pinned & rows.has_line, jumped)
+
+
+def _distance(lines: Array, others: Array, has_line: Mask) -> Array:
+    """How far apart the lines of surfaces are (n,), the further one of each."""
+    apart = np.subtract(lines, others, out=np.zeros_like(lines), where=has_line)
+    return np.asarray(np.abs(apart).max(axis=1))
 
 
 def stable(rates: Array, free: Mask) -> Mask:
