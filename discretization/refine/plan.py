@@ -134,7 +134,12 @@ class Refinement:
             unknown = [event for event in unknown if not any(event is r for r in ready)]
             now = self._happen(enclosed, happened, direction, goal)
             if not now:
-                return happened
+                lost = self._lost(enclosed, happened, direction, goal)
+                if lost is None:
+                    return happened
+                now = [self._at_once(*lost)]
+                happened = [event for event in happened if event is not lost[0]]
+                enclosed = [event for event in enclosed if event is not lost[1]]
             enclosed = [event for event in enclosed if not any(event is n for n in now)]
             self.landings.land(now)
             unknown += Remnants(self.events).found(now)
@@ -153,15 +158,60 @@ class Refinement:
         for event in events:
             if any(life.born is not None and id(life.born) not in known for life in event.before):
                 continue
-            if math.isnan(event.depth):
-                if direction * (event.at - goal) < 0:
-                    raise NotRefined(f"the event near depth = {event.at!r} is not found")
-                continue
-            if direction * (event.depth - goal) > 0:
+            if math.isnan(event.depth) or direction * (event.depth - goal) > 0:
                 continue
             found.append(event)
             known.add(id(event))
         return found
+
+    def _lost(
+        self, events: list[Happening], before: list[Happening], direction: int, goal: float
+    ) -> tuple[Happening, Happening] | None:
+        """An event that is not found although its surfaces exist, with that at which one is born.
+
+        NotRefined unless it comes on the nodes before that has happened off them: then both happen
+        at once.
+        """
+        known = {id(event): event for event in before}
+        for event in events:
+            births = {id(life.born) for life in event.before if life.born is not None}
+            if births - set(known) or not math.isnan(event.depth):
+                continue
+            if direction * (event.at - goal) >= 0:
+                continue
+            late = [known[i] for i in births if direction * (event.at - known[i].depth) < 0]
+            if len(late) != 1:
+                raise NotRefined(f"the event near depth = {event.at!r} is not found")
+            return late[0], event
+        return None
+
+    def _at_once(self, first: Happening, second: Happening) -> Happening:
+        """Two events, the second of a surface that is born at the first, as one event."""
+        others = [life for life in second.before if life.born is not first]
+        before = list[Life]()
+        lines = list[Array]()
+        known = (
+            dict(zip(map(id, others), self.at(others, first.depth), strict=True)) if others else {}
+        )
+        for life in second.before:
+            if id(life) in known:
+                before.append(life)
+                lines.append(known[id(life)])
+            elif not any(one is first.before[0] for one in before):
+                before += first.before
+                lines += list(first.lines_before)
+        after = list[Life]()
+        for life in first.after:
+            if not any(life is one for one in second.before):
+                after.append(life)
+            elif not any(one is new for one in after for new in second.after):
+                after += second.after
+        event = Happening(second.at, before, after, first.depth, np.array(lines))
+        for life in before:
+            life.dies = event
+        for life in after:
+            life.born = event
+        return event
 
     def _stretches(
         self,
@@ -248,6 +298,8 @@ class Refinement:
             lives[own] = event.after
             lines[own] = list(event.lines_after)
         stretch.after = np.array(lines).reshape(-1, 2)
+        if (stretch.after[:-1, 1] > stretch.after[1:, 0]).any():
+            raise NotRefined(f"contacts overlap after the event at {stretch.end!r}")
 
     def at_end(self, stretch: Stretch) -> Array:
         """Lines (n, 2) of all surfaces at the end of a stretch, before its events."""

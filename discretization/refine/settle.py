@@ -166,7 +166,7 @@ def stable(rates: Array, free: Mask) -> Mask:
 
 def _newton_step(rates: Array, values: Array, free: Mask) -> Array:
     """The step (n, 2) of the free lines, not finite where their equations are singular."""
-    both = free.all(axis=1)
+    both = np.asarray(free.all(axis=1))
     determinant = rates[:, 0, 0] * rates[:, 1, 1] - rates[:, 0, 1] * rates[:, 1, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         left = (values[:, 1] * rates[:, 0, 1] - values[:, 0] * rates[:, 1, 1]) / determinant

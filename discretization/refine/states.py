@@ -125,7 +125,7 @@ class _Lowest:
         return min(lowest, key=lambda state: state.energy)
 
     def _candidates(self) -> Iterator[tuple[set[Lines], int]]:
-        """Lines at rest near the lowest contacts of closer and closer nodes, and the number of these.
+        """Lines at rest near the lowest contacts of closer and closer nodes, and their number.
 
         Those of depths a little less and more are among them: two states may have so nearly the
         same energy that nodes take one for the other.

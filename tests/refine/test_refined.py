@@ -71,9 +71,7 @@ def test_lines_of_a_parabola_rest_where_the_closed_form_has_them():
 )
 def test_lines_are_pinned_where_the_rest_depth_jumps(indenter, start, depth, place):
     lines = np.array([[start, math.inf], [-math.inf, -start]])
-    found = settle(
-        equations_of(adhesive(indenter), depth), lines, np.full(2, depth), np.ones(2)
-    )
+    found = settle(equations_of(adhesive(indenter), depth), lines, np.full(2, depth), np.ones(2))
     assert found.at_rest.all() and found.pinned[[0, 1], [0, 1]].all()
     assert found.lines[0, 0] == place and found.lines[1, 1] == -place
 
@@ -95,9 +93,7 @@ def test_no_line_rests_beyond_a_fold():
     kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
     depth = float(indenter.height(fold) + L * (indenter.slope(fold) - kink))
     near = np.array([[fold - 0.02 * L, math.inf]])
-    found = roots.folds(
-        equations, near, np.array([depth]), np.ones(1), np.array([[True, False]])
-    )
+    found = roots.folds(equations, near, np.array([depth]), np.ones(1), np.array([[True, False]]))
     assert found.found[0] and abs(found.depths[0] - depth) <= 1e-12 * DELTA0
     for side, rests in ((-1, True), (1, False)):
         at = np.array([depth + side * 1e-4 * DELTA0])
