@@ -28,7 +28,7 @@ _FAR = 0.5  # of l: how far lines may be from their nodes
 _AHEAD = (0.0, 0.02, 0.1, 0.3, 1.0)  # margins beyond an event, from where lines are followed back
 _PENETRATION = 1e-9  # of the size of depths
 _LANDED = 0.2  # of l: how far lines on closer nodes may be from those after the event
-_PASSED = 4  # margins of the closer nodes on both sides of an event
+_PASSED = (0.1, 0.5)  # margins on both sides of an event, within which closer nodes have it
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,19 +101,20 @@ class Landings:
         on_nodes = pairs(contacts)
         left = on_nodes[first][0]
         right = on_nodes[first + len(event.before) - 1][1]
-        reach = event.direction * _PASSED * self.closer.margin / CLOSER
-        depth = event.depth - reach
-        goal = event.depth + reach
-        while True:
-            track = self.closer.walk.track(contacts, depth, goal)
-            known = _parts(track.trace[-1][1], left, right)
-            if track.at is None:
-                return self._lands_at(known, event)
-            contacts = track.after
-            landed = _parts(contacts, left, right)
-            if not _alike(known, landed):
-                return self._lands_at(landed, event)
-            depth = track.at
+        known = list[Pair]()
+        for passed in _PASSED:
+            reach = event.direction * passed * self.closer.margin
+            now = contacts
+            at: float | None = event.depth - reach
+            while at is not None:
+                track = self.closer.walk.track(now, at, event.depth + reach)
+                known = _parts(track.trace[-1][1], left, right)
+                at = track.at
+                now = track.after
+                landed = _parts(now, left, right)
+                if at is not None and not _alike(known, landed):
+                    return self._lands_at(landed, event)
+        return self._lands_at(known, event)
 
     def _lands_at(self, surfaces: list[Pair], event: Happening) -> bool:
         """Whether surfaces on closer nodes are those after an event, with lines nearby.
