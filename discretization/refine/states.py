@@ -43,6 +43,8 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     """
     profile = resolve(scene, depth)
     motion = Motion.of(scene, profile, depth)
+    if not scene.opened.work_of_adhesion:
+        return _without_adhesion(motion, depth, branch)
     lines = adhered(scene, profile, depth)
     state = state_of(motion, lines, depth, branch)
     if branch == "adhered" or not scene.work_of_adhesion:
@@ -50,10 +52,32 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     return _Lowest(scene, profile, depth, motion).found(state)
 
 
+def _without_adhesion(motion: Motion, depth: float, branch: str) -> Equilibrium:
+    """The only state where nothing adheres, whatever the path: the contacts on nodes at rest."""
+    if depth < motion.profile.touch:
+        return state_of(motion, (), depth, branch)
+    equations = Equations.of(motion.scene, motion.profile, depth)
+    reason = "the lines near those of the nodes do not come to rest"
+    for closer in CLOSER:
+        nodes = FoundNodes.of(motion.scene, motion.profile, depth, closer)
+        surfaces = free_surfaces(nodes.lines(nodes.adhered(depth)))
+        count = len(surfaces)
+        found = settle(equations, surfaces, np.full(count, depth), np.ones(count))
+        apart = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
+        if not (found.at_rest.all() and apart):
+            continue
+        try:
+            return state_of(motion, known_lines(equations, found.lines, depth), depth, branch)
+        except NotCertifiedError as why:
+            reason = str(why)
+    raise NotCertifiedError(
+        f"the state at depth = {depth!r} was not found on nodes at most {CLOSER[-1]} times closer "
+        f"than usual ({reason}); try another depth, or method='lattice'"
+    )
+
+
 def adhered(scene: Scene, profile: Resolved, depth: float) -> Lines:
     """The lines at the end of the path from first touch to this depth."""
-    if depth < profile.touch and not scene.opened.work_of_adhesion:
-        return ()
     reasons = list[str]()
     for closer in CLOSER:
         try:

@@ -1,6 +1,7 @@
 """Contacts found on nodes and refined: lines at rest, events, landings, states and paths."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from discretization.refine.plan import Refinement
 from discretization.refine.settle import settle
 from discretization.refine.states import on_refined_nodes
 from discretization.refine.totals import Totals
-from energy import FlatPunch, Parabola, Profile, Wedge
+from energy import FlatPunch, Parabola, Profile, SurfaceEnergies, Wedge
 from tests.truth.paths.path_scenes import path_case
 
 R = 0.02
@@ -126,6 +127,16 @@ def test_states_are_those_of_the_lines_followed_one_by_one(seed, branch):
     assert state.certificate.ok and state.contacts.shape == known.contacts.shape
     assert abs(state.force - known.force) <= 1e-9 * known.scales["force"]
     assert abs(state.energy - known.energy) <= 1e-9 * known.scales["energy"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_states_without_adhesion_are_found_at_once(seed):
+    scene = rough(seed)
+    scene = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
+    depth = resolve(scene, 0.0).touch + 1.5 * DELTA0
+    state, known = on_refined_nodes(scene, depth, branch="adhered"), minimise(scene, depth)
+    assert state.certificate.ok and state.contacts.shape == known.contacts.shape
+    assert abs(state.force - known.force) <= 1e-9 * known.scales["force"]
 
 
 def test_a_loop_loses_what_its_events_release():
