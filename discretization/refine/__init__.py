@@ -1,6 +1,11 @@
 """Contacts found on nodes, their lines taken to rest by Newton's method.
 
-Nodes (../lattice) give which contacts there are and in what order events come. The lines of all
-free surfaces are then taken to rest together (settle.py), and the depths of events are enclosed,
-those of all events of a programme at once (events.py). Lines contacts with small slopes.
+Nodes (../lattice) give which contacts there are and in what order events come (lives.py). The lines
+of all free surfaces are then taken to rest together (settle.py), and the depths of all events of a
+way are found at once (events.py). What has the last word: landings are repeated on closer nodes
+(landings.py), and between its own events the energy of every surface must balance (balance.py).
+
+For line contacts with small slopes and γ₁ > 0 under a uniform work of adhesion of closing and of
+opening. `minimise` and `load_path` do not use this package yet: see states.py and
+../paths/refined_branch.py for what they will call.
 """
