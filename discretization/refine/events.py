@@ -20,7 +20,7 @@ import numpy as np
 
 from discretization.refine import roots
 from discretization.refine.equations import Equations
-from discretization.refine.lives import Happening, Life
+from discretization.refine.lives import CREEPING, Happening, Life
 from discretization.refine.settle import ROUNDS, Settled, settle
 from discretization.roots import crossings, minima
 from energy.arrays import Array, Indices, Mask
@@ -559,7 +559,7 @@ class Events:
 
 
 def _steps(event: Happening) -> Array:
-    """How far the lines (n, 2) of surfaces may move smoothly: half as far as they jump on nodes."""
+    """How far lines (n, 2) may move smoothly: half as far as those move that jump on nodes."""
     before = np.array([life.lines_at(life.trace[-1][1]) for life in event.before])
     steps = np.full(before.shape, math.inf)
     if len(event.after) == len(before) == 1:
@@ -567,7 +567,7 @@ def _steps(event: Happening) -> Array:
         after = life.lines_at(life.trace[0][1])
         with np.errstate(invalid="ignore"):
             moved = np.abs(after - before[0])
-        own = np.isfinite(after) & (moved > 0)
+        own = np.isfinite(after) & (moved > (CREEPING + 0.5) * life.nodes.spacing)
         steps[0, own] = moved[own] / 2
     return steps
 
