@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discretization.lattice.walk import End
+from discretization.lattice.walk import End, paired
 from discretization.nodes.row import Contacts
 from discretization.refine.equations import contact_lines
 from discretization.refine.events import Events, NotRefined
@@ -108,7 +108,7 @@ class Landings:
             at: float | None = event.depth - reach
             while at is not None:
                 track = self.closer.walk.track(now, at, event.depth + reach)
-                known = _parts(track.trace[-1][1], left, right)
+                known = _parts(paired(track.trace[-1][1]), left, right)
                 at = track.at
                 now = track.after
                 landed = _parts(now, left, right)

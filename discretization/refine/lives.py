@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.lattice.walk import End
+from discretization.lattice.walk import End, paired
 from discretization.nodes.row import Contacts
 from discretization.refine.nodes import FoundNodes
 from energy.arrays import Array, Mask
@@ -110,7 +110,9 @@ def walked(nodes: FoundNodes, contacts: Contacts, start: float, goal: float) -> 
     events = list[Happening]()
     depth = start
     while alive:
-        trace, at, after = nodes.walk.track(contacts, depth, goal)
+        track = nodes.walk.track(contacts, depth, goal)
+        at, after = track.at, track.after
+        trace = [(passed, paired(known)) for passed, known in track.trace]
         for passed, known in trace:
             _noted(alive, passed, pairs(known))
         if at is None:
