@@ -1,7 +1,8 @@
 """The simulated force of a scene as a function of where a machine is, read off depth paths.
 
-A path of imposed depths is followed once. Held by a spring of stiffness K whose far end is at D,
-the indenter is in equilibrium where D = d + P(d)/K: as D grows the depth is where the running
+Where the line is free its states are known without a path (discretization/fitted/free_branch.py);
+else a path of imposed depths is followed once. Held by a spring of stiffness K whose far end is at
+D, the indenter is in equilibrium where D = d + P(d)/K: as D grows the depth is where the running
 maximum of d + P(d)/K along the path first reaches it, as D falls, where the running minimum does.
 The offset of the depth and the stiffness of the machine cost no further path.
 """
@@ -14,6 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from discretization import load_path
+from discretization.fitted.free_branch import applies, free_branch
 from energy import Scene
 from energy.arrays import Array
 
@@ -83,6 +85,8 @@ def touching(scene: Scene) -> float:
 @lru_cache(KEPT)
 def retraction(scene: Scene, touch: float, reach: float) -> tuple[Branch, bool]:
     """From as deep as `reach` below the touch to the detachment; whether nothing else happens."""
+    if applies(scene) and (found := free_branch(scene, touch + reach, POINTS)):
+        return Branch(found.depth[::-1], found.force[::-1], True), True
     branch, events = _leg(scene, [touch, touch + reach], reach)
     return branch, events == 2
 

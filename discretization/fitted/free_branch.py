@@ -1,0 +1,146 @@
+"""All states of one contact whose line rests freely, from its loss to a depth, without a search.
+
+Where a line rests is the depth D(a), a function of the half-width a; so is the force there. A path
+of depths has to find a for each depth, and where the contact is lost. Here a is chosen: D, P and
+the certificate follow for all states at once. Of a convex profile D grows with a from a = 0 on;
+about an axis it falls to its least value, where the contact is lost, and grows from there on
+(alone.py).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from discretization.certificate import TOLERANCE, NotCertifiedError
+from discretization.fitted.alone import Alone
+from discretization.fitted.many_lines import ManyLines, States
+from discretization.fitted.many_states import ManyContacts, ManyFound
+from discretization.routes import vectorised
+from energy import Scene
+from energy.arrays import Array
+
+_LOOKED_AT = np.exp2(np.arange(-30.0, 31.0, 0.5))  # of l: half-widths among which the ends are
+_PLACES, _ROUNDS = 33, 3  # in which both ends are looked for, each time 16 times as close
+_COARSE = 33  # half-widths from which it is seen how far apart others have to be
+_UNEVEN = 3.0  # times the mean: how far apart roots of the distance from the end may be at most
+
+
+class FreeBranch(NamedTuple):
+    """States (n,) from the last one that holds to the deepest: half-width, depth and force."""
+
+    half_width: Array
+    depth: Array
+    force: Array
+
+
+def applies(scene: Scene) -> bool:
+    """Whether the line of the only contact is free from its loss on: the profile has no corners."""
+    body = scene.indenter
+    try:
+        vectorised(scene)
+    except ValueError:
+        return False
+    lone_line = scene.axisymmetric or (body.symmetric and body.apex == 0)
+    return bool(lone_line and scene.gamma1 > 0 and not body.corners)
+
+
+def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
+    """So many states of a scene to which this `applies`, from the loss of contact to a depth.
+
+    Roots of the distances of their depths from the first one are about evenly spaced, since over
+    these the force is smooth. None where the profile is not known so far, or changes so much
+    beside its lowest point that they are not.
+
+    NotCertifiedError if one of the states is no equilibrium.
+    """
+    alone = Alone.of(scene)
+    ends = _ends(alone, deepest)
+    if ends is None:
+        return None
+    lost, largest = ends
+    a = lost + (largest - lost) * np.linspace(0.0, 1.0, _COARSE) ** 2
+    root = _roots(_rest_depth(alone, a))
+    if not (np.diff(root) > 0).all():
+        return None
+    a = CubicSpline(root, a)(np.linspace(0.0, root[-1], count))
+    a[0], a[-1] = lost, largest
+    if not (np.diff(a) > 0).all():
+        return None
+    depth = _rest_depth(alone, a)
+    steps = np.diff(_roots(depth))
+    if not (steps > 0).all() or steps.max() > _UNEVEN * steps.mean():
+        return None
+    found = _states(alone, a, depth)
+    if found.lost.any():
+        return None
+    wrong = ~((found.residual <= TOLERANCE) & found.stable)
+    wrong[0] &= not found.residual[0] <= TOLERANCE  # the last state that holds is on a fold
+    if wrong.any():
+        i = int(wrong.argmax())
+        raise NotCertifiedError(
+            f"the contact of half-width {float(a[i])!r} at depth = {float(depth[i])!r} is no "
+            "equilibrium; use minimise there, which says more"
+        )
+    return FreeBranch(a, depth, found.force)
+
+
+def _roots(depth: Array) -> Array:
+    """√(d - d₀) of depths (n,) that follow the first one."""
+    return np.sqrt(np.maximum(depth - depth[0], 0.0))
+
+
+def _ends(alone: Alone, deepest: float) -> tuple[float, float] | None:
+    """Half-widths at which the contact is lost, and at which its line rests at a depth.
+
+    None if the profile ends before. Both are looked for at ever closer places at once, and are at
+    last where a parabola through three places is least, and where a straight line is at the depth:
+    D is then known to rounding where it is least.
+    """
+    scene, turned = alone.scene, alone.scene.axisymmetric
+    a = scene.elastocapillary_length * _LOOKED_AT
+    a = a[a < scene.indenter.extent[1]]
+    rest = _rest_depth(alone, a)
+    first = int(np.argmin(rest)) if turned else 0
+    beyond = np.flatnonzero(rest[first:] > deepest)
+    if not beyond.size or first + int(beyond[0]) == 0 or (turned and first == 0):
+        return None
+    i = first + int(beyond[0])
+    low, high = float(a[i - 1]), float(a[i])
+    inner, outer = float(a[max(first - 1, 0)]), float(a[first + 1])
+    for _ in range(_ROUNDS):
+        around, beside = np.linspace(inner, outer, _PLACES), np.linspace(low, high, _PLACES)
+        rest = _rest_depth(alone, np.append(around, beside))
+        fall, rise = rest[:_PLACES], rest[_PLACES:] - deepest
+        i = int(np.clip(np.argmin(fall), 1, _PLACES - 2))
+        inner, outer = float(around[i - 1]), float(around[i + 1])
+        j = int(np.clip(np.argmax(rise > 0), 1, _PLACES - 1))
+        low, high = float(beside[j - 1]), float(beside[j])
+    largest = low - float(rise[j - 1]) * (high - low) / float(rise[j] - rise[j - 1])
+    if not turned:
+        return 0.0, largest
+    before, least, after = fall[i - 1 : i + 2].tolist()
+    bend = before - 2 * least + after
+    shift = (before - after) / (2 * bend) if bend > 0 else 0.0
+    return (inner + outer) / 2 + shift * (outer - inner) / 2, largest
+
+
+def _rest_depth(alone: Alone, a: Array) -> Array:
+    """D of lines at half-widths (n,)."""
+    states = _of_scene(alone.scene, np.zeros_like(a))
+    return ManyLines.tense(alone, states).rest_depth(1, a, np.arange(a.size))
+
+
+def _states(alone: Alone, a: Array, depth: Array) -> ManyFound:
+    """The states of these half-widths and depths, and what judges their lines."""
+    states = _of_scene(alone.scene, depth)
+    left = np.zeros_like(a) if alone.scene.axisymmetric else -a
+    return ManyContacts(ManyLines.tense(alone, states), states, left, a).found
+
+
+def _of_scene(scene: Scene, depth: Array) -> States:
+    """States of a scene at depths (n,)."""
+    parameters = scene.work_of_adhesion, scene.gamma1, scene.stiffness
+    return States(depth, *(np.full_like(depth, value) for value in parameters))
