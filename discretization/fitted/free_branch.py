@@ -9,6 +9,7 @@ about an axis it falls to its least value, where the contact is lost, and grows 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ _LOOKED_AT = np.exp2(np.arange(-30.0, 31.0, 0.5))  # of l: half-widths among whi
 _PLACES, _ROUNDS = 33, 3  # in which both ends are looked for, each time 16 times as close
 _COARSE = 33  # half-widths from which it is seen how far apart others have to be
 _UNEVEN = 3.0  # times the mean: how far apart roots of the distance from the end may be at most
+
+RestDepths = Callable[[Array], Array]
 
 
 class FreeBranch(NamedTuple):
@@ -57,22 +60,18 @@ def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
     NotCertifiedError if one of the states is no equilibrium.
     """
     alone = Alone.of(scene)
-    ends = _ends(alone, deepest)
-    if ends is None:
+
+    def rest_depth(a: Array) -> Array:
+        states = _of_scene(scene, np.zeros_like(a))
+        return ManyLines.tense(alone, states).rest_depth(1, a, np.arange(a.size))
+
+    places = scene.elastocapillary_length * _LOOKED_AT
+    places = places[places < scene.indenter.extent[1]]
+    lowest = None if scene.axisymmetric else 0.0
+    spread = spread_evenly(rest_depth, places, lowest, deepest, count)
+    if spread is None:
         return None
-    lost, largest = ends
-    a = lost + (largest - lost) * np.linspace(0.0, 1.0, _COARSE) ** 2
-    root = _roots(_rest_depth(alone, a))
-    if not (np.diff(root) > 0).all():
-        return None
-    a = CubicSpline(root, a)(np.linspace(0.0, root[-1], count))
-    a[0], a[-1] = lost, largest
-    if not (np.diff(a) > 0).all():
-        return None
-    depth = _rest_depth(alone, a)
-    steps = np.diff(_roots(depth))
-    if not (steps > 0).all() or steps.max() > _UNEVEN * steps.mean():
-        return None
+    a, depth = spread
     found = _states(alone, a, depth)
     if found.lost.any():
         return None
@@ -87,50 +86,71 @@ def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
     return FreeBranch(a, depth, found.force)
 
 
+def spread_evenly(
+    rest_depth: RestDepths, places: Array, lowest: float | None, deepest: float, count: int
+) -> tuple[Array, Array] | None:
+    """Half-widths (count,) from the least D to where D is `deepest`, and D there.
+
+    Roots of the distances of D from the least one are about evenly spaced. places (n,): half-widths
+    among which both ends are; lowest: where D is least if it only grows, None if it has to fall
+    first. None where the places are not enough, or D does not grow.
+    """
+    ends = _ends(rest_depth, places, lowest, deepest)
+    if ends is None:
+        return None
+    lost, largest = ends
+    a = lost + (largest - lost) * np.linspace(0.0, 1.0, _COARSE) ** 2
+    root = _roots(rest_depth(a))
+    if not (np.diff(root) > 0).all():
+        return None
+    a = CubicSpline(root, a)(np.linspace(0.0, root[-1], count))
+    a[0], a[-1] = lost, largest
+    if not (np.diff(a) > 0).all():
+        return None
+    depth = rest_depth(a)
+    steps = np.diff(_roots(depth))
+    if not (steps > 0).all() or steps.max() > _UNEVEN * steps.mean():
+        return None
+    return a, depth
+
+
 def _roots(depth: Array) -> Array:
     """√(d - d₀) of depths (n,) that follow the first one."""
     return np.sqrt(np.maximum(depth - depth[0], 0.0))
 
 
-def _ends(alone: Alone, deepest: float) -> tuple[float, float] | None:
+def _ends(
+    rest_depth: RestDepths, places: Array, lowest: float | None, deepest: float
+) -> tuple[float, float] | None:
     """Half-widths at which the contact is lost, and at which its line rests at a depth.
 
-    None if the profile ends before. Both are looked for at ever closer places at once, and are at
-    last where a parabola through three places is least, and where a straight line is at the depth:
-    D is then known to rounding where it is least.
+    None if they are not among the places. Both are looked for at ever closer places at once, and
+    are at last where a parabola through three places is least, and where a straight line is at the
+    depth: D is then known to rounding where it is least.
     """
-    scene, turned = alone.scene, alone.scene.axisymmetric
-    a = scene.elastocapillary_length * _LOOKED_AT
-    a = a[a < scene.indenter.extent[1]]
-    rest = _rest_depth(alone, a)
-    first = int(np.argmin(rest)) if turned else 0
+    rest = rest_depth(places)
+    first = int(np.argmin(rest))
     beyond = np.flatnonzero(rest[first:] > deepest)
-    if not beyond.size or first + int(beyond[0]) == 0 or (turned and first == 0):
+    if not beyond.size or first + int(beyond[0]) == 0 or (lowest is None and first == 0):
         return None
     i = first + int(beyond[0])
-    low, high = float(a[i - 1]), float(a[i])
-    inner, outer = float(a[max(first - 1, 0)]), float(a[first + 1])
+    low, high = float(places[i - 1]), float(places[i])
+    inner, outer = float(places[max(first - 1, 0)]), float(places[first + 1])
     for _ in range(_ROUNDS):
         around, beside = np.linspace(inner, outer, _PLACES), np.linspace(low, high, _PLACES)
-        rest = _rest_depth(alone, np.append(around, beside))
+        rest = rest_depth(np.append(around, beside))
         fall, rise = rest[:_PLACES], rest[_PLACES:] - deepest
         i = int(np.clip(np.argmin(fall), 1, _PLACES - 2))
         inner, outer = float(around[i - 1]), float(around[i + 1])
         j = int(np.clip(np.argmax(rise > 0), 1, _PLACES - 1))
         low, high = float(beside[j - 1]), float(beside[j])
     largest = low - float(rise[j - 1]) * (high - low) / float(rise[j] - rise[j - 1])
-    if not turned:
-        return 0.0, largest
+    if lowest is not None and first == 0:
+        return lowest, largest
     before, least, after = fall[i - 1 : i + 2].tolist()
     bend = before - 2 * least + after
     shift = (before - after) / (2 * bend) if bend > 0 else 0.0
     return (inner + outer) / 2 + shift * (outer - inner) / 2, largest
-
-
-def _rest_depth(alone: Alone, a: Array) -> Array:
-    """D of lines at half-widths (n,)."""
-    states = _of_scene(alone.scene, np.zeros_like(a))
-    return ManyLines.tense(alone, states).rest_depth(1, a, np.arange(a.size))
 
 
 def _states(alone: Alone, a: Array, depth: Array) -> ManyFound:

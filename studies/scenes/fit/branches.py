@@ -1,9 +1,10 @@
 """The simulated force of a scene as a function of where a machine is, read off depth paths.
 
-Where the line is free its states are known without a path (discretization/fitted/free_branch.py);
-else a path of imposed depths is followed once. Held by a spring of stiffness K whose far end is at
-D, the indenter is in equilibrium where D = d + P(d)/K: as D grows the depth is where the running
-maximum of d + P(d)/K along the path first reaches it, as D falls, where the running minimum does.
+Where the line is free its states are known without a path (free_branch.py of the fitted mesh and of
+the layer); else a path of imposed depths is followed once. Held by a spring of stiffness K whose
+far end is at D, the indenter is in equilibrium where D = d + P(d)/K: as D grows the depth is where
+the running maximum of d + P(d)/K along the path first reaches it, as D falls, where the running
+minimum does.
 The offset of the depth and the stiffness of the machine cost no further path.
 """
 
@@ -15,7 +16,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from discretization import load_path
-from discretization.fitted.free_branch import applies, free_branch
+from discretization.fitted import free_branch as springs
+from discretization.layer import free_branch as layer
 from energy import Scene
 from energy.arrays import Array
 
@@ -85,7 +87,12 @@ def touching(scene: Scene) -> float:
 @lru_cache(KEPT)
 def retraction(scene: Scene, touch: float, reach: float) -> tuple[Branch, bool]:
     """From as deep as `reach` below the touch to the detachment; whether nothing else happens."""
-    if applies(scene) and (found := free_branch(scene, touch + reach, POINTS)):
+    found = None
+    if springs.applies(scene):
+        found = springs.free_branch(scene, touch + reach, POINTS)
+    elif layer.applies(scene):
+        found = layer.free_branch(scene, touch + reach, POINTS, RTOL)
+    if found:
         return Branch(found.depth[::-1], found.force[::-1], True), True
     branch, events = _leg(scene, [touch, touch + reach], reach)
     return branch, events == 2
