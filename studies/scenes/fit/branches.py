@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from discretization import load_path
+from discretization import load_path, minimise_many
 from discretization.fitted import free_branch as springs
 from discretization.layer import free_branch as layer
 from energy import Scene
@@ -116,12 +116,46 @@ def ways(
 def _one_way(
     scene: Scene, touch: float, reach: float, drives: tuple[float, ...], stiffness: float
 ) -> list[Branch]:
-    found, depths = [_leg(scene, [touch], reach)[0]], [touch]
+    def leg(turns: list[float]) -> Branch:
+        known = _slack_leg(scene, turns, reach) if scene.gamma1 == 0 else None
+        return known or _leg(scene, turns, reach)[0]
+
+    found, depths = [leg([touch])], [touch]
     for drive in drives:
         (force,), _ = found[-1].read(np.array([drive]), stiffness)
         depths.append(drive - float(force) / stiffness)
-        found.append(_leg(scene, depths, reach)[0])
+        found.append(leg(depths))
     return found
+
+
+def _slack_leg(scene: Scene, turns: list[float], reach: float) -> Branch | None:
+    """As `_leg`, of springs without tension below a convex profile; None if that is not so.
+
+    In contact is what lies below a level L of the profile, which the depth lifts as it exceeds it,
+    and lowers as it falls below L - δ₀, δ₀ that of opening. With A(L) the length or area in contact
+    and P₀ the force at the depth L, P = P₀(L) + k A(L) (d - L).
+    """
+    body, holds = scene.indenter, scene.opened.critical_separation
+    if not body.convex or len(body.corners):
+        return None
+    touch, start, t = turns[0], turns[-1], np.linspace(0.0, 1.0, POINTS)
+    level, lost = touch, touch - holds
+    for turn in turns:
+        level = float(np.clip(level, turn, turn + holds))
+    if len(turns) % 2 == 1:
+        depth = start + (touch + reach - start) * t**2
+    else:
+        if start <= lost:
+            raise ValueError(f"depth = {start!r}: no contact to retract from")
+        depth = start - (start - lost) * (1 - (1 - t) ** 2)
+    levels = np.clip(level, depth, depth + holds)
+    try:
+        pressed = minimise_many(replace(scene, opening=None), np.maximum(levels, touch))
+    except ValueError:  # the profile is not known so far, or such states are not found together
+        return None
+    area = scene.measure(pressed.half_width) * pressed.half_width
+    area *= 0.5 if scene.axisymmetric else 2.0
+    return Branch(depth, pressed.force + scene.stiffness * area * (depth - levels), True)
 
 
 def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[Branch, int]:
