@@ -14,6 +14,7 @@ from studies.scenes.fit.model import Model
 BLUNT = 100.0, 10.0  # straight ends of branches at first
 FINE, ROUGH = 1e-6, 1e-2  # gains at last, and where straight ends or HOPELESS noise are left
 HOPELESS = 4.0  # times the noise
+ASTRAY = 2.0  # of logarithms: by how much straight ends may lead away without another look
 SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
 STEPS, SOLVED = 25, 1e-7  # where branches are known: at most, and gain of the last one
 UNBOUND = 1e6  # over the largest force: so small, residuals do not hold back scipy's first step
@@ -55,15 +56,21 @@ def sought(model: Model, ftol: float = FINE) -> Best:
     """The minimum from where straight ends of branches lead, or from the start if that is lower.
 
     At an end the force may vary as a root: from far off, steps along its slope lead nowhere. From
-    close by, straight ends may lead away.
+    close by, straight ends may lead away: what they hardly tell goes far for next to nothing. It is
+    put back to where it began, if that leads lower.
     """
     start = x = np.zeros(len(model.names))
     for times in BLUNT:
         x = followed(replace(model, blunt=times * model.blunt), x, ftol=ROUGH).x
     found = followed(model, x, ftol=ftol)
-    if not hopeless(model, found.squares):
-        return found
-    return min(found, followed(model, start, ftol=ftol), key=lambda one: one.squares)
+    if hopeless(model, found.squares):
+        return min(found, followed(model, start, ftol=ftol), key=lambda one: one.squares)
+    logarithms = np.array([name != "offset" for name in model.names])
+    far = logarithms & (np.abs(found.x) > ASTRAY)
+    back = np.where(far, start, found.x)
+    if far.any() and np.isfinite(model.residuals(back)).all():
+        return min(found, followed(model, back, ftol=ftol), key=lambda one: one.squares)
+    return found
 
 
 def hopeless(model: Model, squares: float) -> bool:

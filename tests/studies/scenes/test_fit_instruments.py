@@ -11,11 +11,19 @@ from scenes import ROOT
 
 import studies
 from discretization import load_path
-from energy import Circle, FlatPunch, Parabola, PowerLaw, SurfaceEnergies
+from energy import (
+    Circle,
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    PowerLaw,
+    Scene,
+    SurfaceEnergies,
+)
 from studies import __main__ as command_line
 from studies.scenes.curve_file import Reading, read_curve
 from studies.scenes.file import load
-from studies.scenes.fit import many, plan, trials
+from studies.scenes.fit import branches, many, plan, trials
 from studies.scenes.fit import study as fit_study
 from studies.scenes.fit.branches import touching, ways
 from studies.scenes.fit.estimate import fit
@@ -294,3 +302,39 @@ def test_the_tutorial_shows_what_is_so(tmp_path, capsys, monkeypatch):
     data = (ROOT / "studies" / "scenes" / "sphere_curve.csv").read_text("utf-8").splitlines()
     assert all(f"    {line}\n" in shown for line in data[:3])
     assert (tmp_path / "sphere_curve_fit.png").stat().st_size > 10_000
+
+
+def test_what_straight_ends_hardly_tell_does_not_stay_where_they_led_it():
+    """They lead γ₁ of this curve to 1e-4 of where it begins, for a gain of next to nothing."""
+    layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    scene = Scene(layer, surfaces, Parabola(0.02))
+    depth = np.r_[np.linspace(0, 4e-7, 100), np.linspace(4e-7, -6e-7, 200)]
+    force = load_path(scene, depths=depth).force
+    noise = np.random.default_rng(5).standard_normal(force.size)
+    curve = Curve(depth, force + 0.005 * np.abs(force).max() * noise, math.inf)
+    start = replace(scene, surfaces=SurfaceEnergies.from_work(0.05, 4e-5))
+    found = fit(start, curve, **FAST)
+    low, high = found["gamma1"].interval
+    assert 0.02 < low < 0.07 < high < 0.3
+
+
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+@pytest.mark.parametrize("opening", [None, 3e-4])
+def test_legs_of_springs_without_tension_are_those_of_a_path(geometry, opening):
+    opened = opening and SurfaceEnergies.from_work(0.0, opening)
+    surfaces = SurfaceEnergies.from_work(0.0, 1e-4)
+    scene = replace(SCENE, surfaces=surfaces, opening=opened, geometry=geometry)
+    unit = scene.opened.critical_separation
+    turns = [0.0, 2 * unit, 0.3 * unit, 1.5 * unit]
+    for count in range(1, 5):
+        leg = branches._slack_leg(scene, turns[:count], 3 * unit)
+        path = load_path(scene, depths=[*turns[:count], *leg.depth[:-1:10].tolist()], rtol=1e-6)
+        force = path.force[count:]
+        assert np.abs(force - leg.force[:-1:10]).max() <= 1e-12 * np.abs(leg.force).max()
+        if count % 2 == 0:
+            assert abs(leg.depth[-1] + unit) <= 1e-12 * unit
+
+
+def test_legs_of_springs_below_a_corner_are_followed():
+    scene = replace(SCENE, surfaces=SurfaceEnergies.from_work(0.0, 1e-4), indenter=FlatPunch(1e-6))
+    assert branches._slack_leg(scene, [0.0], 1e-7) is None
