@@ -16,8 +16,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from discretization import load_path, minimise_many
-from discretization.fitted import free_branch as springs
-from discretization.layer import free_branch as layer
+from discretization.fitted.free_branch import applies as free_on_springs
+from discretization.fitted.free_branch import free_branch as on_springs
+from discretization.layer.free_branch import applies as free_on_layer
+from discretization.layer.free_branch import free_branch as on_layer
 from energy import Scene
 from energy.arrays import Array
 
@@ -88,10 +90,10 @@ def touching(scene: Scene) -> float:
 def retraction(scene: Scene, touch: float, reach: float) -> tuple[Branch, bool]:
     """From as deep as `reach` below the touch to the detachment; whether nothing else happens."""
     found = None
-    if springs.applies(scene):
-        found = springs.free_branch(scene, touch + reach, POINTS)
-    elif layer.applies(scene):
-        found = layer.free_branch(scene, touch + reach, POINTS, RTOL)
+    if free_on_springs(scene):
+        found = on_springs(scene, touch + reach, POINTS)
+    elif free_on_layer(scene):
+        found = on_layer(scene, touch + reach, POINTS, RTOL)
     if found:
         return Branch(found.depth[::-1], found.force[::-1], True), True
     branch, events = _leg(scene, [touch, touch + reach], reach)

@@ -159,7 +159,7 @@ def test_the_minimum_beside_the_start_is_taken_only_if_the_other_is_hopeless(
     def followed(model, start, ftol):  # the lower minimum is beside the start
         lead = model.blunt > straight or start.any()
         squares = noise * ((times * HOPELESS) ** 2 if lead else 0.01)
-        return SimpleNamespace(x=start + 1, squares=squares)
+        return SimpleNamespace(x=start + 0.1, squares=squares)
 
     straight = model.blunt
     monkeypatch.setattr(search, "followed", followed)
