@@ -52,6 +52,8 @@ CASES = {
     "opening": (opening(Parabola(20.0)), DEPTHS),
     "rough opening": (opening(rough()), DEPTHS),
 }
+LONG = ("rough opening", "rough, straight pieces")
+NAMES = [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in CASES]
 # nodes l/24 apart do not resolve the straight pieces, which changes nothing of what is compared
 pytestmark = pytest.mark.filterwarnings("ignore:.*narrower than the spacing may be missed")
 TURNS = ("steep", "axis")  # where P is least between states
@@ -69,7 +71,7 @@ def drawn(path: History) -> Snapshot:
     return min([*states, *path._turns_of_legs()], key=lambda state: state.force)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", NAMES)
 def test_the_pull_off_is_that_of_drawing_every_leg(name):
     path = followed(name)
     state, found = drawn(path), path.pull_off
@@ -82,7 +84,7 @@ def test_the_pull_off_is_that_of_drawing_every_leg(name):
         assert found.force < min(recorded) - 1e-9 * abs(found.force)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", NAMES)
 def test_no_force_between_two_states_is_below_its_bound(name):
     path, seen = followed(name), 0
     for each in bounded(path._branch, [*path._stretches()]):
