@@ -122,8 +122,3 @@ def agree(seed):
 @pytest.mark.parametrize("first", [0, 10])
 def test_random_spiked_profiles_agree_or_warn(first):
     assert [seed for seed in range(first, first + 10) if not agree(seed)] == []
-
-
-@pytest.mark.slow
-def test_many_random_spiked_profiles_agree_or_warn():
-    assert [seed for seed in range(20, 150) if not agree(seed)] == []

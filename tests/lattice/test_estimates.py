@@ -95,7 +95,7 @@ def test_most_rough_states_know_their_errors(factor, truth, seeds):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("factor", "first"), [(1.0, 0), (3.0, 2000), (4.0, 3000)])
+@pytest.mark.parametrize(("factor", "first"), [(1.0, 0), (3.0, 2000)])
 def test_of_many_rough_states_none_is_worse_than_it_says(factor, first):
     several, known = told(range(first, first + 120), factor, on_closer_nodes)
     assert several >= 40

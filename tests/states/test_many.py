@@ -34,8 +34,8 @@ def test_many_are_those_found_one_by_one(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hundred", range(10))
-def test_ten_thousand_are_those_found_one_by_one(hundred):
+@pytest.mark.parametrize("hundred", range(3))
+def test_three_thousand_are_those_found_one_by_one(hundred):
     found = [differences(Case(1000 + 105 * hundred + i)) for i in range(105)]
     assert sum(count for _, count in found) > 900
     for worst, _ in found:
