@@ -125,8 +125,9 @@ class TextTable:
         found = self.places(column, kinds)
         if len(found) != 1:
             count = "no column" if not found else f"{len(found)} columns"
+            name, _ = units.named(column)
             raise ValueError(
-                f"{self.path}: {count} {column!r}: {self.told()}; give columns by the names in the "
+                f"{self.path}: {count} {name!r}: {self.told()}; give columns by the names in the "
                 "file or by their numbers from 1"
             )
         return found[0]

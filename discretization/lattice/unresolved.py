@@ -302,6 +302,8 @@ def astray(scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> Mask:
     few = None
     if facing is not None and scene.work_of_adhesion:
         few = np.diff(lines)[:, ::2] < (_FEW - 0.5) * lattice.spacing
+        for end in scene.indenter.walls:  # there a point is pinned, however narrow
+            few &= (lines[:, ::2] != end) & (lines[:, 1::2] != end)
     narrow = few is not None and bool(few.any())
     if not off.any() and lattice.slopes == "small" and not narrow:
         return np.zeros(lines.shape, bool)

@@ -73,12 +73,17 @@ def path_verdicts(kind, seed, methods=METHODS):
                 truth, surer = reference(case, values, guesses, steps, marks), steps
                 faults = differences(case, history, truth, nodes)
         asked, told = resolved(case, NODES[1]), history.unresolved() if faults else ""
+        if word == "warned":  # nodes this far apart do not resolve the profile: closer ones may
+            told = why
+            faults = [why]
         for finer in (1, CLOSER):
             if faults and nodes:
                 history, word, why, seconds = answer(case, values, finer * asked)
                 faults = []
                 if word == "right":
                     faults = _faults(case, values, history, truth, finer * asked, asked)
+                elif word == "warned":
+                    faults = [why]
         if faults:
             word, why = ("refused", told) if told else ("wrong", "; ".join(faults))
         found[method] = Verdict(word, why, history, truth, seconds, other)
@@ -153,7 +158,8 @@ def answer(case, values, nodes):
         given |= {"method": "lattice", "spacing": least_length(case) / nodes}
     start = time.process_time()
     history, word, why = asked(load_path, case.scene, **given)
-    return history, "refused" if word == "warned" else word, why, time.process_time() - start
+    word = "refused" if word == "warned" and not nodes else word
+    return history, word, why, time.process_time() - start
 
 
 def differences(case, history, truth, nodes):
