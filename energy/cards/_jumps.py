@@ -66,9 +66,11 @@ def wedge_touched(K: Array, *, delta: ArrayLike, k: Array, gamma1: ArrayLike, w:
     From P = (k/tan δ)(d² − m² tan²δ) on the branch; with rise r = d/tan δ it releases
     k tan²δ r (3m² + r²)/6 more than a jump at d = 0.
     """
-    ell, slope = elastocapillary_length(k, with_tension(gamma1)), wedge_slope(delta)
+    ell = elastocapillary_length(k, with_tension(gamma1))
+    slope = wedge_slope(delta)
     a = np.asarray(wedge.half_width(0.0, delta=delta, k=k, gamma1=gamma1, w=w))
-    m, kappa = np.sqrt(a * (a + 2.0 * ell)), K / k
+    m = np.sqrt(a * (a + 2.0 * ell))
+    kappa = K / k
     total = 0.5 * kappa + np.hypot(m, 0.5 * kappa)
     rise = m * (m / (total + (total == 0.0)))
     released = touched(a, c=slope, n=1.0, k=k, gamma1=gamma1).energy_released
@@ -81,9 +83,11 @@ def parabola_touched(K: Array, *, R: ArrayLike, k: Array, gamma1: ArrayLike, w: 
 
     It releases d (a² (5a + 9l)/(6R) − a d) k less than a jump at d = 0 to the same a.
     """
-    ell, R = elastocapillary_length(k, with_tension(gamma1)), positive("R", R)
+    ell = elastocapillary_length(k, with_tension(gamma1))
+    R = positive("R", R)
     a = np.asarray(parabola.half_width(0.0, R=R, k=k, gamma1=gamma1, w=w))
-    kappa, reach2 = K / k, np.asarray(R * critical_separation(k, w))
+    kappa = K / k
+    reach2 = np.asarray(R * critical_separation(k, w))
     a = _parabola_width(a, np.asarray(ell), reach2, kappa)
     d = a**2 * (a + 3.0 * ell) / (3.0 * R * (2.0 * (a + ell) + kappa))
     less = k * d * a * (a * (5.0 * a + 9.0 * ell) / (6.0 * R) - d)
@@ -110,9 +114,11 @@ def wedge_lets_go(
 ) -> LettingGo:
     """a = max(a(0) − κ/2, 0); released k l q² + k a³ tan²δ/3 with q = l tan δ − δ₀ <= 0."""
     same: dict[str, Any] = {"delta": delta, "k": k, "gamma1": gamma1, "w": w}
-    slope, q = wedge_slope(delta), np.asarray(wedge.depth(0.0, **same))
+    slope = wedge_slope(delta)
+    q = np.asarray(wedge.depth(0.0, **same))
     a = np.maximum(np.asarray(wedge.half_width(0.0, **same)) - 0.5 * (K / k), 0.0)
-    blunt, end = q < 0.0, np.minimum(q, 0.0)
+    blunt = q < 0.0
+    end = np.minimum(q, 0.0)
     force = np.where(blunt, wedge.force_of_width(a, **same), 0.0)
     released = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1)) + k * slope**2 * a**3 / 3.0
     return LettingGo(Jump.of(force, slope * a + end, a, released), force + K * slope * a)
@@ -125,7 +131,9 @@ def parabola_lets_go(
 
     Released: 2wl + (2k a³/(3R²)) (a²/5 + al + l² + κ (a + 4l)/16).
     """
-    R, ell, kappa = positive("R", R), elastocapillary_length(k, gamma1), K / k
+    R = positive("R", R)
+    ell = elastocapillary_length(k, gamma1)
+    kappa = K / k
     reach2 = R * critical_separation(k, w)
     over = np.maximum(reach2 - ell * (ell + 0.5 * kappa), 0.0)
     total = np.hypot(0.25 * kappa, np.sqrt(reach2)) + ell + 0.25 * kappa

@@ -39,7 +39,8 @@ def angle_deficit(w: ArrayLike, gamma1: ArrayLike) -> Values:
 
     ValueError for w < 0, γ₁ <= 0, or w > 2γ₁, where Eq. (8) has no solution.
     """
-    w, gamma1 = non_negative("w", w), positive("gamma1", gamma1)
+    w = non_negative("w", w)
+    gamma1 = positive("gamma1", gamma1)
     refuse("w", w, w > 2.0 * gamma1, "exceeds 2 gamma1: Eq. (8) has no angle, pass w <= 2 gamma1")
     deficit: Values = 2.0 * np.arcsin(np.sqrt(0.5 * (w / gamma1)))
     return deficit
@@ -90,7 +91,8 @@ def depth(
     f_a: ArrayLike, slope_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
     """d = f(a) + l f'(a) − δ₀: Eq. (16) solved for the depth. Errors as `line_residual`."""
-    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
+    ell = elastocapillary_length(k, gamma1)
+    delta0 = critical_separation(k, w)
     return finite("f_a", f_a) + (ell * finite("slope_a", slope_a) - delta0)
 
 

@@ -48,7 +48,8 @@ def flat_punch_detachment(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: A
 
 def flat_punch_loop_area(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
     """∮P dd = 2w (a + l), under displacement and load control; γ₁ = 0 is allowed."""
-    a, ell = positive("a", a), elastocapillary_length(k, gamma1)
+    a = positive("a", a)
+    ell = elastocapillary_length(k, gamma1)
     return 2.0 * non_negative("w", w) * (a + ell)
 
 

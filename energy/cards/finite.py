@@ -21,7 +21,8 @@ def depth(
     f_a: ArrayLike, slope_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
     """d = f(a) − 2l sin((π − θ − atan f'(a))/2). ValueError for w > 2γ₁ or an overhang."""
-    f, beta = finite("f_a", f_a), np.arctan(finite("slope_a", slope_a))
+    f = finite("f_a", f_a)
+    beta = np.arctan(finite("slope_a", slope_a))
     lift = np.asarray(angle_deficit(w, gamma1)) - beta
     refuse(
         "inclination", lift, abs(lift) >= np.pi / 2, "makes it overhang: pass a smaller w or slope"
@@ -68,6 +69,7 @@ def meniscus(u: ArrayLike, *, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -
 
 def punch_surface_force_at_detachment(*, gamma1: ArrayLike, w: ArrayLike) -> Values:
     """2√(w(2γ₁ − w)) at d = −δ₀, which stays the critical depth at any slope; w < γ₁."""
-    tension, work = positive("gamma1", gamma1), non_negative("w", w)
+    tension = positive("gamma1", gamma1)
+    work = non_negative("w", w)
     refuse("w", work, work >= tension, "makes the surface overhang: pass w < gamma1")
     return unwrap(2 * np.sqrt(work * (2 * tension - work)))

@@ -24,7 +24,9 @@ def displacement(
 
     ValueError for a <= 0, k <= 0, γ₁ < 0 or w < 0.
     """
-    x, a, u_a = finite("x", x), positive("a", a), np.asarray(critical_depth(k, w))
+    x = finite("x", x)
+    a = positive("a", a)
+    u_a = np.asarray(critical_depth(k, w))
     return joined(x, a, u_a, u_a, np.asarray(elastocapillary_length(k, gamma1)))
 
 
@@ -35,7 +37,9 @@ def force(
 
     Valid for d >= −δ₀. w does not enter the value: given, it makes smaller depths a ValueError.
     """
-    d, a, k = finite("d", d), positive("a", a), positive("k", k)
+    d = finite("d", d)
+    a = positive("a", a)
+    k = positive("k", k)
     if w is not None:
         excess("d", d, critical_depth(k, w), _REMEDY)
     return 2.0 * k * (a + elastocapillary_length(k, gamma1)) * d
@@ -52,7 +56,9 @@ def adhesion_force(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLik
     The globally stable punch bears only 2k δ₀ √(a (a + l)). ValueError for a <= 0, k <= 0,
     γ₁ < 0 or w < 0.
     """
-    a, k, w = positive("a", a), positive("k", k), non_negative("w", w)
+    a = positive("a", a)
+    k = positive("k", k)
+    w = non_negative("w", w)
     bracket = a * np.sqrt(k) + np.sqrt(non_negative("gamma1", gamma1))
     pull: Values = 2.0 * np.sqrt(2.0 * w) * bracket
     return pull
@@ -60,7 +66,9 @@ def adhesion_force(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLik
 
 def energy(d: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
     """U = k (a + l) d² − 2wa: springs in contact, two tails, adhesion. ValueError for d < −δ₀."""
-    d, a, k = finite("d", d), positive("a", a), positive("k", k)
+    d = finite("d", d)
+    a = positive("a", a)
+    k = positive("k", k)
     excess("d", d, critical_depth(k, w), _REMEDY)
     stored = k * (a + elastocapillary_length(k, gamma1)) * d**2
     return stored - 2.0 * non_negative("w", w) * a
@@ -73,6 +81,7 @@ def detachment_depth(*, k: ArrayLike, w: ArrayLike) -> Values:
 
 def global_pull_off_depth(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
     """d = −δ₀ √(a/(a + l)): below it the detached state has the lower energy (`energy` > 0)."""
-    a, ell = positive("a", a), elastocapillary_length(k, gamma1)
+    a = positive("a", a)
+    ell = elastocapillary_length(k, gamma1)
     share: Array = np.sqrt(a / (a + ell))
     return -critical_separation(k, w) * share

@@ -21,7 +21,9 @@ def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int 
     side, so a corner of f at x = 0 costs nothing, corners elsewhere do. f takes and returns
     arrays. ValueError for k <= 0, a < 0 or values of f that are not finite.
     """
-    d, a, k = finite("d", d), non_negative("a", a), positive("k", k)
+    d = finite("d", d)
+    a = non_negative("a", a)
+    k = positive("k", k)
     nodes, weights = _rule(order)
     x = np.asarray(a)[..., None] * (0.5 + 0.5 * nodes)
     heights = finite("f(x)", f(x)) + finite("f(-x)", f(-x))
@@ -63,6 +65,7 @@ def total(
     The slope u'(a + 0) = −(d − f(a))/l is that of the tail, Eqs. (6) and (13), so a need not be
     the equilibrium half-width. Quadrature and errors as in `elastic`.
     """
-    d, a = finite("d", d), non_negative("a", a)
+    d = finite("d", d)
+    a = non_negative("a", a)
     u_a = d - finite("f(a)", f(np.asarray(a)))
     return elastic(d, a, f=f, k=k, order=order) + surface_small_slope(u_a, k=k, gamma1=gamma1)

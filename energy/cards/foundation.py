@@ -11,7 +11,8 @@ def modulus(E: ArrayLike, nu: ArrayLike) -> Values:
 
     Valid for d ≪ h ≪ a. ValueError for E <= 0 or ν outside (−1, 1/2).
     """
-    E, nu = positive("E", E), finite("nu", nu)
+    E = positive("E", E)
+    nu = finite("nu", nu)
     bad = (nu <= -1.0) | (nu >= 0.5)
     refuse("nu", nu, bad, "must lie in (-1, 1/2): an incompressible thin layer has no finite Ẽ")
     return E * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))

@@ -26,7 +26,8 @@ from energy.layer import second_order
 
 def half_space_modulus(E: ArrayLike, nu: ArrayLike) -> Values:
     """E* = E/(1-ν²). ValueError for E <= 0 or ν outside (-1, ½]."""
-    E, nu = positive("E", E), finite("nu", nu)
+    E = positive("E", E)
+    nu = finite("nu", nu)
     refuse("nu", nu, (nu <= -1.0) | (nu > 0.5), "must lie in (-1, 1/2]: pass Poisson's ratio")
     return E / (1.0 - nu**2)
 
@@ -35,7 +36,8 @@ def half_space_depth(
     a: ArrayLike, *, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike
 ) -> Values:
     """d = a²/R - √(2πwa/E*) of a sphere."""
-    a, modulus = non_negative("a", a), half_space_modulus(E, nu)
+    a = non_negative("a", a)
+    modulus = half_space_modulus(E, nu)
     return unwrap(a**2 / positive("R", R) - np.sqrt(2 * np.pi * non_negative("w", w) * a / modulus))
 
 
@@ -43,14 +45,16 @@ def half_space_force(
     a: ArrayLike, *, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike
 ) -> Values:
     """P = 4E*a³/(3R) - √(8πwE*a³) of a sphere."""
-    a, modulus = non_negative("a", a), half_space_modulus(E, nu)
+    a = non_negative("a", a)
+    modulus = half_space_modulus(E, nu)
     pull = np.sqrt(8 * np.pi * non_negative("w", w) * modulus * a**3)
     return unwrap(4 * modulus * a**3 / (3 * positive("R", R)) - pull)
 
 
 def half_space_pull_off(*, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike) -> PullOff:
     """-(3/2)πwR at a³ = 9πwR²/(8E*): the most tensile state of a sphere."""
-    R, w = positive("R", R), positive("w", w)
+    R = positive("R", R)
+    w = positive("w", w)
     a = np.cbrt(9 * np.pi * w * R**2 / (8 * half_space_modulus(E, nu)))
     return _pulled(-1.5 * np.pi * w * R, half_space_depth(a, R=R, E=E, nu=nu, w=w), a)
 
@@ -104,7 +108,8 @@ def incompressible_cylinder_pull_off(
 
     The least of P = (G/h³)(2a⁵/(15R) - 2μa²).
     """
-    R, w = positive("R", R), positive("w", w)
+    R = positive("R", R)
+    w = positive("w", w)
     stiff, mu = _flow(E, h, w)
     a = np.cbrt(6 * R * mu)
     return _pulled(-1.2 * stiff * mu * a**2, 0.0, a)
@@ -115,7 +120,8 @@ def tension_force(a: ArrayLike, *, R: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 
     The most tensile is at a = R √(w/(2γ₁)).
     """
-    a, gamma1 = non_negative("a", a), positive("gamma1", gamma1)
+    a = non_negative("a", a)
+    gamma1 = positive("gamma1", gamma1)
     pull = np.sqrt(2 * non_negative("w", w) * gamma1)
     return 2 * np.pi * a * (gamma1 * a / positive("R", R) - pull)
 
@@ -142,7 +148,8 @@ def depth(
     By the method of Wiener and Hopf; for profiles whose f'' is constant, else with f''' and so on.
     ell: ℓ of `Scene.effective_length`, an integral; l and c₂ as for the springs, on which ℓ = l.
     """
-    k, ell = stiffness(E, nu, h), finite("ell", ell)
+    k = stiffness(E, nu, h)
+    ell = finite("ell", ell)
     second = second_order(finite("nu", nu)) * np.square(h)
     bent = (ell**2 + second - np.square(elastocapillary_length(k, gamma1))) / 2
     still = _depth(f_a, 0.0, k=k, gamma1=gamma1, w=w)

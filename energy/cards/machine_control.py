@@ -135,7 +135,8 @@ def parabola_critical_stiffness(
 
     0 for Λ = l/√(Rδ₀) >= 1; inf for γ₁ = 0 with w > 0, where no machine is stiff enough.
     """
-    ell, k = np.asarray(elastocapillary_length(k, gamma1)), positive("k", k)
+    ell = np.asarray(elastocapillary_length(k, gamma1))
+    k = positive("k", k)
     over = np.maximum(positive("R", R) * critical_separation(k, w) - ell**2, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         stiffness: Array = np.where(over > 0.0, 2.0 * k * over / ell, 0.0)[()]

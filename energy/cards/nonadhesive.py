@@ -44,13 +44,15 @@ def parabola_residual(
     a: ArrayLike, d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
     """a² + 2al − 2Rd, Eq. (38): 2R times `line_residual` of a parabola. ValueError for a < 0."""
-    a, ell = non_negative("a", a), elastocapillary_length(k, gamma1)
+    a = non_negative("a", a)
+    ell = elastocapillary_length(k, gamma1)
     return a * (a + 2.0 * ell) - 2.0 * positive("R", R) * finite("d", d)
 
 
 def parabola_half_width(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """a = −l + √(2Rd + l²), Eq. (39), evaluated without the difference. ValueError for d < 0."""
-    d, ell = excess("d", finite("d", d), 0.0, _REMEDY), elastocapillary_length(k, gamma1)
+    d = excess("d", finite("d", d), 0.0, _REMEDY)
+    ell = elastocapillary_length(k, gamma1)
     chord = np.sqrt(2.0 * positive("R", R) * d)
     total = ell + np.hypot(ell, chord)
     a: Values = chord * (chord / (total + (total == 0.0)))
@@ -62,8 +64,10 @@ def parabola_force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLik
 
     With b = √(2Rd + l²): b³ − l³ = 2Rd (b² + bl + l²)/(b + l). ValueError for d < 0.
     """
-    d, ell = excess("d", finite("d", d), 0.0, _REMEDY), elastocapillary_length(k, gamma1)
-    k, R = positive("k", k), positive("R", R)
+    d = excess("d", finite("d", d), 0.0, _REMEDY)
+    ell = elastocapillary_length(k, gamma1)
+    k = positive("k", k)
+    R = positive("R", R)
     b = np.hypot(ell, np.sqrt(2.0 * R * d))
     total = b + ell
     force: Values = 4.0 * k * d * (b**2 + b * ell + ell**2) / (3.0 * (total + (total == 0.0)))

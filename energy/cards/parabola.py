@@ -18,7 +18,8 @@ def _lengths(
     R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> tuple[Array, Array, Array]:
     """R, l and δ₀."""
-    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
+    ell = elastocapillary_length(k, gamma1)
+    delta0 = critical_separation(k, w)
     return positive("R", R), unwrap(np.asarray(ell)), unwrap(np.asarray(delta0))
 
 
@@ -51,7 +52,8 @@ def displacement(
 
     ValueError for d < −δ₀.
     """
-    x, a = finite("x", x), np.asarray(half_width(d, R=R, k=k, gamma1=gamma1, w=w))
+    x = finite("x", x)
+    a = np.asarray(half_width(d, R=R, k=k, gamma1=gamma1, w=w))
     R, ell, delta0 = _lengths(R, k, gamma1, w)
     u_a = ell * a / R - delta0
     return joined(x, a, u_a + (a - x) * (a + x) / (2.0 * R), u_a, ell)
@@ -97,7 +99,8 @@ def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> 
     of `force_of_width`; the paper does not give it.
     """
     R, ell, delta0 = _lengths(R, k, gamma1, w)
-    k, reach = positive("k", k), np.sqrt(R) * np.sqrt(delta0)
+    k = positive("k", k)
+    reach = np.sqrt(R) * np.sqrt(delta0)
     smooth = reach >= ell
     inner = -2.0 * k * (2.0 * reach * delta0 + ell**3 / R) / 3.0
     force_min = np.where(smooth, inner, -2.0 * k * ell * delta0)

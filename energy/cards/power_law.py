@@ -23,8 +23,10 @@ def _lengths(
     refuse("n", exponent, exponent < 1.0, "must be >= 1: a cusp has no small slopes")
     if np.ndim(exponent) > 0:
         raise ValueError(f"n = {n!r} must be one number: loop over exponents")
-    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
-    ell, delta0 = np.asarray(ell)[()], np.asarray(delta0)[()]
+    ell = elastocapillary_length(k, gamma1)
+    delta0 = critical_separation(k, w)
+    ell = np.asarray(ell)[()]
+    delta0 = np.asarray(delta0)[()]
     return positive("c", c), float(exponent), ell, delta0
 
 
@@ -40,7 +42,8 @@ def _root(level: Array, n: float, ell: Array) -> Array:
         rho = np.where(level > 0.0, n * ell / (scale + (level == 0.0)), 0.0)
         start = np.maximum(rho, 1.0) ** (-1.0 / (n - 1.0))
     vanishing = start < np.finfo(np.float64).tiny
-    t, rho = np.where(vanishing, 1.0, start), np.where(vanishing, 0.0, rho)
+    t = np.where(vanishing, 1.0, start)
+    rho = np.where(vanishing, 0.0, rho)
     for _ in range(100):
         misfit = np.log(t ** (n - 1.0) * (t + rho))
         t = t * np.exp(-misfit / (n - 1.0 + t / (t + rho)))
@@ -51,7 +54,8 @@ def _root(level: Array, n: float, ell: Array) -> Array:
 
 def _state(d: ArrayLike, c: Array, n: float, ell: Array, delta0: Array) -> tuple[Array, Array]:
     """Half-width and displacement of the contact line at depth d."""
-    depth, remedy = finite("d", d), "the contact has let go, pass d >= detachment_depth(...)"
+    depth = finite("d", d)
+    remedy = "the contact has let go, pass d >= detachment_depth(...)"
     if n > 1.0:
         a = np.asarray(_root(excess("d", depth, -delta0, remedy) / c, n, ell))[()]
         return a, np.where(a > 0.0, ell * n * c * a ** (n - 1.0) - delta0, depth)[()]
@@ -119,7 +123,8 @@ def energy(
     """
     c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
     a, u_a = _state(d, c, n, ell, delta0)
-    s, v = ell * n * c * a ** (n - 1.0), c * a**n * n
+    s = ell * n * c * a ** (n - 1.0)
+    v = c * a**n * n
     springs = 2.0 * v * (u_a + v / (2.0 * n + 1.0)) / (n + 1.0)
     lines = s * (s - 2.0 * delta0) + s**2 / (2.0 * n - 1.0)
     return positive("k", k) * (a * (springs + lines) + ell * u_a**2)

@@ -25,7 +25,9 @@ def displacement(
 
     Without surface tension the springs beyond |x| = a stay undeformed. ValueError for |x| < a.
     """
-    x, a, u_a = finite("x", x), non_negative("a", a), finite("u_a", u_a)
+    x = finite("x", x)
+    a = non_negative("a", a)
+    u_a = finite("u_a", u_a)
     excess("abs(x)", np.abs(x), a, "the tail starts at the contact line, pass |x| >= a")
     return joined(x, a, u_a, u_a, np.asarray(elastocapillary_length(k, gamma1)))
 
@@ -40,10 +42,8 @@ def amplitude(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) 
 
     ValueError for γ₁ = 0, and for a/l > 700 where C leaves the range of float64.
     """
-    u_a, ratio = (
-        finite("u_a", u_a),
-        non_negative("a", a) / elastocapillary_length(k, positive("gamma1", gamma1)),
-    )
+    u_a = finite("u_a", u_a)
+    ratio = non_negative("a", a) / elastocapillary_length(k, positive("gamma1", gamma1))
     ratio = finite("a/l", ratio)
     refuse("a/l", ratio, ratio > 700.0, "makes exp(a/l) overflow: use displacement, without C")
     return -u_a * np.exp(ratio)

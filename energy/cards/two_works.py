@@ -111,7 +111,8 @@ def loop_area(
 
 def _works(w_closing: ArrayLike, w: ArrayLike, gamma1: ArrayLike) -> tuple[Array, Array]:
     """w_closing in [0, w], and w; w_closing = 0 where no tension pulls the next spring in."""
-    closing, opening = non_negative("w_closing", w_closing), non_negative("w", w)
+    closing = non_negative("w_closing", w_closing)
+    opening = non_negative("w", w)
     remedy = "exceeds w: closing gains at most what opening costs, pass w_closing <= w"
     refuse("w_closing", closing, closing > opening, remedy)
     slack = (non_negative("gamma1", gamma1) == 0.0) & (closing > 0.0)

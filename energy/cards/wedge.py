@@ -20,13 +20,15 @@ def _lengths(
     delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> tuple[Array, Array, Array]:
     """tan δ, l and q = l tan δ − δ₀: displacement of a free contact line, and its least depth."""
-    slope, ell = wedge_slope(delta), np.asarray(elastocapillary_length(k, gamma1))
+    slope = wedge_slope(delta)
+    ell = np.asarray(elastocapillary_length(k, gamma1))
     return slope, ell[()], ell * slope - critical_separation(k, w)
 
 
 def _state(d: ArrayLike, slope: Array, ell: Array, q: Array) -> tuple[Array, Array]:
     """Half-width and displacement of the contact line at depth d, free or pinned at the tip."""
-    depth, least = finite("d", d), np.minimum(q, 0.0)
+    depth = finite("d", d)
+    least = np.minimum(q, 0.0)
     remedy = "the wedge has let go, pass d >= detachment_depth(...)"
     excess("d", depth, least, remedy, scale=ell * slope)
     return np.maximum(depth - q, 0.0) / slope, np.minimum(depth, q)

@@ -53,7 +53,8 @@ def growth(s: ArrayLike) -> Array:
     """s² q'(s), which rises from 0 to ½."""
     s = np.asarray(s, float)
     near = np.minimum(s, _FAR)
-    q, series = decay(near), -_series(s, _C[1:] * np.arange(1, _TERMS))
+    q = decay(near)
+    series = -_series(s, _C[1:] * np.arange(1, _TERMS))
     return unwrap(np.where(s < _FAR, near * (near * (q * q - 1.0) + q), series))
 
 

@@ -22,6 +22,7 @@ def crossing(function: Callable[[Array], Array], lower: Array, upper: Array) -> 
     for _ in range(_HALVINGS):
         middle = 0.5 * (lo + hi)
         below = function(np.exp(middle)) < 0.0
-        lo, hi = np.where(below, middle, lo), np.where(below, hi, middle)
+        lo = np.where(below, middle, lo)
+        hi = np.where(below, hi, middle)
     found = np.where(hi > np.log(np.where(some, floor, 1.0)) + 1e-13, np.exp(hi), lower)
     return unwrap(np.where(some, found, 0.0))

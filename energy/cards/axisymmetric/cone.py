@@ -24,7 +24,8 @@ def _lengths(
     delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> tuple[Array, Array, Array]:
     """tan δ, l and D."""
-    slope, ell = wedge_slope(delta), np.asarray(elastocapillary_length(k, gamma1))[()]
+    slope = wedge_slope(delta)
+    ell = np.asarray(elastocapillary_length(k, gamma1))[()]
     return slope, ell, unwrap(critical_separation(k, w) - ell * slope)
 
 

@@ -25,7 +25,8 @@ def depth(
 
     Eq. (16) for a ≫ l, where q → 1 − l/(2a).
     """
-    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
+    ell = elastocapillary_length(k, gamma1)
+    delta0 = critical_separation(k, w)
     q = decay(scaled(positive("a", a), ell))
     return unwrap(finite("f_a", f_a) - (delta0 - ell * finite("slope_a", slope_a)) * q)
 
@@ -43,6 +44,7 @@ def inner_depth(
 
     Under a flat face a disc needs more than δ₀, the more the smaller it is. ValueError for γ₁ = 0.
     """
-    ell, delta0 = elastocapillary_length(k, positive("gamma1", gamma1)), critical_separation(k, w)
+    ell = elastocapillary_length(k, positive("gamma1", gamma1))
+    delta0 = critical_separation(k, w)
     share = disc(scaled(positive("b", b), ell))
     return unwrap(finite("f_b", f_b) - (delta0 + ell * finite("slope_b", slope_b)) / share)

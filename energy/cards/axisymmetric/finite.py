@@ -25,7 +25,8 @@ def height_narrow(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLi
 
     ValueError for γ₁ = 0 and φ outside (0, π/2).
     """
-    angle, a = _angle(phi), positive("a", a)
+    angle = _angle(phi)
+    a = positive("a", a)
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
     far = np.log(4.0 * ell / (a * (1.0 + np.cos(angle)))) - np.euler_gamma
     return unwrap(a * np.sin(angle) * far)
@@ -36,9 +37,11 @@ def height_wide(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 
     ValueError for γ₁ = 0 and φ outside (0, π/2).
     """
-    angle, a = _angle(phi), positive("a", a)
+    angle = _angle(phi)
+    a = positive("a", a)
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
-    s, c = np.sin(0.5 * angle), np.cos(0.5 * angle)
+    s = np.sin(0.5 * angle)
+    c = np.cos(0.5 * angle)
     bend = (1.0 + c + c * c) / (1.0 + c)  # (1 − c³)/s²
     return unwrap(2.0 * ell * s * (1.0 - ell * bend / (3.0 * a)))
 

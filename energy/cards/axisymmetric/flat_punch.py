@@ -17,7 +17,8 @@ from energy.cards.tail import elastocapillary_length
 
 def _lengths(a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> tuple[Array, Array, Array]:
     """a, l and q(a/l)."""
-    a, ell = positive("a", a), np.asarray(elastocapillary_length(k, gamma1))[()]
+    a = positive("a", a)
+    ell = np.asarray(elastocapillary_length(k, gamma1))[()]
     return a, ell, decay(scaled(a, ell))
 
 

@@ -11,7 +11,9 @@ from energy.cards.force import Profile
 
 def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int = 64) -> Values:
     """2πk ∫₀ᵃ (d − f) r dr by Gauss-Legendre quadrature; a ring is the difference of two radii."""
-    d, a, k = finite("d", d), non_negative("a", a), positive("k", k)
+    d = finite("d", d)
+    a = non_negative("a", a)
+    k = positive("k", k)
     nodes, weights = np.polynomial.legendre.leggauss(order)
     t = 0.5 + 0.5 * nodes
     gap = np.asarray(d)[..., None] - finite("f(r)", f(np.asarray(a)[..., None] * t))
@@ -25,6 +27,7 @@ def total(
 
     a need not be where the line rests. ValueError for a <= 0, k <= 0, γ₁ < 0.
     """
-    d, a = finite("d", d), positive("a", a)
+    d = finite("d", d)
+    a = positive("a", a)
     outside = surface.force(d - finite("f(a)", f(np.asarray(a))), a=a, k=k, gamma1=gamma1)
     return elastic(d, a, f=f, k=k, order=order) + outside

@@ -31,7 +31,9 @@ class _Shape:
         refuse("n", exponent, exponent < 1.0, "must be >= 1: a cusp has no small slopes")
         if np.ndim(exponent) > 0:
             raise ValueError(f"n = {n!r} must be one number: loop over exponents")
-        self.c, self.n, self.k = positive("c", c), float(exponent), positive("k", k)
+        self.c = positive("c", c)
+        self.n = float(exponent)
+        self.k = positive("k", k)
         self.ell = np.asarray(elastocapillary_length(k, gamma1))[()]
         self.delta0 = np.asarray(critical_separation(k, w))[()]
 
@@ -55,7 +57,8 @@ class _Shape:
 
     def force(self, a: Array) -> Array:
         """P/(πk)."""
-        n, q = self.n, decay(scaled(a, self.ell))
+        n = self.n
+        q = decay(scaled(a, self.ell))
         pressed = n * self.c * a ** (n + 2.0) / (n + 2.0)
         return pressed - a * (a * q + 2.0 * self.ell) * self.driven(a)
 
@@ -74,7 +77,8 @@ class _Shape:
 
     def radius(self, d: ArrayLike) -> Array:
         """The radius at a depth, on the branch where it grows with the depth."""
-        d, least = finite("d", d), self.least_radius()
+        d = finite("d", d)
+        least = self.least_radius()
         remedy = "the contact has detached, pass d >= that of detachment(...)"
         start = np.where(self.ell > 0.0, 0.0, -self.delta0)
         lowest = np.where(least > 0.0, self.depth(least), start)
@@ -109,7 +113,8 @@ def displacement(
     w: ArrayLike,
 ) -> Values:
     """u = d − c|x|ⁿ in contact, u_a K₀(|x|/l)/K₀(a/l) outside. Errors as `radius`."""
-    shape, x = _Shape(c, n, k, gamma1, w), finite("x", x)
+    shape = _Shape(c, n, k, gamma1, w)
+    x = finite("x", x)
     a = shape.radius(d)
     u_a = finite("d", d) - shape.c * a**shape.n
     return joined(x, a, finite("d", d) - shape.c * np.abs(x) ** shape.n, u_a, shape.ell)
@@ -150,9 +155,13 @@ def _energy(shape: _Shape, a: Array) -> Values:
     """With v = n c aⁿ, r = lv/a, u_a = −D q: πk (u_a v a²/(n + 2) + v²a²/(2(n + 1)(n + 2))
     + a²r²/(2n) + D²(a²(q² − 1) + 2alq)/2 − a²r(2δ₀ − r)/2), where (q² − 1)a² + alq = l²s²q'.
     """
-    n, ell, lifted = shape.n, shape.ell, shape.driven(a)
+    n = shape.n
+    ell = shape.ell
+    lifted = shape.driven(a)
     s = scaled(a, ell)
-    q, v, r = decay(s), n * shape.c * a**n, shape.delta0 - lifted
+    q = decay(s)
+    v = n * shape.c * a**n
+    r = shape.delta0 - lifted
     springs = v * (v / (2.0 * (n + 1.0)) - lifted * q) / (n + 2.0)
     lines = r * (r / n - (2.0 * shape.delta0 - r)) / 2.0
     outside = lifted**2 * ell * (ell * growth(s) + a * q) / 2.0
@@ -165,7 +174,9 @@ def pull_off(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: Arra
     All 0 for a cone with c >= α.
     """
     shape = _Shape(c, n, k, gamma1, w)
-    n, steep, delta0 = shape.n, shape.n * shape.c, shape.delta0
+    n = shape.n
+    steep = shape.n * shape.c
+    delta0 = shape.delta0
     wide = (4.0 * delta0 / steep) ** (1.0 / n)
     top = np.maximum(wide, (5.0 * shape.ell * delta0 / steep) ** (1.0 / (n + 1.0)))
     a = crossing(shape.force_slope, np.zeros_like(top), top)

@@ -23,7 +23,8 @@ def _lengths(
     R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> tuple[Array, Array, Array, Array]:
     """R, l, δ₀ and Rδ₀."""
-    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
+    ell = elastocapillary_length(k, gamma1)
+    delta0 = critical_separation(k, w)
     R = positive("R", R)
     return R, np.asarray(ell)[()], np.asarray(delta0)[()], R * delta0
 
@@ -149,7 +150,8 @@ def depth_without_adhesion(
     a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
     """d = (a² + 2alq)/(2R), w = 0: Eq. (38) with the factor q. ValueError for a < 0."""
-    ell, a = np.asarray(elastocapillary_length(k, gamma1)), non_negative("a", a)
+    ell = np.asarray(elastocapillary_length(k, gamma1))
+    a = non_negative("a", a)
     return unwrap(a * (a + 2.0 * ell * decay(scaled(a, ell))) / (2.0 * positive("R", R)))
 
 
@@ -157,6 +159,7 @@ def force_without_adhesion(
     a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
     """P = (πk/(4R)) (a⁴ + 4la³q + 8a²l²), w = 0. ValueError for a < 0."""
-    ell, a = np.asarray(elastocapillary_length(k, gamma1)), non_negative("a", a)
+    ell = np.asarray(elastocapillary_length(k, gamma1))
+    a = non_negative("a", a)
     bracket = a**2 + 4.0 * ell * a * decay(scaled(a, ell)) + 8.0 * ell**2
     return unwrap(np.pi * positive("k", k) / (4.0 * positive("R", R)) * a**2 * bracket)

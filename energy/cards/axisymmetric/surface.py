@@ -19,7 +19,9 @@ def displacement(
     x: ArrayLike, *, a: ArrayLike, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
     """u = u_a K₀(x/l)/K₀(a/l) at the radius x >= a. ValueError for x < a."""
-    x, a, u_a = finite("x", x), positive("a", a), finite("u_a", u_a)
+    x = finite("x", x)
+    a = positive("a", a)
+    u_a = finite("u_a", u_a)
     excess("x", x, a, "the surface starts at the contact line, pass x >= a")
     ell = np.asarray(elastocapillary_length(k, gamma1))
     return joined(x, a, u_a, u_a, ell)
@@ -34,14 +36,16 @@ def slope_at_line(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLi
 def energy(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """Energy of the surface outside, πγ₁ (a/l) u_a²/q: half the work of its pull on the line."""
     tension = non_negative("gamma1", gamma1)
-    ell, u_a = elastocapillary_length(k, tension), finite("u_a", u_a)
+    ell = elastocapillary_length(k, tension)
+    u_a = finite("u_a", u_a)
     a = positive("a", a)
     return unwrap(np.pi * positive("k", k) * ell * a / decay(scaled(a, ell)) * u_a**2)
 
 
 def force(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """−2πa γ₁ u'(a + 0) = 2πkal u_a/q, what the surface outside adds to the force."""
-    ell, a = elastocapillary_length(k, gamma1), positive("a", a)
+    ell = elastocapillary_length(k, gamma1)
+    a = positive("a", a)
     pull = 2.0 * np.pi * positive("k", k) * ell * a / decay(scaled(a, ell))
     return unwrap(pull * finite("u_a", u_a))
 
@@ -50,7 +54,8 @@ def disc_displacement(
     x: ArrayLike, *, b: ArrayLike, u_b: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
     """u = u_b I₀(x/l)/I₀(b/l) at the radius 0 <= x <= b. ValueError outside, and for γ₁ = 0."""
-    x, b = non_negative("x", x), positive("b", b)
+    x = non_negative("x", x)
+    b = positive("b", b)
     refuse("x", x, x > b, "is beyond the ring's inner line, pass x <= b")
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
     ratio = scipy.special.i0e(x / ell) / scipy.special.i0e(b / ell) * np.exp(-(b - x) / ell)
@@ -59,13 +64,15 @@ def disc_displacement(
 
 def disc_energy(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """Energy of the free disc inside a ring, πγ₁ (b/l) u_b² I₁/I₀ at b/l."""
-    ell, b = elastocapillary_length(k, gamma1), positive("b", b)
+    ell = elastocapillary_length(k, gamma1)
+    b = positive("b", b)
     share = disc(scaled(b, ell)) * finite("u_b", u_b) ** 2
     return unwrap(np.pi * positive("k", k) * ell * b * share)
 
 
 def disc_force(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """2πkbl u_b I₁/I₀, what the free disc inside a ring adds to the force on the indenter."""
-    ell, b = elastocapillary_length(k, gamma1), positive("b", b)
+    ell = elastocapillary_length(k, gamma1)
+    b = positive("b", b)
     share = disc(scaled(b, ell)) * finite("u_b", u_b)
     return unwrap(2.0 * np.pi * positive("k", k) * ell * b * share)
