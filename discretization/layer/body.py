@@ -1,81 +1,144 @@
-"""A scene with the exact response of its layer: the contacts that it may have, by half-width.
+"""The profile of a scene with an exact layer, by the distance from its lowest point.
 
-A half-width or radius a is measured from the lowest point of a mirrored profile, or the axis.
+The only contact of such a scene is mirror-symmetric about the lowest point of the profile, or lies
+around the axis. So one number describes it: its half-width or radius a, measured from there.
 """
 
 import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from discretization.profile import BEFORE_VERTICAL
 from energy import Scene
 from energy.arrays import Array
 
-_TIP = 1e-12  # of h: half-width of a contact at the lowest point alone
-_NEAR = 1e-6  # of h: places by which it is seen whether f' is a whole power beside 0
-_SMOOTH = 1e-9  # by how much of a power it may differ
+# Half-width over h of a contact with the lowest point alone: far below any that is looked for, and
+# far above the rounding of positions, 2e-16 h.
+_POINT_CONTACT = 1e-12
+# Distance over h at which the power of f' beside the lowest point is read: higher powers of the
+# profile change it by 1e-6 or less there.
+_LOCAL = 1e-6
+# By how much a power that is read there may differ from a whole number: sharper than any profile
+# with a power of its own, such as 2.001, and blunter than rounding.
+_WHOLE_POWER = 1e-9
 
 
 class Body:
-    """The profile of a scene by distances from its lowest point, and where a line may be held.
+    """Profile of a scene by the distance x from its lowest point, and where its line may be pinned.
 
-    power: of x in the measure m of integrals over 0 <= x, which count `whole` times; apex: x of the
-    lowest point, touch: depth of first touch there, tip: half-width of a contact with it alone;
-    edge: where the profile ends, walled: whether the body does, too; kinks: where the slope jumps,
-    or is no whole power of the distance from the lowest point; breaks: where any derivative jumps;
-    corners: where a line may be held beside the lowest point, the edge of a body the last.
+    Parameters
+    ----------
+    scene : Scene
+        Its indenter is convex, and mirror-symmetric or turned about an axis.
+
+    Attributes
+    ----------
+    power : {0, 1}
+        Of x in the measure dm = x**power dx of integrals over x >= 0.
+    symmetry_factor : float
+        What such integrals are multiplied by: 2 for both sides, or 2π for all around.
+    apex : float
+        Position of the lowest point [length].
+    touch : float
+        Depth at which it touches first [length].
+    tip : float
+        Half-width of a contact with the lowest point alone [length].
+    edge : float
+        Distance at which the known profile ends [length], or infinity.
+    walled : bool
+        Whether the body itself ends there.
+    kinks : list of float
+        Distances at which the slope jumps, or is no whole power of the distance (at 0 alone).
+    breaks : list of float
+        Distances > 0 at which the slope or any derivative of it jumps.
+    corners : list of float
+        Distances > 0 at which a line may be pinned; the edge of a body is the last of them.
     """
 
     def __init__(self, scene: Scene) -> None:
-        h, indenter = scene.layer.h, scene.indenter
-        self.scene, self.power, self.tip = scene, int(scene.axisymmetric), _TIP * h
-        self.whole = 2 * math.pi if self.power else 2.0
+        h = scene.layer.h
+        indenter = scene.indenter
+        self.scene = scene
+        self.power = int(scene.axisymmetric)
+        self.symmetry_factor = 2 * math.pi if self.power else 2.0
         self.apex = 0.0 if self.power else scene.mirror or 0.0
+        self.tip = _POINT_CONTACT * h
         self.touch = float(self.height(0.0))
+
         self.edge = float(indenter.extent[1]) - self.apex
+        self.walled = indenter.extent[1] in indenter.walls
         if math.isfinite(self.edge) and np.isinf(indenter.slope(indenter.extent[1])):
             self.edge *= BEFORE_VERTICAL
-        self.walled = indenter.extent[1] in indenter.walls
-        near = self.slope(min(_NEAR * h, self.edge / 4) * np.array([1.0, 2.0]))
-        power = math.log2(near[1] / near[0]) if near[0] > 0 else 0.0
-        rough = [0.0] if abs(power - round(power)) > _SMOOTH else []
-        self.kinks = sorted({*self._beyond(indenter.corners), *rough})
-        self.breaks = sorted({*self.kinks, *self._beyond(indenter.knots)} - {0.0})
-        self.corners = sorted({*self.kinks, *([self.edge] if self.walled else [])} - {0.0})
 
-    def _beyond(self, places: Any) -> list[float]:
-        found = np.asarray(places, float) - self.apex
-        found[np.abs(found) <= self.tip] = 0.0
-        return list(found[found >= 0].tolist())
+        kinks = set(self._distances(indenter.corners))
+        if not self._has_whole_power(min(_LOCAL * h, self.edge / 4)):
+            kinks.add(0.0)
+        self.kinks = sorted(kinks)
+        self.breaks = sorted({*self.kinks, *self._distances(indenter.knots)} - {0.0})
+        edges = [self.edge] if self.walled else []
+        self.corners = sorted({*self.kinks, *edges} - {0.0})
+
+    def _distances(self, positions: ArrayLike) -> list[float]:
+        """The distances of those positions that are not on the left of the lowest point."""
+        distances = np.asarray(positions, float) - self.apex
+        distances[np.abs(distances) <= self.tip] = 0.0
+        return list(distances[distances >= 0].tolist())
+
+    def _has_whole_power(self, x: float) -> bool:
+        """Whether f' grows as a whole power of the distance between x and 2x."""
+        slope = self.slope(x * np.array([1.0, 2.0]))
+        if slope[0] <= 0:
+            return True
+        power = math.log2(slope[1] / slope[0])
+        return abs(power - round(power)) <= _WHOLE_POWER
 
     def area(self, a: Any) -> Any:
-        """In contact."""
+        """Contact area of half-width a: 2a per length of a line contact, or πa²."""
         return math.pi * a * a if self.power else 2 * a
 
     def bound(self, a: Any) -> Any:
-        """Energy that adheres."""
+        """Work of adhesion times the contact area of half-width a [energy/length, or energy]."""
         return self.scene.work_of_adhesion * self.area(a)
 
     def height(self, x: Any) -> Any:
-        """Of the profile, so far from its lowest point."""
+        """Height f [length] at distances x."""
         return np.asarray(self.scene.indenter.height(self.apex + np.asarray(x)), float)
 
     def slope(self, x: Any, side: Any = 0) -> Any:
-        """There, at a corner on this side of it."""
-        place = self.apex + np.asarray(x)
-        return np.asarray(self.scene.indenter.slope_beside(place, side), float)
+        """Slope f' at distances x; at a corner that on its right (side 1) or left (-1)."""
+        position = self.apex + np.asarray(x)
+        return np.asarray(self.scene.indenter.slope_beside(position, side), float)
 
     def ends(self, a: float) -> tuple[float, float]:
-        """x of both ends of a contact; about an axis one of them is that."""
+        """Positions of both ends of a contact; about the axis the first one is the axis."""
         a = 0.0 if a <= self.tip else a
         return (0.0 if self.power else self.apex - a), self.apex + a
 
     def rest_depth(self, a: Any, reaction: Array, excess: float, side: Any) -> Any:
-        """D of half-widths (m,), or one, with σ, s₀ (2, m); side: which slope of a corner counts.
+        """Depth at which a line rests, D = f(a) + (f'(a) - s₀ - √(2w/γ₁))/σ.
 
-        Beyond the edge of the body none; what touches with one point alone lets go at first touch.
+        Beyond the edge of a body it is infinite, and a contact with the lowest point alone opens at
+        the depth of first touch.
+
+        Parameters
+        ----------
+        a : float or ndarray (m,)
+            Half-widths [length].
+        reaction : ndarray (2, ...)
+            σ [1/length] and s₀ of the line; see `Contact`.
+        excess : float
+            √(2w/γ₁), by which the slopes of indenter and free surface differ at the line.
+        side : {1, -1}, or ndarray (m,)
+            Which slope of a corner counts: that of a line that advances (1), or recedes (-1).
+
+        Returns
+        -------
+        ndarray () or (m,)
+            [length].
         """
-        found = self.height(a) + (self.slope(a, side) - reaction[1] - excess) / reaction[0]
-        found = np.where((a <= self.tip) & (side < 0), self.touch, found)
-        return np.where((a >= self.edge) & (side > 0), math.inf, found)
+        stiffness, offset = reaction[0], reaction[1]
+        depth = self.height(a) + (self.slope(a, side) - offset - excess) / stiffness
+        depth = np.where((a <= self.tip) & (side < 0), self.touch, depth)
+        return np.where((a >= self.edge) & (side > 0), math.inf, depth)

@@ -1,4 +1,4 @@
-"""One contact of a layer, condensed to its line: where it rests, and what it takes.
+"""One contact of a layer, condensed to its line: where it rests, and its force and energy.
 
 With the poles of k (poles.py), v_j = u - φ_j of pole j and the flow ψ obey, with the measure m (1,
 or r about an axis) and both known at the line,
@@ -16,105 +16,219 @@ pressed beside a line is
 
 Of ∂U/∂a = m [γ₁/2 (f' - S/γ₁)² - w] the line rests where that vanishes, m the length of the line:
 
-    D(a) = f(a) + (f'(a) - s₀ - √(2w/γ₁))/σ,    P = whole ∫₀ᵃ p dm + whole m S,
+    D(a) = f(a) + (f'(a) - s₀ - √(2w/γ₁))/σ,    P = c ∫₀ᵃ p dm + c m S,
 
-with the layer's pressure p = k₀u + k₁ψ + Σ c_j v_j. The square is left because f' γ₁ - S is the
-force on the line and a line that advances takes the surface along. What is stored at fixed a is
-½ whole (∫p u dm + m S u(a)), and whole γ₁/2 ∫f'² dm of the surface in contact.
+with the layer's pressure p = k₀u + k₁ψ + Σ c_j v_j and the symmetry factor c, 2 or 2π. The square
+is left because f' γ₁ - S is the force on the line and a line that advances takes the surface along.
+What is stored at fixed a is ½ c (∫p u dm + m S u(a)), and c γ₁/2 ∫f'² dm of the surface in contact.
 """
 
 import functools
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 
 from discretization.layer.body import Body
 from discretization.layer.elements import DEGREE, Fields, elements, grid
-from discretization.layer.poles import poles
-from discretization.surfaces.network import rounded
+from discretization.layer.poles import Poles, poles
+from discretization.surfaces.network import gauss_lobatto
 from energy.arrays import Array, Complex
 
-_INTO = np.array([1] + [0] * (DEGREE - 1) + [-1])  # of a corner the slope inside the element
-_LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
+# For `Body.slope`: at a corner each element has the slope on its own side.
+_SIDE_OF_NODES = np.array([1] + [0] * (DEGREE - 1) + [-1])
+# |z| up to which K(z) of a complex z is computed by Amos's routine, which loses digits from 3.3e4
+# on. Beyond, its expansion is cut after two terms; the next one is less than 9/(128 z²) = 2e-10.
+_LARGEST_ARGUMENT = 2e4
 
 
-def decayed(power: int, decays: Complex, a: float, beside: Array) -> Complex:
-    """Fields outside a contact, 1 at the line, so far beside it (k,), and their slopes (2, n, k).
+class ForceAndEnergy(NamedTuple):
+    """Force of a contact, and its energy without adhesion; numbers or arrays."""
 
-    exp(-λx), or about an axis K₀(λ(a + x))/K₀(λa).
+    force: Any
+    without_adhesion: Any
+
+
+def at_depth(coefficients: Any, u: Any) -> ForceAndEnergy:
+    """Force and stored energy of contacts at displacements u(a) of their lines.
+
+        P = P₀ + P'u,    U + w·area = U₀ + P₀u + P'u²/2
+
+    Parameters
+    ----------
+    coefficients : ndarray (5, ...)
+        From `Contact.coefficients`.
+    u : float or ndarray (...)
+        d - f(a) [length].
+
+    Returns
+    -------
+    ForceAndEnergy
+        [force] and [energy], or these per length of a line contact.
     """
-    found = np.exp(-np.outer(decays, beside)) * np.stack([decays**0, -decays])[..., None]
+    _, _, stiffness, force, stored = coefficients
+    energy = stored + force * u + stiffness * u * u / 2
+    return ForceAndEnergy(stiffness * u + force, energy)
+
+
+def decayed(power: int, decays: Complex, a: float, distance: Array) -> Complex:
+    """Solutions outside a contact that decay from 1 at its line.
+
+    exp(-λx), or about an axis K₀(λ(a + x))/K₀(λa), at distances x from the line.
+
+    Parameters
+    ----------
+    power : {0, 1}
+        1 about an axis.
+    decays : ndarray (n,)
+        λ [1/length].
+    a : float
+        Half-width or radius [length].
+    distance : ndarray (k,)
+        [length].
+
+    Returns
+    -------
+    ndarray (2, n, k)
+        The solutions and their slopes.
+    """
+    exponential = np.exp(-np.outer(decays, distance))
+    found = exponential * np.stack([decays**0, -decays])[..., None]
     if power:
-        there = np.outer(decays, a + beside)
-        found *= np.array([_bessel(i, there) for i in (0, 1)]) / _bessel(0, decays[:, None] * a)
+        argument = np.outer(decays, a + distance)
+        scaled = np.array([_scaled_bessel(order, argument) for order in (0, 1)])
+        found *= scaled / _scaled_bessel(0, decays[:, None] * a)
     return found
 
 
-def _bessel(order: int, z: Complex) -> Complex:
-    """K(z) exp(z)."""
-    real, near, found = z.imag == 0, np.abs(z) <= _LARGEST, np.empty_like(z)
+def _scaled_bessel(order: int, z: Complex) -> Complex:
+    """K(z) exp(z) of order 0 or 1."""
+    found = np.empty_like(z)
+    real = z.imag == 0
+    near = ~real & (np.abs(z) <= _LARGEST_ARGUMENT)
+    far = ~real & ~near
     of_reals = scipy.special.k1e if order else scipy.special.k0e
-    found[real], near, far = of_reals(z.real[real]), near & ~real, ~near & ~real
-    found[near], far_z = scipy.special.kve(order, z[near]), z[far]
-    found[far] = np.sqrt(math.pi / (2 * far_z)) * (1 + (4 * order - 1) / (8 * far_z))
+    found[real] = of_reals(z.real[real])
+    found[near] = scipy.special.kve(order, z[near])
+    found[far] = np.sqrt(math.pi / (2 * z[far])) * (1 + (4 * order - 1) / (8 * z[far]))
     return found
 
 
 class Contact:
-    """One of half-width or radius a, with poles to a tolerance; first: see `elements.grid`.
+    """The linear response of a contact of fixed half-width, by u(a) at its line and 1.
 
-    f: of the profile at the line, slopes, weights (e, 13): at nodes, and with the measure, of both
-    sides or all around; stretched: γ₁/2 ∫f'²; u (2, e, 13): of nodes, of what is linear in u(a) and
-    1. So are reaction (2,): σ, s₀; lines (2,): what these pull in all; amplitudes (n, 2): A.
-    outside (n - 1, n): ψ, and φ of the other poles, of what decays by each λ.
+    Arrays with two rows belong to these: the first to u(a), the second to 1.
+
+    Parameters
+    ----------
+    body : Body
+    a : float
+        Half-width or radius [length].
+    tolerance : float
+        That of the poles.
+    first : float
+        Where elements begin to be graded; another value makes another mesh, for comparisons.
+
+    Attributes
+    ----------
+    f : float
+        Height of the profile at the line [length].
+    slopes, weights : ndarray (e, 13)
+        f' at the nodes of the elements, and their weights in integrals over the contact.
+    stretched : float
+        Energy γ₁/2 ∫f'² of the surface in contact.
+    u : ndarray (2, e, 13)
+        Displacements of the nodes.
+    amplitudes : ndarray (n, 2)
+        A of the decays outside.
+    outside : ndarray (n - 1, n)
+        Fields of what decays by each λ, over its u: ψ, then φ of the other poles.
+    reaction : ndarray (2,)
+        σ [1/length] and s₀.
+    lines : ndarray (2,)
+        c m S of all lines together.
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
-        scene, self.body, self.a, self.tolerance = body.scene, body, a, tolerance
-        self.poles = found = poles(scene.layer, scene.gamma1, tolerance)
-        tau: Complex = np.append(found.first, found.tau)
-        self.elements = own = elements(body.power, grid(body, a, np.abs(tau).max() ** -0.5, first))
-        self.weights = body.whole * a ** (body.power + 1) * own.mass
-        self.f, self.slopes = float(body.height(a)), body.slope(a * own.x, _INTO)
+        scene = body.scene
+        self.body = body
+        self.a = a
+        self.tolerance = tolerance
+        self.poles: Poles = poles(scene.layer, scene.gamma1, tolerance)
+        tau: Complex = np.append(self.poles.first, self.poles.tau)
+        shortest = np.abs(tau).max() ** -0.5
+        self.elements = elements(body.power, grid(body, a, shortest, first))
+
+        nodes = a * self.elements.x
+        self.weights = body.symmetry_factor * a ** (body.power + 1) * self.elements.mass
+        self.f = float(body.height(a))
+        self.slopes = body.slope(nodes, _SIDE_OF_NODES)
         self.stretched = scene.gamma1 / 2 * float((self.weights * self.slopes**2).sum())
-        self.u = np.array([np.ones_like(own.x), self.f - body.height(a * own.x)])
-        risen = -(self.slopes * own.mass / own.half) @ rounded(DEGREE)[2]
-        loads = [*(a * a * own.mass * self.u), a * risen]
-        self.fields = fields = Fields(own, a * a * tau, np.stack(loads, axis=1))
-        parts = [[1], [0]], fields.given[:, :1], [fields.own[1:], -fields.given[1, 1:]]
-        outwards, z = found.decays.copy(), found.decays * a
-        outwards *= _bessel(1, z) / _bessel(0, z) if body.power else 1.0
-        matrix = np.ones((outwards.size,) * 2, complex)
-        self.outside = np.append(1, found.tau)[:, None] / (tau[:, None] - found.decays**2)
-        matrix[1:] = (fields.own[:, None] + a * outwards) * self.outside
-        high = np.abs(matrix).max(axis=1, keepdims=True)
-        self.amplitudes = np.linalg.solve(matrix / high, np.concatenate(parts, axis=1).T / high)
-        self.reaction = (outwards @ self.amplitudes).real
-        self.lines = scene.gamma1 * body.whole * a**body.power * self.reaction
+        self.u = np.array([np.ones_like(nodes), self.f - body.height(nodes)])
+        self.fields = Fields(self.elements, a * a * tau, self._loads())
+
+        self.outside = np.append(1, self.poles.tau)[:, None] / (tau[:, None] - self.poles.decays**2)
+        outward_slopes = self._outward_slopes()
+        self.amplitudes = self._amplitudes(outward_slopes)
+        self.reaction = (outward_slopes @ self.amplitudes).real
+        self.lines = scene.gamma1 * body.symmetry_factor * a**body.power * self.reaction
+
+    def _loads(self) -> Array:
+        """Nodal loads (e, 3, 13): m u of the flow for both parts of u, and (m f')' of the v_j."""
+        mass = self.elements.mass
+        derivative = gauss_lobatto(DEGREE)[2]
+        flow = self.a * self.a * mass * self.u
+        bend = self.a * (-(self.slopes * mass / self.elements.half) @ derivative)
+        return np.stack([*flow, bend], axis=1)
+
+    def _outward_slopes(self) -> Complex:
+        """-u' at the line of what decays by each λ (n,), over its u."""
+        slopes = self.poles.decays.copy()
+        if self.body.power:
+            argument = self.poles.decays * self.a
+            slopes *= _scaled_bessel(1, argument) / _scaled_bessel(0, argument)
+        return slopes
+
+    def _amplitudes(self, outward_slopes: Complex) -> Complex:
+        """A (n, 2): the fields outside have the values and slopes of those inside at the line.
+
+        The first equation is that of u(a) itself, the others of ψ and φ_j: their reactions from
+        inside, `own` and `given` of `Fields`, balance a A times their slopes outside. Rows are
+        scaled to the size 1.
+        """
+        own = self.fields.own
+        given = self.fields.given
+        matrix = np.ones((outward_slopes.size,) * 2, complex)
+        matrix[1:] = (own[:, None] + self.a * outward_slopes) * self.outside
+        of_u = [[1], [0]]
+        of_flow = given[:, :1]
+        of_poles = [own[1:], -given[1, 1:]]
+        right_side = np.concatenate([of_u, of_flow, of_poles], axis=1).T
+        size = np.abs(matrix).max(axis=1, keepdims=True)
+        return np.linalg.solve(matrix / size, right_side / size)
 
     @functools.cached_property
     def pressures(self) -> Array:
-        """At nodes (2, e, 13)."""
-        at_line, c = self.outside @ self.amplitudes, np.append(self.poles.flow, self.poles.c)
-        at_line[1:] = [1, 0] - at_line[1:]
-        return self.poles.still * self.u + self.fields.total(at_line.T, c)
+        """Pressure p at the nodes (2, e, 13)."""
+        at_line = self.outside @ self.amplitudes
+        at_line[1:] = [1, 0] - at_line[1:]  # v = u - φ
+        weights = np.append(self.poles.flow, self.poles.c)
+        return self.poles.still * self.u + self.fields.total(at_line.T, weights)
 
     @functools.cached_property
     def form(self) -> Array:
-        """∫p u + m S u(a) (2, 2), p and S of the first, u of the second."""
-        found = (self.pressures * self.weights).reshape(2, -1) @ self.u.reshape(2, -1).T
+        """∫p u + m S u(a) (2, 2): p and S of the part in the row, u of that in the column."""
+        pressed = (self.pressures * self.weights).reshape(2, -1)
+        found = pressed @ self.u.reshape(2, -1).T
         found[:, 0] += self.lines
         return np.asarray(found)
 
     @property
-    def taken(self) -> Array:
-        """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion (5,)."""
-        return np.array([*self.reaction, *self.form[:, 0], self.form[1, 1] / 2 + self.stretched])
+    def coefficients(self) -> Array:
+        """σ, s₀, P' = dP/du(a), and P₀ and U₀ at u(a) = 0 without adhesion (5,): all of a contact.
 
-
-def at_depth(taken: Any, u: Any) -> tuple[Any, Any]:
-    """The force, and the energy without adhesion, of what is `taken` at a u(a)."""
-    _, _, rate, force, stored = taken
-    return rate * u + force, stored + force * u + rate * u * u / 2
+        See `at_depth` and `Body.rest_depth`.
+        """
+        stored = self.form[1, 1] / 2 + self.stretched
+        return np.array([*self.reaction, *self.form[:, 0], stored])

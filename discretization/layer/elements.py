@@ -13,105 +13,232 @@ import math
 import numpy as np
 
 from discretization.layer.body import Body
-from discretization.surfaces.network import rounded
+from discretization.surfaces.network import gauss_lobatto
 from energy.arrays import Array, Complex
 
-DEGREE = 12
-_GROWTH = 4.0  # of elements from one to the next away from the line
-_NEAREST = 8.0  # of the shortest length on which a pole acts: the element beside the line
-_SHARP = 8  # elements, at least, that become smaller towards kinks
-_RESOLVED = 1 - 1e-12  # so far from the line others end at most: next to 0 rounding would count
-_CLEAR = 1e-3  # of the elements there: how far from a break others end
+DEGREE = 12  # of the polynomials on an element, which leave rounding on elements graded as below
+_GROWTH = 4.0  # length of an element over that of its neighbour towards the line
+_BOUNDARY_LAYER = 8.0  # length of the element beside the line, over 1/√τ of the stiffest pole
+_FEWEST_AT_KINK = 8  # elements that grow away from a kink, the least 4⁻⁷ = 6e-5 of the first
+# Distance from the line, over a, beyond which no element ends: the next one would be shorter than
+# what rounding leaves of 1 - x/a.
+_RESOLVED = 1 - 1e-12
+# Distance over the length of an element within which no second element ends: a sliver resolves
+# nothing, and its stiffness rounds.
+_SLIVER = 1e-3
 
 
 def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ...]:
-    """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
+    """Ends of elements under a contact, by their distances from its line.
 
-    Elements end at breaks. Each is a fourth of the next one towards the line, and towards kinks of
-    the profile, beside which the fields change likewise, until they resolve the shortest length of
-    a pole, and f' beside kinks; first: the share of the way at which that begins.
+    Elements end at all breaks of the profile. Towards the line and towards kinks, beside which the
+    fields change fast, each is a fourth of its neighbour, until they resolve the shortest length
+    on which a pole acts and, beside kinks, f'.
+
+    Parameters
+    ----------
+    body : Body
+    a : float
+        Half-width of the contact [length].
+    shortest : float
+        1/√τ of the stiffest pole [length].
+    first : float
+        Where the grading begins, as a fraction of the way from one kink, or line, to the next.
+
+    Returns
+    -------
+    tuple of float
+        Distances from the line over a, decreasing from 1 to 0.
     """
-    ends = [0.0, 1.0, *(1 - x / a for x in body.breaks if 0 < x < a)]
-    for left, right in itertools.pairwise([0.0, *(x for x in body.kinks if 0 < x < a), a]):
-        times = math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _GROWTH)
-        count = max(math.ceil(times), _SHARP * (left in body.kinks))
+    ends = [0.0, 1.0]
+    ends += [1 - x / a for x in body.breaks if 0 < x < a]
+    kinks = [x for x in body.kinks if 0 < x < a]
+    for left, right in itertools.pairwise([0.0, *kinks, a]):
+        kink_on_the_left = left in body.kinks
+        ratio = (right - left) / (_BOUNDARY_LAYER * shortest)
+        count = math.ceil(math.log(max(1.0, ratio), _GROWTH))
+        if kink_on_the_left:
+            count = max(count, _FEWEST_AT_KINK)
         steps = [(right - left) / a * first / _GROWTH**i for i in range(count)]
-        for corner, side in ((right, 1), (left, -1))[: 1 + (left in body.kinks)]:
-            places = [(1 - corner / a + side * step, _CLEAR * step) for step in steps]
-            ends += [z for z, clear in places if min(abs(z - x) for x in ends) > clear]
-    return tuple(sorted({z for z in ends if z == 1 or z < _RESOLVED}, reverse=True))
+        ends += _graded(1 - right / a, 1, steps, ends)
+        if kink_on_the_left:
+            ends += _graded(1 - left / a, -1, steps, ends)
+    resolved = {z for z in ends if z == 1 or z < _RESOLVED}
+    return tuple(sorted(resolved, reverse=True))
+
+
+def _graded(origin: float, direction: int, steps: list[float], ends: list[float]) -> list[float]:
+    """Places in these steps from an origin, but for those that are next to other ends."""
+    places = [(origin + direction * step, _SLIVER * step) for step in steps]
+    return [z for z, sliver in places if min(abs(z - end) for end in ends) > sliver]
 
 
 class Elements:
-    """Elements e between distances from the line; power: of x in the measure.
+    """Elements of a grid, each with its inner nodes as modes.
 
-    x, mass (e, 13): distances from 0, and weights times the measure; values (e, 11), modes
-    (e, 11, 11): λ and φ, φᵀ M φ = 1; ties (2, e, 11), flat (e, 11), bridge (e, 1): stiffness
-    between modes and ends, mass of modes, stiffness between the two ends.
+    Parameters
+    ----------
+    power : {0, 1}
+        Of x in the measure m.
+    ends : tuple of float
+        From `grid`; there are as many elements e as steps between them.
+
+    Attributes
+    ----------
+    x, mass : ndarray (e, 13)
+        Distances of the nodes from 0, and their weights times the measure.
+    half : ndarray (e, 1)
+        Half the lengths of the elements.
+    values : ndarray (e, 11)
+        λ of the modes of the inner nodes, K φ = λ M φ with φᵀ M φ = 1.
+    modes : ndarray (e, 11, 11)
+        φ, one in each column.
+    ties : ndarray (2, e, 11)
+        Stiffness between the modes and the left, and the right, end.
+    flat : ndarray (e, 11)
+        Mass of the modes: their shares of a field that is 1 everywhere.
+    bridge : ndarray (e, 1)
+        Stiffness between both ends.
+    tied : ndarray (e, 3, 11)
+        Products of the modes' ties: left with right, left with `flat`, right with `flat`.
     """
 
     def __init__(self, power: int, ends: tuple[float, ...]) -> None:
-        z, w, d = rounded(DEGREE)
-        far, near = np.array(ends[:-1])[:, None], np.array(ends[1:])[:, None]
-        self.half = half = (far - near) / 2
-        beside = (far + near) / 2 - half * z
-        beside[:, [0, -1]] = np.hstack([far, near])
-        self.x = 1 - beside
-        self.mass = half * w * self.x**power
-        stiffness = (d.T * (self.mass / half**2)[:, None]) @ d
-        root = np.sqrt(self.mass[:, 1:-1, None])
-        scaled = stiffness[:, 1:-1, 1:-1] / (root * root.swapaxes(1, 2))
+        points, weights, derivative = gauss_lobatto(DEGREE)
+        far = np.array(ends[:-1])[:, None]
+        near = np.array(ends[1:])[:, None]
+        self.half = (far - near) / 2
+        distance = (far + near) / 2 - self.half * points
+        distance[:, [0, -1]] = np.hstack([far, near])
+        self.x = 1 - distance
+        self.mass = self.half * weights * self.x**power
+        stiffness = (derivative.T * (self.mass / self.half**2)[:, None]) @ derivative
+
+        root_mass = np.sqrt(self.mass[:, 1:-1, None])
+        scaled = stiffness[:, 1:-1, 1:-1] / (root_mass * root_mass.swapaxes(1, 2))
         self.values, vectors = np.linalg.eigh(scaled)
-        self.modes = vectors / root
-        inner = self.modes.swapaxes(1, 2) @ stiffness[:, 1:-1, [0, -1]]
-        self.ties = left, right = np.moveaxis(inner, -1, 0)
+        self.modes = vectors / root_mass
+        to_ends = self.modes.swapaxes(1, 2) @ stiffness[:, 1:-1, [0, -1]]
+        self.ties = np.moveaxis(to_ends, -1, 0)
+        left, right = self.ties
         self.flat = (self.modes * self.mass[:, 1:-1, None]).sum(axis=1)
         self.bridge = stiffness[:, 0, -1:]
         self.tied = np.stack([left * right, left * self.flat, right * self.flat], axis=1)
 
 
-elements = functools.lru_cache(maxsize=128)(Elements)
+@functools.lru_cache(maxsize=128)
+def elements(power: int, ends: tuple[float, ...]) -> Elements:
+    """The elements of a grid, kept for contacts whose grids are alike."""
+    return Elements(power, ends)
 
 
 class Fields:
-    """Fields v of poles τ (n,), each with two loads, from 0 to the line.
+    """Fields v of n poles, each under two loads, condensed to the line.
 
-    loads (e, 3, 13): two of the first pole, and the second of the others, which have no first. They
-    take own v - given there, (n,) and (2, n). share (e, 11, n): 1/(λ + τ); forced (e, 3, 11): loads
-    of modes. On the left of every element v is rest (e, 2, n) and passed (e, n) of v on its right.
-    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
-    found without the large numbers that cancel where τ is small.
+    Elements are eliminated from 0 to the line. The ground stiffness of an element, by which it
+    resists a displacement that is the same everywhere, and its total load are computed as such:
+    as differences of stiffnesses they would lose all digits where τ is small.
+
+    Parameters
+    ----------
+    elements : Elements
+    tau : ndarray (n,)
+        τ a² of the poles.
+    loads : ndarray (e, 3, 13)
+        Nodal loads: both of the first pole, then the second of all others, whose first is zero.
+
+    Attributes
+    ----------
+    own : ndarray (n,)
+        Stiffness at the line of what is inside: it pulls there with own v - given.
+    given : ndarray (2, n)
+        Reactions of both loads there.
+    share : ndarray (e, 11, n)
+        Compliances 1/(λ + τ) of the modes.
+    forced : ndarray (e, 3, 11)
+        Loads of the modes.
+    passed : ndarray (e, n)
+        v on the left of each element over v on its right, without loads.
+    rest : ndarray (e, 2, n)
+        v on its left where v on its right is 0, under the loads.
     """
 
     def __init__(self, elements: Elements, tau: Complex, loads: Array) -> None:
-        self.elements, (left, _), flat = elements, elements.ties, elements.flat[:, None]
+        self.elements = elements
         self.share = 1 / (elements.values[:, :, None] + tau)
-        self.forced = own = loads[..., 1:-1] @ elements.modes
-        rows = np.concatenate([elements.tied, own * left[:, None], own * flat], axis=1)
-        tied = (rows @ self.share.view(float)).view(complex)  # (e, 9, n)
-        takes = tau * (elements.mass[:, [0, -1], None] - tied[:, 1:3])  # (e, 2, n)
-        given = loads[..., :1] - tied[:, 3:6], loads.sum(axis=2)[..., None] - tau * tied[:, 6:]
-        for part in given:
-            part[:, 0, 1:], part[:, 1, 1:] = 0, part[:, 2, 1:]
-        first = np.concatenate([takes[:, :1], given[0][:, :2]], axis=1)  # of the left end
-        both = np.concatenate([takes.sum(axis=1, keepdims=True), given[1][:, :2]], axis=1)
-        ties, held, passed, now = tied[:, 0] - elements.bridge, [], [], np.zeros_like(first[0])
-        for one, more, tie in zip(first, both - first, ties, strict=True):
-            held.append(now + one)
-            passed.append(tie / (held[-1][0] + tie))
-            now = more + passed[-1] * held[-1]
-        self.own, self.given, self.passed = now[0], now[1:], np.array(passed)
-        self.rest = (self.passed / ties)[:, None] * np.array(held)[:, 1:]
+        self.forced = loads[..., 1:-1] @ elements.modes
+        tie, left_end, both_ends = self._condensed(tau, loads)
+
+        # From 0 on: stiffness (row 0) and loads (rows 1, 2) of all on the left of a node.
+        behind = np.zeros_like(left_end[0])
+        at_left_ends = []
+        passed = []
+        for i in range(len(tie)):
+            at_left = behind + left_end[i]
+            at_left_ends.append(at_left)
+            passed.append(tie[i] / (at_left[0] + tie[i]))
+            behind = (both_ends[i] - left_end[i]) + passed[i] * at_left
+        self.own = behind[0]
+        self.given = behind[1:]
+        self.passed = np.array(passed)
+        self.rest = (self.passed / tie)[:, None] * np.array(at_left_ends)[:, 1:]
+
+    def _condensed(self, tau: Complex, loads: Array) -> tuple[Complex, Complex, Complex]:
+        """Elements as two-terminal networks.
+
+        Returns
+        -------
+        tie : ndarray (e, n)
+            Stiffness between both ends.
+        left_end, both_ends : ndarray (e, 3, n)
+            Ground stiffness and both loads, of the left end, and of both ends together.
+        """
+        elements = self.elements
+        flat = elements.flat[:, None]
+        with_left = self.forced * elements.ties[0][:, None]
+        with_flat = self.forced * flat
+        rows = np.concatenate([elements.tied, with_left, with_flat], axis=1)
+        modal = (rows @ self.share.view(float)).view(complex)  # sums over the modes (e, 9, n)
+
+        tie = modal[:, 0] - elements.bridge
+        ground = tau * (elements.mass[:, [0, -1], None] - modal[:, 1:3])
+        left_load = loads[..., :1] - modal[:, 3:6]
+        total_load = loads.sum(axis=2)[..., None] - tau * modal[:, 6:]
+        for load in (left_load, total_load):  # poles other than the first have loads of their own
+            load[:, 0, 1:] = 0
+            load[:, 1, 1:] = load[:, 2, 1:]
+        left_end = np.concatenate([ground[:, :1], left_load[:, :2]], axis=1)
+        total_ground = ground.sum(axis=1, keepdims=True)
+        both_ends = np.concatenate([total_ground, total_load[:, :2]], axis=1)
+        return tie, left_end, both_ends
 
     def total(self, at_line: Complex, c: Complex) -> Array:
-        """Σ c v (2, e, 13), real, of fields that are known at the line (2, n)."""
+        """Nodal values of Σ c v.
+
+        Parameters
+        ----------
+        at_line : ndarray (2, n)
+            v at the line, under both loads.
+        c : ndarray (n,)
+            Weights of the poles.
+
+        Returns
+        -------
+        ndarray (2, e, 13)
+            Their real part.
+        """
         v = [at_line]
         for passed, rest in zip(self.passed[::-1], self.rest[::-1], strict=True):
             v.append(rest + passed * v[-1])
-        joints, (left, right) = c * np.array(v[::-1]), self.elements.ties[:, :, None]
-        share, first = self.share.swapaxes(1, 2), self.forced[:, :2] * self.share[:, None, :, 0]
-        own = c[0] * first - left * (joints[:-1] @ share) - right * (joints[1:] @ share)
-        own[:, 1] += self.forced[:, 2] * (c[1:] @ share[:, 1:])
-        inner = own.real @ self.elements.modes.swapaxes(1, 2)
+        joints = c * np.array(v[::-1])
+        left_tie, right_tie = self.elements.ties[:, :, None]
+
+        # Amplitudes of the modes: what loads them less what the ends take, over λ + τ.
+        share = self.share.swapaxes(1, 2)
+        amplitudes = c[0] * (self.forced[:, :2] * self.share[:, None, :, 0])
+        amplitudes = amplitudes - left_tie * (joints[:-1] @ share)
+        amplitudes = amplitudes - right_tie * (joints[1:] @ share)
+        amplitudes[:, 1] += self.forced[:, 2] * (c[1:] @ share[:, 1:])
+        inner = amplitudes.real @ self.elements.modes.swapaxes(1, 2)
         ends = joints.sum(axis=2, keepdims=True).real
         return np.concatenate([ends[:-1], inner, ends[1:]], axis=2).swapaxes(0, 1)

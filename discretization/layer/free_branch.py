@@ -1,8 +1,8 @@
 """All states of one contact of a layer with its exact response, from its loss to a depth.
 
-As ../fitted/free_branch.py: half-widths are chosen, and D and P follow from what `Contact` takes.
-That is computed at some of them and is a polynomial in between, of log a about an axis, and of ∛a
-beside a contact line that closes up.
+As in fitted/free_branch.py half-widths are chosen, and D and P follow from the coefficients of a
+`Contact`. These are computed at some half-widths and are polynomials in between: of log a about an
+axis, and of ∛a for a line contact, which closes up.
 """
 
 from __future__ import annotations
@@ -21,35 +21,59 @@ from discretization.layer.state import Layer
 from energy import Scene
 from energy.arrays import Array
 
-_DEGREES = (8, 16, 32, 64)  # of the polynomials
-_KNOWN = 1e-4  # of D and P: what those of half the degree may be off by; the last by much less
-_POWER = 3  # of t in a beside a line that closes up, where D may change within l
-_NARROWEST = 1e-6  # of the largest half-width, at which a contact line has closed up
-_NEAREST = 1e-3  # of the half-width of a body: how near to its edge the ends are looked for
-_OCTAVES = 40  # that are looked at on the way to the ends, at most
-_LOOKED_AT = 256  # half-widths at which the polynomials are read to find the ends
+_DEGREES = (8, 16, 32, 64)  # of the polynomials, one after the other
+# Relative difference of D and P from those of half the degree, at which a degree is enough: its own
+# error is about the square of that.
+_AGREEMENT = 1e-4
+_POWER = 3  # a grows with this power of t beside a line that closes up, where D changes within l
+_NARROWEST = 1e-6  # least half-width over the largest one, at which a line contact has closed up
+_NEAREST = 1e-3  # how near to the edge of a body, over its half-width, an end of the branch may be
+_OCTAVES = 40  # of half-widths around h, more than D can need to turn
+_SAMPLES = 256  # half-widths at which D is read to find its least value
 
 
 def applies(scene: Scene) -> bool:
-    """Whether the line of the only contact of a layer is free from its loss on."""
+    """Whether the only contact of a layer has a line that is free from its loss to any depth.
+
+    So it is with small slopes, one work of adhesion, and a convex indenter without corners that is
+    symmetric about 0.
+    """
     body = scene.indenter
-    known = scene.layer.exact and scene.gamma1 > 0 and scene.opening is None
-    known = known and scene.pattern is None and scene.slopes == "small" and body.convex
-    return bool(known and body.apex == 0 and not len(body.corners) and body.symmetric)
+    one_law = scene.opening is None and scene.pattern is None
+    small = scene.layer.exact and scene.gamma1 > 0 and scene.slopes == "small"
+    smooth = body.convex and body.symmetric and body.apex == 0 and not len(body.corners)
+    return bool(small and one_law and smooth)
 
 
 def free_branch(scene: Scene, deepest: float, count: int, rtol: float) -> FreeBranch | None:
-    """So many states of a scene to which this `applies`, from the loss of contact to a depth.
+    """States of one contact from its loss to a depth.
 
-    The poles are good to rtol. None where the profile is not known so far, where D turns more than
-    once, or where the polynomials do not tell: follow a path there.
+    Parameters
+    ----------
+    scene : Scene
+        One to which this `applies`.
+    deepest : float
+        [length].
+    count : int
+        How many states.
+    rtol : float
+        Tolerance of the poles.
 
-    NotCertifiedError if a state is no equilibrium, as where the layer touches the indenter again.
+    Returns
+    -------
+    FreeBranch or None
+        None where the profile is not known so far, where D turns more than once, or where no
+        polynomial is good enough: follow a path there.
+
+    Raises
+    ------
+    NotCertifiedError
+        If a state is no equilibrium, as where the layer touches the indenter again.
     """
     branch = _Polynomials.of(Body(scene), deepest, rtol)
     if branch is None:
         return None
-    places = branch.half_width(np.linspace(-1.0, 1.0, _LOOKED_AT))
+    places = branch.half_width(np.linspace(-1.0, 1.0, _SAMPLES))
     rest = branch.rest_depth(places)
     least = int(np.argmin(rest))
     steps = np.diff(rest)
@@ -63,15 +87,16 @@ def free_branch(scene: Scene, deepest: float, count: int, rtol: float) -> FreeBr
     touched = int(np.searchsorted(depth, branch.body.touch))
     for i in {min(touched, count - 1), count - 1}:
         _certify(branch.body, float(a[i]), rtol)
-    force, _ = at_depth(branch.taken(a), depth - branch.body.height(a))
+    force = at_depth(branch.coefficients(a), depth - branch.body.height(a)).force
     return FreeBranch(a, depth, force)
 
 
 @dataclass(frozen=True, eq=False)
 class _Polynomials:
-    """What contacts take as polynomials of t from -1 to 1; series: Chebyshev coefficients (n, 5).
+    """`Contact.coefficients` as polynomials of t from -1 to 1.
 
-    a = high (low/high)^((1 - t)/2), or where low is 0 high ((1 + t)/2)³.
+    a = high (low/high)^((1 - t)/2), or where low is 0 high ((1 + t)/2)³; series: Chebyshev
+    coefficients (n, 5).
     """
 
     body: Body
@@ -81,30 +106,39 @@ class _Polynomials:
 
     @classmethod
     def of(cls, body: Body, deepest: float, rtol: float) -> _Polynomials | None:
-        """For half-widths from where D falls to where it exceeds a depth; None if there are none,
-        or the polynomials do not tell."""
+        """For half-widths from where D falls to where it exceeds a depth.
+
+        The degree is doubled until that changes D and P by less than `_AGREEMENT`. None if there
+        are no such half-widths, or no degree is enough.
+        """
         ends = _around(body, deepest, rtol)
         if ends is None:
             return None
-        found, known = cls(body, *ends, np.empty((0, 5))), dict[float, Array]()
+        low, high = ends
+        found = cls(body, low, high, np.empty((0, 5)))
+        known: dict[float, Array] = {}
         for degree in _DEGREES:
             half = found
             t = np.cos(math.pi * np.arange(degree + 1) / degree)
             a = found.half_width(t)
-            known |= {x: Contact(body, x, rtol).taken for x in a.tolist() if x not in known}
-            found = cls(body, *ends, _series(np.array([known[x] for x in a.tolist()])))
-            if len(half.series) and found.tells(half, a):
+            for x in a.tolist():
+                if x not in known:  # every second one is
+                    known[x] = Contact(body, x, rtol).coefficients
+            found = cls(body, low, high, _series(np.array([known[x] for x in a.tolist()])))
+            if len(half.series) and found.agrees_with(half, a):
                 return found
         return None
 
-    def tells(self, half: _Polynomials, a: Array) -> bool:
-        """Whether polynomials of half the degree differ by so little that these are right."""
+    def agrees_with(self, half: _Polynomials, a: Array) -> bool:
+        """Whether D and P at half-widths differ little from those of half the degree."""
         depth = self.rest_depth(a)
-        heights = self.body.height(a)
-        force, other = (at_depth(one.taken(a), depth - heights)[0] for one in (self, half))
-        known = np.abs(force - other).max() <= _KNOWN * np.abs(force).max()
+        u = depth - self.body.height(a)
+        force = at_depth(self.coefficients(a), u).force
+        other_force = at_depth(half.coefficients(a), u).force
+        if np.abs(force - other_force).max() > _AGREEMENT * np.abs(force).max():
+            return False
         off = np.abs(depth - half.rest_depth(a)).max()
-        return bool(known and off <= _KNOWN * np.abs(depth).max())
+        return bool(off <= _AGREEMENT * np.abs(depth).max())
 
     def half_width(self, t: Array) -> Array:
         """a at t."""
@@ -112,8 +146,8 @@ class _Polynomials:
             return np.asarray(self.high * (self.low / self.high) ** ((1 - t) / 2))
         return np.asarray(self.high * np.maximum(((1 + t) / 2) ** _POWER, _NARROWEST))
 
-    def taken(self, a: Array) -> Array:
-        """`Contact.taken` (5, n) at half-widths (n,)."""
+    def coefficients(self, a: Array) -> Array:
+        """`Contact.coefficients` (5, n) at half-widths (n,)."""
         if self.low:
             t = 1 - 2 * np.log(a / self.high) / math.log(self.low / self.high)
         else:
@@ -123,7 +157,7 @@ class _Polynomials:
     def rest_depth(self, a: Array) -> Array:
         """D at half-widths (n,)."""
         excess = self.body.scene.surfaces.small_slope_deficit
-        return np.asarray(self.body.rest_depth(a, self.taken(a)[:2], excess, 1))
+        return np.asarray(self.body.rest_depth(a, self.coefficients(a)[:2], excess, 1))
 
 
 def _series(values: Array) -> Array:
@@ -136,9 +170,10 @@ def _series(values: Array) -> Array:
 
 
 def _around(body: Body, deepest: float, rtol: float) -> tuple[float, float] | None:
-    """Half-widths between which D falls, if it does, and grows beyond a depth; 0: from none on.
+    """Half-widths between which D falls, if it does, and grows beyond a depth.
 
-    None if the profile ends before, or D still falls after many octaves.
+    The first is 0 for a line contact, which has states of any half-width. None if the profile ends
+    before, or D still falls after many octaves.
     """
     excess = body.scene.surfaces.small_slope_deficit
 
@@ -150,8 +185,8 @@ def _around(body: Body, deepest: float, rtol: float) -> tuple[float, float] | No
     rising = np.flatnonzero(body.height(places) - body.touch > deepest - body.touch)
     high = float(places[rising[0] if rising.size else -1])
     for _ in range(_OCTAVES):
-        there = rest_depth(high)
-        if there > deepest:
+        depth = rest_depth(high)
+        if depth > deepest:
             break
         if high >= body.edge * (1 - _NEAREST):
             return None
@@ -161,8 +196,9 @@ def _around(body: Body, deepest: float, rtol: float) -> tuple[float, float] | No
     low = high
     for _ in range(_OCTAVES):
         low /= 2
-        before, there = there, rest_depth(low)
-        if there > before:
+        wider = depth
+        depth = rest_depth(low)
+        if depth > wider:
             return low, high
     return None
 

@@ -1,18 +1,18 @@
-"""Where the line of a contact of a layer rests, how far it moves, and what the contact takes.
+"""Where the line of a contact of a layer rests, and how far it moves.
 
 A convex profile, mirrored about its lowest point or turned about an axis, has one contact with one
 line, at the half-width or radius a. From first touch the line advances while D(a) < d; withdrawn it
 recedes while D(a) > d, D as in contact.py. At corners and edges D jumps and may pin it.
 
-What a contact takes is the same at any depth: a state looks at a few a, a path reads a table.
+The coefficients of a contact are the same at any depth: a state computes them at a few a, a path
+reads a `Table`.
 """
 
 import functools
-import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import legval
@@ -21,28 +21,58 @@ from discretization.layer.body import Body
 from discretization.layer.contact import Contact
 from discretization.profile import unknown
 from discretization.roots import bracketed, least
-from discretization.surfaces.network import rounded, to_legendre
+from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array
 
-_PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths that are tried first, and the largest
-_SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
-_TINY, _CLOSED = 1 / 64, 1e-8  # of the half-width below which adhesion rules: far below; closed up
-_SPARSE = 6.0  # of log₂ a: half-widths that are looked at where they are far below
-_ROUNDS = 10  # of the search for where D turns: D is known twice as well as the place
-_TIE = 1e-12  # of depths and heights: depths that are the same
-_CLOSE = 3e-7  # of the half-width: D is straight over that to rounding
-_DEGREE = 10
-_NARROW = 2.0**-9  # of log₂ a: a panel that is halved no more
-_KNOWN = 0.1  # of the tolerance: last coefficients of a panel
+_PLACES = 2.0 ** np.arange(-30, 31)  # half-widths over h that are tried first, and the largest
+# Slope over √(2w/γ₁), and height over the depth, up to which adhesion rules: a line at such a
+# half-width advances.
+_ADHESION_RULES = 1 / 4
+_FAR_BELOW = 1 / 64  # of the shortest length of the layer: D is a power of a below
+_CLOSED = 1e-8  # of a half-width where adhesion rules: the line contact has closed up
+_SPARSE = 6.0  # octaves of a between places where D is a power of a
+# Rounds of the search for the greatest D. Each narrows it fourfold, and D is known twice as well as
+# the place: 4⁻¹⁰ = 1e-6, and 1e-12 of D.
+_TURN_ROUNDS = 10
+_TIE = 1e-12  # relative difference of depths that count as the same
+_STRAIGHT = 3e-7  # of a: over so little D is straight to rounding, 3e-7² = 1e-13
+_DEGREE = 10  # of the polynomials of a panel
+_NARROWEST_PANEL = 2.0**-9  # octaves of a: a narrower panel is not halved, it holds a kink
+_COEFFICIENTS_LEFT = 0.1  # of the tolerance: size of the last coefficients of a panel
 
-Found = tuple[float, float, str]  # of `Lines.walk`
+
+class Rest(NamedTuple):
+    """Where a line that moves towards a depth comes to rest, or what stops it.
+
+    Attributes
+    ----------
+    a : float
+        Half-width [length].
+    depth : float
+        The depth there [length].
+    how : {"rests", "corner", "turns", "lost"}
+        It is in equilibrium; pinned at a corner; where D turns, from where it jumps; or the contact
+        is lost.
+    """
+
+    a: float
+    depth: float
+    how: Literal["rests", "corner", "turns", "lost"]
 
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """The line of a body against a work of adhesion, excess: √(2w/γ₁).
+    """The line of a body under one work of adhesion.
 
-    reaction: σ, s₀, and maybe more, of half-widths; step: of log₂ a, in which D turns once at most.
+    Attributes
+    ----------
+    body : Body
+    reaction : callable
+        σ, s₀, and maybe more rows, at half-widths; see `Contact`.
+    excess : float
+        √(2w/γ₁).
+    step : float
+        Octaves of a in which D turns once at most.
     """
 
     body: Body
@@ -51,133 +81,240 @@ class Lines:
     step: float
 
     def rest_depth(self, a: Any, side: Any) -> Any:
-        """D, at a corner on that side of it; a number or an array."""
-        found = self.body.rest_depth(a, self.reaction(a), self.excess, side)
-        return found if np.ndim(a) else found.item()
+        """D at half-widths, a number or an array.
 
-    def walk(self, start: float, here: float, to: float, way: int, *, past: bool = True) -> Found:
-        """How far a line comes, out (1) or in (-1), from where it rests at a depth to another.
-
-        And the depth there, and how: it "rests", is at a "corner", where D "turns", or "lost".
-        past: on over such turns, and corners that do not hold. ValueError beyond a known profile.
+        At a corner that of a line that advances (side 1) or recedes (-1); see `Body.rest_depth`.
         """
-        before, a, last, rising = start, start, here, not past
-        size = abs(here - to) + abs(self.body.height(start) - self.body.touch)
+        depth = self.body.rest_depth(a, self.reaction(a), self.excess, side)
+        return depth if np.ndim(a) else depth.item()
 
-        def short(y: float) -> float:
-            return float(way * (self.rest_depth(y, -way if y == end else way) - to))
+    def walk(
+        self, start: float, here: float, to: float, direction: int, *, past: bool = True
+    ) -> Rest:
+        """How far a line comes that moves in one direction as the depth changes.
 
-        for x, value in self._ahead(start, way):
-            if x == a and (not past or way * (value - to) >= 0):
-                return x, last, "corner"
-            end, high, turned = x, value, rising and way * (value - last) < -_TIE * size
+        Parameters
+        ----------
+        start : float
+            Half-width at which it rests [length].
+        here, to : float
+            The depth there, and the depth that is reached [length].
+        direction : {1, -1}
+            Outwards or inwards.
+        past : bool
+            Whether it goes on where D turns, and over corners that do not pin it at `to`.
+
+        Returns
+        -------
+        Rest
+
+        Raises
+        ------
+        ValueError
+            If it comes beyond a known profile.
+        """
+        tie = _TIE * (abs(here - to) + abs(self.body.height(start) - self.body.touch))
+        previous = start
+        a = start
+        depth = here
+        rising = not past  # whether D has changed in the direction of the line so far
+        for x, value in self._ahead(start, direction):
+            # A place that comes twice is a corner; here D jumps on its far side.
+            if x == a and (not past or direction * (value - to) >= 0):
+                return Rest(x, depth, "corner")
+            turned = rising and direction * (value - depth) < -tie
             if turned:
-                lo, hi = sorted((before, x))
-                fall = np.vectorize(lambda y: -way * self.rest_depth(y, way))
-                turn = least(fall, lo, hi, -way * to, _ROUNDS)
-                end, high, a = turn[0], -way * turn[1], before
-            if way * (high - to) >= 0:
-                first = max(0.1, min(0.9, (to - last) / ((high - last) or 1.0)))
-                return bracketed(short, a, end, _CLOSE, first), to, "rests"
+                begin = previous
+                end, furthest = self._turn(previous, x, to, direction)
+            else:
+                begin = a
+                end = x
+                furthest = value
+            if direction * (furthest - to) >= 0:
+                fraction = (to - depth) / ((furthest - depth) or 1.0)
+                return Rest(self._zero(begin, end, to, direction, fraction), to, "rests")
             if turned and not past:
-                return end, high, "turns"
-            before, a, last, rising = a, x, value, way * (value - last) > 0
-        if way > 0:
+                return Rest(end, furthest, "turns")
+            rising = direction * (value - depth) > 0
+            previous = a
+            a = x
+            depth = value
+        if direction > 0:
             raise unknown(to, a + self.body.apex)
-        return a, last, "lost"
+        return Rest(a, depth, "lost")
 
-    def _ahead(self, a: float, way: int) -> Iterator[tuple[float, float]]:
-        """Places from a line on, and D there, at corners that may hold it before and beyond them.
+    def _turn(self, one: float, other: float, to: float, direction: int) -> tuple[float, float]:
+        """Where between two half-widths D turns back, or comes as far as a depth, and D there."""
+        backwards = np.vectorize(lambda a: -direction * self.rest_depth(a, direction))
+        low, high = sorted((one, other))
+        a, value = least(backwards, low, high, -direction * to, _TURN_ROUNDS)
+        return a, -direction * value
 
-        A lowest point alone lets go at first touch, where it is held till then. A line contact
-        closes up; about an axis D returns to first touch as the radius vanishes. Far below all
-        lengths, and where adhesion begins to rule, D turns once at most.
+    def _zero(self, begin: float, end: float, to: float, direction: int, fraction: float) -> float:
+        """The half-width at which D is a depth; at the end, which may be a corner, D before it."""
+
+        def short_of(a: float) -> float:
+            side = -direction if a == end else direction
+            return float(direction * (self.rest_depth(a, side) - to))
+
+        first = max(0.1, min(0.9, fraction))
+        return bracketed(short_of, begin, end, _STRAIGHT, first)
+
+    def _ahead(self, a: float, direction: int) -> Iterator[tuple[float, float]]:
+        """Places from a line on, and D there; corners that may pin it come twice, D beyond last.
+
+        A lowest point alone opens at first touch, until when it stays. A line contact closes up;
+        about an axis D returns to first touch as the radius vanishes. Far below all lengths, and
+        where adhesion begins to rule, D turns once at most.
         """
-        body, scene, least = self.body, self.body.scene, self.least
-        small, last = self._small(body.touch), min(body.edge, float(_PLACES[-1]) * scene.layer.h)
-        end = last if way > 0 else min(a, max(_CLOSED * small, least))
-        length = max(small, min(scene.layer.h, scene.gamma1 / scene.layer.shear_modulus))
-        middle = sorted((a, _TINY * length, end))[1]
-        corners = {x for x in {*body.corners, least} if way * a < way * x <= way * end}
-        steps = zip(itertools.pairwise((a, middle, end)), (self.step, _SPARSE)[::-way], strict=True)
-        parts = [x * 2.0 ** (way * np.arange(h, way * math.log2(y / x), h)) for (x, y), h in steps]
-        places = {*np.concatenate(parts).tolist(), middle, end, *corners}
-        for x in sorted(places - {a}, reverse=way < 0):
-            before = self.rest_depth(x, -way if x == end or x in corners else way)
+        body = self.body
+        layer = body.scene.layer
+        small = self._small(body.touch)
+        if direction > 0:
+            end = min(body.edge, float(_PLACES[-1]) * layer.h)
+        else:
+            end = min(a, max(_CLOSED * small, self.narrowest))
+        length = max(small, min(layer.h, body.scene.gamma1 / layer.shear_modulus))
+        middle = sorted((a, _FAR_BELOW * length, end))[1]
+        first, second = (_SPARSE, self.step) if direction > 0 else (self.step, _SPARSE)
+        places = set(_octaves(a, middle, first, direction))
+        places |= set(_octaves(middle, end, second, direction))
+        pinning = {*body.corners, self.narrowest}
+        corners = {x for x in pinning if direction * a < direction * x <= direction * end}
+        places |= {middle, end, *corners}
+        for x in sorted(places - {a}, reverse=direction < 0):
+            is_corner = x == end or x in corners
+            before = self.rest_depth(x, -direction if is_corner else direction)
             yield x, before
-            if x in corners and way * (beyond := self.rest_depth(x, way)) > way * before:
-                yield x, beyond
+            if x in corners:
+                beyond = self.rest_depth(x, direction)
+                if direction * beyond > direction * before:
+                    yield x, beyond
 
-    def settled(self, depth: float) -> Found:
-        """Where it rests at a depth on the way from first touch; "lost": the contact is."""
+    def settled(self, depth: float) -> Rest:
+        """Where the line rests at a depth [length] on the path from first touch."""
         pressed = max(depth, self.body.touch)
-        a, here = 8 * self._small(pressed), math.inf
-        while a > self.least and here >= pressed:
-            a = max(a / 8, self.least)
+        a = 8 * self._small(pressed)
+        here = math.inf
+        while a > self.narrowest and here >= pressed:
+            a = max(a / 8, self.narrowest)
             here = self.rest_depth(a, 1)
-        found = self.walk(a, here, pressed, 1) if here < pressed else (a, pressed, "corner")
-        if depth < self.body.touch and (here := self.rest_depth(found[0], -1)) > depth:
-            return self.walk(found[0], here, depth, -1)
+        found = Rest(a, pressed, "corner")
+        if here < pressed:
+            found = self.walk(a, here, pressed, 1)
+        if depth < self.body.touch:
+            opens = self.rest_depth(found.a, -1)
+            if opens > depth:
+                return self.walk(found.a, opens, depth, -1)
         return found
 
     def _small(self, depth: float) -> float:
         """A half-width so small, by slope and height, that a line there advances, if any does."""
-        body, length = self.body, self.body.scene.layer.h
-        places = np.minimum(_PLACES * length, body.edge / 2)
-        lifted = self.excess * max(length, body.scene.elastocapillary_length)
-        flat = body.height(places) - body.touch < _SMALL * (depth - body.touch + lifted)
+        body = self.body
+        h = body.scene.layer.h
+        places = np.minimum(_PLACES * h, body.edge / 2)
+        by_adhesion = self.excess * max(h, body.scene.elastocapillary_length)
+        allowed = _ADHESION_RULES * (depth - body.touch + by_adhesion)
+        flat = body.height(places) - body.touch < allowed
         if self.excess:
-            flat &= body.slope(places) < _SMALL * self.excess
-        return max(float(places[flat].max(initial=0.0)), self.least)
+            flat &= body.slope(places) < _ADHESION_RULES * self.excess
+        return max(float(places[flat].max(initial=0.0)), self.narrowest)
 
     @functools.cached_property
-    def least(self) -> float:
-        """That of the lowest point, or of a flat face, which without adhesion parts as a whole."""
+    def narrowest(self) -> float:
+        """The half-width of the lowest point, or of a flat face that parts at once (w = 0)."""
+        if self.excess:
+            return self.body.tip
         level = [x for x in self.body.corners if self.body.height(x) == self.body.touch]
-        return self.body.tip if self.excess else max(level, default=self.body.tip)
+        return max(level, default=self.body.tip)
+
+
+def _octaves(start: float, end: float, step: float, direction: int) -> list[float]:
+    """Places from one half-width to another, in steps of so many octaves, without these two."""
+    exponents = direction * np.arange(step, direction * math.log2(end / start), step)
+    return list((start * 2.0**exponents).tolist())
+
+
+class Panel(NamedTuple):
+    """Legendre coefficients (5, 11) of `Contact.coefficients` over a range of log₂ a.
+
+    resolved: whether the last ones are small enough.
+    """
+
+    series: Array
+    resolved: bool
 
 
 class Table:
-    """σ, s₀, dP/du, and P₀ and U₀ at u(a) = 0, without adhesion, as polynomials in log₂ a.
+    """`Contact.coefficients` as polynomials of log₂ a on panels.
 
-    Octaves, or what breaks leave of them, are made when asked for, and halved until polynomials
-    tell. panels: Legendre coefficients (5, 11) of what is taken between two log₂ a, and if enough.
+    Panels are octaves, or what breaks of the profile leave of them. They are made when needed, and
+    halved until their last coefficients are a tenth of the tolerance.
+
+    Parameters
+    ----------
+    body : Body
+    tolerance : float
+        That of the poles, and of the polynomials.
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
-        self.body, self.tolerance = body, tolerance
+        self.body = body
+        self.tolerance = tolerance
         self.breaks = [math.log2(x) for x in (*body.breaks, body.edge)]
-        self.panels: dict[tuple[float, float], tuple[Array, bool]] = {}
+        self.panels: dict[tuple[float, float], Panel] = {}
 
     def at(self, a: Any) -> Array:
-        """These five (5, n) of half-widths (n,), or one."""
+        """The coefficients (5, n) at half-widths (n,) [length], or one."""
         t = np.log2(np.atleast_1d(a))
         return self._read(t, float(np.ceil(t.min())) - 1, float(np.ceil(t.max())))
 
-    def _read(self, t: Array, lo: float, hi: float) -> Array:
-        """At log₂ a from a panel, or from its parts."""
-        inner = [x for x in self.breaks if lo < x < hi]
-        if hi - lo > 1:
-            inner = [(lo + hi) // 2]
-        if not inner:
-            self.panels[lo, hi] = self.panels.get((lo, hi)) or self._made(lo, hi)
-            series, known = self.panels[lo, hi]
-            if known or hi - lo < _NARROW:
-                return np.asarray(legval((2 * t - lo - hi) / (hi - lo), series.T))
-        middle, found = min(inner, default=(lo + hi) / 2), np.empty((5, t.size))
-        for own, one, other in ((t <= middle, lo, middle), (t > middle, middle, hi)):
-            if own.any():
-                found[:, own] = self._read(t[own], one, other)
+    def _read(self, t: Array, low: float, high: float) -> Array:
+        """The coefficients (5, n) at log₂ a (n,) between two of them: from a panel, or in parts."""
+        breaks = [x for x in self.breaks if low < x < high]
+        if high - low > 1:
+            middle = (low + high) // 2
+        elif breaks:
+            middle = min(breaks)
+        else:
+            panel = self._panel(low, high)
+            if panel.resolved or high - low < _NARROWEST_PANEL:
+                return np.asarray(legval((2 * t - low - high) / (high - low), panel.series.T))
+            middle = (low + high) / 2
+        found = np.empty((5, t.size))
+        below = t <= middle
+        if below.any():
+            found[:, below] = self._read(t[below], low, middle)
+        if not below.all():
+            found[:, ~below] = self._read(t[~below], middle, high)
         return found
 
-    def _made(self, lo: float, hi: float) -> tuple[Array, bool]:
-        a = np.minimum(np.exp2((lo + hi + (hi - lo) * rounded(_DEGREE)[0]) / 2), self.body.edge)
-        values = np.array([Contact(self.body, x, self.tolerance).taken for x in a.tolist()])
+    def _panel(self, low: float, high: float) -> Panel:
+        """The panel between two log₂ a."""
+        if (low, high) not in self.panels:
+            self.panels[low, high] = self._made(low, high)
+        return self.panels[low, high]
+
+    def _made(self, low: float, high: float) -> Panel:
+        """A panel through contacts at its Gauss-Lobatto points.
+
+        Its last coefficients count over the sizes of the five: σ; s₀ with f' and √(2w/γ₁); dP/du;
+        and that times once and twice how much u(a) may change, s₀ over σ.
+        """
+        t = (low + high + (high - low) * gauss_lobatto(_DEGREE)[0]) / 2
+        half_widths = np.minimum(np.exp2(t), self.body.edge)
+        contacts = [Contact(self.body, a, self.tolerance) for a in half_widths.tolist()]
+        values = np.array([contact.coefficients for contact in contacts])
         series = values.T @ to_legendre(_DEGREE)
-        tail = np.abs(series[:, -2:]).max(axis=1)
         excess = self.body.scene.opened.surfaces.small_slope_deficit
-        steep = abs(float(self.body.slope(2.0**hi, -1))) + excess
-        low, rest, rate = values[:, 0].min(), np.abs(values[:, 1]).max() + steep, values[:, 2].max()
-        lift = rest / low  # by which u(a) may change
-        size = np.array([low, rest, rate, rate * lift, rate * lift**2])
-        return series, bool((tail <= _KNOWN * self.tolerance * size).all())
+        slope = abs(float(self.body.slope(2.0**high, -1)))
+        sigma = values[:, 0].min()
+        offset = np.abs(values[:, 1]).max() + (slope + excess)
+        stiffness = values[:, 2].max()
+        displacement = offset / sigma
+        sizes = np.array(
+            [sigma, offset, stiffness, stiffness * displacement, stiffness * displacement**2]
+        )
+        last = np.abs(series[:, -2:]).max(axis=1)
+        resolved = (last <= _COEFFICIENTS_LEFT * self.tolerance * sizes).all()
+        return Panel(series, bool(resolved))

@@ -8,13 +8,15 @@ factor of C, nodes from the middle outwards, y = L⁻¹g,
 
     U_n = ½ Σ_{i≤n} y_i² - w A_n,    P_n = Σ_{i≤n} y_i ∂y_i/∂d,    u = L y of n nodes,
 
-for all contacts of n nodes at once. So a line passes the link to node n where that lowers U, at
+for all contacts of n nodes at once. So a line passes the link to node n where that lowers U, which
+is once the node, above the surface until then (y_n < 0), is near enough:
 
-    y_n(d)² = 2w (A_n - A_{n-1}),
+    y_n(d) = -√(2w (A_n - A_{n-1})).
 
-and D is known in the middle of every link. Neither poles nor the fields under the indenter are
-used. Where the line is between the nodes is read from a spline through D, and force, energy and
-fields are those of nodes that are stretched to it: of second order in the spacing.
+y_n is linear in d, so that D is known in the middle of every link. Neither poles nor the fields
+under the indenter are used. Where the line is between the nodes is read from the polynomial through
+D of four links, and force, energy and fields are those of nodes that are stretched to it: of second
+order in the spacing.
 """
 
 from __future__ import annotations
@@ -33,237 +35,389 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.lattice.accuracy import UNRESOLVED
 from discretization.layer.body import Body
-from discretization.layer.state import Layer, certified
+from discretization.layer.one_contact import FreeSurface, certified
 from discretization.readings import with_surface
 from discretization.roots import bracketed
 from energy import Scene, SurfaceEnergies
 from energy.arrays import Array
 
-_FIRST, _MOST = 5, 12  # powers of 2: nodes on each side that are tried
-_SPARE = 4  # links beyond the line, for splines
-_LEAST = 1e-9  # of the spacing: a ring that is none
-_FEW = 8  # nodes of a contact whose error is not known, at most
-_SAFE = 4.0  # times the difference of two spacings
-_LUCKY = 0.05  # of the errors of force and energy: where half-widths happen to agree
+_FIRST_POWER = 5  # 2⁵ nodes on each side are tried first,
+_LAST_POWER = 12  # and 2¹² at last: their compliance fills 128 MB
+_SPARE = 4  # links that must be known beyond the line, for the polynomial
+_NO_RING = 1e-9  # radius over the spacing of a ring that is none
+_FEWEST = 8  # nodes of a contact whose error can be told from coarser ones
+_SAFETY = 4.0  # times the difference of two spacings: the estimated error
+# Part of the errors of force and energy that the half-width is assumed to have, even if those of
+# different spacings happen to agree.
+_CHANCE = 0.05
 _COARSE = 0.05  # relative errors that are no small ones: nodes do not resolve the free surface
-_KNOWN = 1e-6  # of results: what the compliance is good for
-_STEP = 1e-2  # of γ₁: a difference as good as the nodes
+_COMPLIANCE_ERROR = 1e-6  # relative errors of results that the compliance below leaves
+# Relative step of γ₁ for ∂U/∂γ₁: a central difference is off by its square, 1e-4, as nodes are.
+_TENSION_STEP = 1e-2
+
+# The integral over wave numbers, whose error is to be _COMPLIANCE_ERROR at most;
+# tests/layer/test_independent.py compares the results with those of poles.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_TURN = 10.0  # of q times the largest distance: panels
-_SAME = 1e-8  # waves over which two places are one
-_LEFT = 1e-7  # of the compliance: what is left beyond the largest q
-_RINGS = 20.0  # of that times the spacing, beyond which all rings are far from the axis
-_FLATTEST = 1e-3  # of the wave numbers that matter: the first panel
-_WIDEST = 1e5  # the largest q times the largest distance
+_PHASE = 10.0  # width of a panel in q times the largest distance: 1.6 waves for 16 points
+_REMAINDER = 1e-7  # of the compliance: what is left beyond the largest q
+# Largest q times the distance of the innermost ring from the axis, at least: J₀ is a wave there.
+_WAVES_AT_RINGS = 20.0
+_FLATTEST = 1e-3  # end of the first panel, over the wave numbers of layer and tension
+_WIDEST = 1e5  # largest q times the largest distance that are computed: 10⁴ panels
+_COINCIDENT = 1e-8  # phase between two places that count as one
 
 
-class Nodes:
-    """The surface at a depth held down at nodes, on each side of a scene's lowest point.
+class Nodes(FreeSurface):
+    """The surface held down at nodes on each side of the lowest point of a profile.
 
-    x (n,): their distances from there, in contact or not; lower: L; y, rate (n,): y and its change
-    with the depth; whole: whether the body ends at the last one.
+    Parameters
+    ----------
+    body : Body
+    depth, spacing : float
+        [length].
+    x : ndarray (n,)
+        Distances of the nodes from the lowest point, in contact or not [length].
+
+    Attributes
+    ----------
+    ends_body : bool
+        Whether the body ends at the last node.
+    lower : ndarray (n, n)
+        L, the Cholesky factor of the compliance.
+    y, rate : ndarray (n,)
+        y = L⁻¹g and ∂y/∂d.
     """
 
     def __init__(self, body: Body, depth: float, spacing: float, x: Array) -> None:
-        self.body, self.depth, self.spacing, self.x = body, depth, spacing, x
-        self.whole = body.walled and bool(x[-1] + spacing / 2 > body.edge)
+        self.body = body
+        self.depth = depth
+        self.spacing = spacing
+        self.x = x
+        self.ends_body = body.walled and bool(x[-1] + spacing / 2 > body.edge)
         self.lower = cholesky(compliance(body.scene, x, x, spacing), lower=True)
-        both = np.array([depth - body.height(x), np.ones(x.size)])
-        self.y, self.rate = solve_triangular(self.lower, both.T, lower=True).T
+        gap_and_rate = np.array([depth - body.height(x), np.ones(x.size)])
+        self.y, self.rate = solve_triangular(self.lower, gap_and_rate.T, lower=True).T
 
     @classmethod
-    def of(cls, body: Body, depth: float, spacing: float, count: int) -> Nodes:
-        """At most so many on each side; the outermost one at the edge of a body that ends."""
+    def of(cls, body: Body, depth: float, spacing: float, most: int) -> Nodes:
+        """At most so many on each side; the outermost one is at the edge of a body that ends."""
         first = body.edge % spacing if body.walled else 0.0
-        if body.power and first < _LEAST * spacing:
+        if body.power and first < _NO_RING * spacing:
             first += spacing
-        known = math.floor(min(count, (body.edge - first) / spacing + 1 + _LEAST))
-        return cls(body, depth, spacing, first + spacing * np.arange(known, dtype=float))
+        count = math.floor(min(most, (body.edge - first) / spacing + 1 + _NO_RING))
+        return cls(body, depth, spacing, first + spacing * np.arange(count, dtype=float))
 
     @functools.cached_property
     def rest_depths(self) -> Array:
         """D of the links (n - 1,), in the middle between the nodes."""
-        bound = np.sqrt(2 * np.diff(self.body.bound(self.x)))
-        return np.asarray(self.depth - (self.y[1:] + bound) / self.rate[1:])
+        threshold = np.sqrt(2 * np.diff(self.body.bound(self.x)))
+        return np.asarray(self.depth - (self.y[1:] + threshold) / self.rate[1:])
 
     @functools.cached_property
     def n(self) -> int:
-        """The outermost node in contact on the way from first touch; -1: none."""
-        last, touch = self.x.size - 1, self.body.touch
-        n = int(np.argmax(np.append(self.rest_depths, math.inf) >= max(self.depth, touch)))
-        if self.depth >= touch or (n == last and not self.whole):
+        """The outermost node in contact on the path from first touch; -1: none."""
+        last = self.x.size - 1
+        touch = self.body.touch
+        stops = np.append(self.rest_depths, math.inf) >= max(self.depth, touch)
+        n = int(np.argmax(stops))
+        if self.depth >= touch or (n == last and not self.ends_body):
             return n
-        held = np.append(-math.inf, self.rest_depths[:n]) <= self.depth
-        return int(np.flatnonzero(held)[-1]) or -1
+        stays = np.append(-math.inf, self.rest_depths[:n]) <= self.depth
+        return int(np.flatnonzero(stays)[-1]) or -1
+
+    @property
+    def pinned(self) -> bool:
+        """Whether the line is at the last node."""
+        return self.n == self.x.size - 1
+
+    @property
+    def outermost(self) -> float:
+        """Distance of the outermost node in contact."""
+        return float(self.x[self.n])
 
     @functools.cached_property
     def a(self) -> float:
         """The line, between the nodes."""
-        a = self.outermost
-        lo, hi = max(a - self.spacing / 2, 0.0), a + self.spacing / 2
-        if not self.pinned:
-            first = min(max(self.n - 2, 0), max(self.rest_depths.size - 4, 0))
-            near, depths = self.x[1:][first : first + 4], self.rest_depths[first : first + 4]
-            rest = Polynomial.fit(near - self.spacing / 2, depths, near.size - 1)
-            if rest(lo) <= self.depth < rest(hi):
-                return bracketed(lambda at: float(rest(at)) - self.depth, lo, hi)
-        return a
+        low = max(self.outermost - self.spacing / 2, 0.0)
+        high = self.outermost + self.spacing / 2
+        if self.pinned:
+            return self.outermost
+        first = min(max(self.n - 2, 0), max(self.rest_depths.size - 4, 0))
+        nodes = self.x[1:][first : first + 4]
+        depths = self.rest_depths[first : first + 4]
+        rest = Polynomial.fit(nodes - self.spacing / 2, depths, nodes.size - 1)
+        if rest(low) <= self.depth < rest(high):
+            return bracketed(lambda a: float(rest(a)) - self.depth, low, high)
+        return self.outermost
 
     @functools.cached_property
-    def held(self) -> Nodes:
-        """Those in contact, stretched so that the outermost one is at the line."""
+    def in_contact(self) -> Nodes:
+        """The nodes in contact, stretched so that the outermost one is at the line."""
+        if self.pinned or not self.a:
+            return self
         links = max(round(self.a / self.spacing), 1)
-        step, nodes = self.a / links, np.arange(self.body.power, links + 1, dtype=float)
-        fixed = self.pinned or not self.a
-        return self if fixed else Nodes(self.body, self.depth, step, step * nodes)
+        step = self.a / links
+        nodes = np.arange(self.body.power, links + 1, dtype=float)
+        return Nodes(self.body, self.depth, step, step * nodes)
 
-    pinned = property(lambda self: self.n == self.x.size - 1)
-    outermost = property(lambda self: float(self.x[self.n]))
-    stored = property(lambda self: float(self.y @ self.y) / 2)
-    force = property(lambda self: float(self.held.y @ self.held.rate))
-    energy = property(lambda self: self.held.stored - self.body.bound(self.a))
+    @property
+    def stored(self) -> float:
+        """Energy of the surface that is held down at all nodes."""
+        return float(self.y @ self.y) / 2
+
+    @property
+    def force(self) -> float:
+        """P."""
+        return float(self.in_contact.y @ self.in_contact.rate)
+
+    @property
+    def energy(self) -> float:
+        """U."""
+        return self.in_contact.stored - self.body.bound(self.a)
 
     @functools.cached_property
-    def acting(self) -> Array:
-        """The forces on the nodes held down (n,)."""
-        return np.asarray(solve_triangular(self.held.lower.T, self.held.y))
+    def forces(self) -> Array:
+        """The forces on the nodes in contact (n,)."""
+        return np.asarray(solve_triangular(self.in_contact.lower.T, self.in_contact.y))
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """Sums of the sizes of the terms of force and energy."""
-        force = float(np.abs(self.acting).sum())
-        return {"force": force, "energy": self.held.stored + self.body.bound(self.a)}
+        force = float(np.abs(self.forces).sum())
+        return {"force": force, "energy": self.in_contact.stored + self.body.bound(self.a)}
 
-    def displaced(self, beside: Array) -> Array:
-        """u of the free surface beside the line, and its slope outwards by half links (2, k)."""
-        step, x, scene = self.spacing / 2, self.held.x, self.body.scene
-        places = (self.a + beside + i * step for i in range(3))
-        u, next_, last = (compliance(scene, z, x, self.spacing) @ self.acting for z in places)
-        return np.array([u, (4 * next_ - last - 3 * u) / (2 * step)])
+    def displaced(self, distance: Array) -> Array:
+        """u of the free surface and its outward slope (2, k) at distances from the line (k,).
 
-    shape = Layer.shape
+        The slope is a difference of second order over two half links.
+        """
+        step = self.spacing / 2
+        nodes = self.in_contact.x
+        u, first, second = (
+            compliance(self.body.scene, self.a + distance + i * step, nodes, self.spacing)
+            @ self.forces
+            for i in range(3)
+        )
+        return np.array([u, (4 * first - second - 3 * u) / (2 * step)])
 
     def pressure(self, state: Any, x: Array) -> Array:
-        """The force on nodes over what each one stands for, less the tension's share.
+        """Pressure in contact: the forces on nodes less the tension's share, over their areas.
 
-        Neither of the innermost ring, which stands for more, nor of the outermost node.
+        Neither the innermost ring, which stands for more, nor the outermost node counts.
+
+        Parameters
+        ----------
+        state : Equilibrium
+            Not needed.
+        x : ndarray (k,)
+            Positions in contact [length].
+
+        Returns
+        -------
+        ndarray (k,)
+            [stress].
         """
-        body, own = self.body, slice(self.body.power, -1)
-        ends = np.maximum(self.held.x[own] + self.held.spacing / 2 * np.array([[-1], [1]]), 0.0)
-        share = body.whole * np.diff(ends ** (body.power + 1), axis=0)[0] / (body.power + 1)
-        bend = body.whole * np.diff(ends**body.power * body.slope(ends), axis=0)[0]
-        pressed = (self.acting[own] - body.scene.gamma1 * bend) / share
-        return np.interp(np.abs(x - body.apex), self.held.x[own], pressed)
+        body = self.body
+        inner = slice(body.power, -1)
+        nodes = self.in_contact.x[inner]
+        half = self.in_contact.spacing / 2
+        ends = np.maximum(nodes + half * np.array([[-1], [1]]), 0.0)
+        power = body.power + 1
+        area = body.symmetry_factor * np.diff(ends**power, axis=0)[0] / power
+        bend = body.symmetry_factor * np.diff(ends**body.power * body.slope(ends), axis=0)[0]
+        pressure = (self.forces[inner] - body.scene.gamma1 * bend) / area
+        return np.interp(np.abs(x - body.apex), nodes, pressure)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """Energy and force in parts; the energy of the surface is γ₁ ∂U/∂γ₁, as U is the least."""
-        scene, x, c = self.body.scene, self.held.x, []
-        for part in (1 - _STEP, 1 + _STEP):
-            tension = SurfaceEnergies.from_work(part * scene.gamma1, 0.0)
-            c.append(compliance(replace(scene, surfaces=tension), x, x, self.spacing))
-        return with_surface(state, float(self.acting @ (c[0] - c[1]) @ self.acting) / (4 * _STEP))
+        """Energy and force of a state in parts; that of the surface is γ₁ ∂U/∂γ₁, as U is least."""
+        scene = self.body.scene
+        nodes = self.in_contact.x
+
+        def compliance_at(factor: float) -> Array:
+            surfaces = SurfaceEnergies.from_work(factor * scene.gamma1, 0.0)
+            return compliance(replace(scene, surfaces=surfaces), nodes, nodes, self.spacing)
+
+        difference = compliance_at(1 - _TENSION_STEP) - compliance_at(1 + _TENSION_STEP)
+        surface = float(self.forces @ difference @ self.forces) / (4 * _TENSION_STEP)
+        return with_surface(state, surface)
 
     @functools.cached_property
     def certificate(self) -> Certificate:
-        """The conditions of ../certificate.py, judged by the displacements that the forces give.
+        """The conditions of certificate.py, by the displacements that the forces give.
 
-        At the nodes: the line is anywhere in its link, and the surface of a state that is right to
-        second order may be inside the indenter there. Too few nodes have an unknown error.
+        They are those at the nodes, before these are stretched: the line is anywhere in its link,
+        and the surface of a state that is right to second order may be inside the indenter there.
+        A contact of few nodes passes, too, with an error that is not known.
         """
-        n, own, rests = self.n, slice(self.n + 1), self.rest_depths
-        forces = solve_triangular(self.lower[own, own].T, self.y[own])
-        g = self.depth - self.body.height(self.x)
-        off = g - self.lower[:, own] @ (self.lower[own, own].T @ forces)
+        n = self.n
+        own = slice(n + 1)
+        lower = self.lower[own, own]
+        forces = solve_triangular(lower.T, self.y[own])
+        gap = self.depth - self.body.height(self.x)
+        inside = gap - self.lower[:, own] @ (lower.T @ forces)
+        size = float(np.abs(gap[own]).max()) or 1.0
+        pressed = float(np.abs(forces).sum())
         pulled = 0.0 if self.body.scene.work_of_adhesion else -float(forces.min())
-        links = np.append(self.depth - rests[n : n + 1], rests[max(n - 1, 0) : n] - self.depth)
-        size, pressed = float(np.abs(g[own]).max()) or 1.0, float(np.abs(forces).sum())
+        advances = self.depth - self.rest_depths[n : n + 1]
+        recedes = self.rest_depths[max(n - 1, 0) : n] - self.depth
+        gains = np.append(advances, recedes)
         return Certificate(
-            float(off[n + 1 :].max(initial=0.0)) / size,
-            float(np.abs(off[own]).max()) / size,
-            max(0.0, pulled) / pressed,
-            float(links.max(initial=0.0)) / size,
-            abs(float(self.y[own] @ self.rate[own] - forces.sum())) / pressed,
+            penetration=float(inside[n + 1 :].max(initial=0.0)) / size,
+            stationarity=float(np.abs(inside[own]).max()) / size,
+            opening=max(0.0, pulled) / pressed,
+            neighbours=float(gains.max(initial=0.0)) / size,
+            force=abs(float(self.y[own] @ self.rate[own] - forces.sum())) / pressed,
         )
 
     def errors(self, state: Any) -> dict[str, float]:
-        """As the difference from nodes further apart says, of second order; not known of few."""
-        worst, sizes = np.full(3, _KNOWN), np.array([self.a, *self.scales.values()])
+        """Relative errors of half-width, force and energy, from nodes 2 and 3 times further apart.
+
+        Of second order in the spacing: a difference is divided by 2² - 1 or 3² - 1, and multiplied
+        by 4 for safety. Infinite for a contact of few nodes, or if an error is above 5 %.
+        """
+        worst = np.full(3, _COMPLIANCE_ERROR)
+        sizes = np.array([self.a, *self.scales.values()])
         for times in (2, 3):
-            coarse = Nodes.of(self.body, self.depth, times * self.spacing, 1 + self.x.size // times)
-            if self.n < _FEW or coarse.n < 1:
+            most = 1 + self.x.size // times
+            coarse = Nodes.of(self.body, self.depth, times * self.spacing, most)
+            if self.n < _FEWEST or coarse.n < 1:
                 return UNRESOLVED
-            off = [getattr(coarse, q) - getattr(self, q) for q in ("a", "force", "energy")]
-            worst = np.maximum(worst, _SAFE * np.abs(off) / sizes / (times**2 - 1))
-        worst[1:] = worst.max()  # by what a line moves they change as well
-        worst[0] = max(worst[0], 0.0 if self.pinned else _LUCKY * worst[1])
-        known = dict(zip(QUANTITIES, worst.tolist(), strict=True))
-        return known if worst.max() <= _COARSE else UNRESOLVED
+            off = np.array(
+                [coarse.a - self.a, coarse.force - self.force, coarse.energy - self.energy]
+            )
+            worst = np.maximum(worst, _SAFETY * np.abs(off) / sizes / (times**2 - 1))
+        worst[1:] = worst.max()  # what moves a line changes force and energy as well
+        worst[0] = max(worst[0], 0.0 if self.pinned else _CHANCE * worst[1])
+        if worst.max() > _COARSE:
+            return UNRESOLVED
+        return dict(zip(QUANTITIES, worst.tolist(), strict=True))
 
 
 def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -> Equilibrium:
-    """Certified state on the way from first touch, with its error estimate.
+    """Equilibrium of one contact on nodes, on the path from first touch.
 
-    ValueError where the contact reaches the end of a known profile, or has too many nodes.
+    Parameters
+    ----------
+    scene : Scene
+        With response "layer", and what routes.py demands of it.
+    depth, spacing : float
+        [length].
+    branch : str
+        For the record.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    NotCertifiedError
+        If the state fails its certificate.
+    ValueError
+        If the contact reaches the end of a known profile, or has too many nodes.
     """
     body = Body(scene)
-    for power in range(_FIRST, _MOST + 1):
+    for power in range(_FIRST_POWER, _LAST_POWER + 1):
         nodes = Nodes.of(body, depth, spacing, 2**power)
-        if nodes.whole or nodes.x.size < 2**power or 2 * nodes.n < nodes.x.size:
+        if nodes.ends_body or nodes.x.size < 2**power or 2 * nodes.n < nodes.x.size:
             break
-    if nodes.n >= nodes.x.size - _SPARE and not nodes.whole:
+    if nodes.n >= nodes.x.size - _SPARE and not nodes.ends_body:
         raise ValueError(
             f"depth = {depth!r} spreads the contact over the whole known profile, or more than "
-            f"{2**_MOST} nodes; give a wider profile, a larger spacing, or a smaller depth"
+            f"{2**_LAST_POWER} nodes; give a wider profile, a larger spacing, or a smaller depth"
         )
     return certified(scene, depth, nodes if nodes.n >= 0 else None, branch, spacing)
 
 
 def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
-    """Displacement at places z (m,) over the total force on pairs of nodes, or rings, x (n,).
+    """Displacement of the surface at places over the total force on pairs of nodes, or on rings.
 
-    Panels of q grow until waves turn on them. Beyond the largest q the rest of 1/(k + γ₁q²) is
-    -H/(γ₁²q³), H of k = Hq on a half-space; what that leaves out falls like q⁻⁴.
+        C = 1/π ∫ cos(qz) cos(qx)/(k + γ₁q²) dq,  or  1/(2π) ∫ J₀(qz) J₀(qx) q/(k + γ₁q²) dq
+
+    is that of springs of stiffness γ₁m² in closed form, and by Gauss's rule the integral of the
+    difference, 1/(k + γ₁q²) - 1/(γ₁m² + γ₁q²). Beyond the largest q that is -H/(γ₁²q³), k = Hq on
+    a half-space, which is integrated in closed form; what that leaves out falls like q⁻⁴.
+
+    Parameters
+    ----------
+    scene : Scene
+    z : ndarray (m,)
+        Places [length].
+    x : ndarray (n,)
+        Nodes, or radii of rings [length].
+    spacing : float
+        Of the nodes [length].
+
+    Returns
+    -------
+    ndarray (m, n)
+        [length² per force], or [length per force] about an axis.
+
+    Raises
+    ------
+    ValueError
+        If waves as short as the nodes are apart cannot be followed that far.
     """
-    layer, gamma, axis = scene.layer, scene.gamma1, scene.axisymmetric
-    m, half = math.sqrt(layer.shear_modulus / layer.h / gamma), layer.shear_modulus / (1 - layer.nu)
-    last = math.cbrt(m * (m * m + (half / gamma) ** 2) / (4 * _LEFT))
-    last += 10 / layer.h + 10 * m + _RINGS / spacing
-    far, first = float(max(x[-1], z.max(), spacing)), _FLATTEST * (1 / layer.h + m)
-    if last * far > _WIDEST:
+    layer = scene.layer
+    gamma1 = scene.gamma1
+    m = math.sqrt(layer.shear_modulus / layer.h / gamma1)
+    half_space = layer.shear_modulus / (1 - layer.nu)  # H
+    largest = math.cbrt(m * (m * m + (half_space / gamma1) ** 2) / (4 * _REMAINDER))
+    largest += 10 / layer.h + 10 * m + _WAVES_AT_RINGS / spacing
+    first = _FLATTEST * (1 / layer.h + m)
+    furthest = float(max(x[-1], z.max(), spacing))
+    q, weights = _wave_numbers(first, largest, furthest)
+
+    k = layer.stiffness_at(q)
+    difference = (gamma1 * m * m - k) / ((k + gamma1 * q * q) * gamma1 * (q * q + m * m))
+    density = difference * weights
+    density *= q / (2 * math.pi) if scene.axisymmetric else 1 / math.pi
+    wave = scipy.special.j0 if scene.axisymmetric else np.cos
+    found = _springs(scene, z, x, m)
+    blocks = max(1, q.size * max(x.size, z.size) // 10**7)  # of 80 MB at most
+    for block in np.array_split(np.arange(q.size), blocks):
+        waves_z = wave(np.outer(z, q[block]))
+        waves_x = waves_z if z is x else wave(np.outer(x, q[block]))
+        found += (waves_z * density[block]) @ waves_x.T
+
+    beyond = _beyond(largest, np.abs(np.subtract.outer(z, x)))
+    size = half_space / (2 * math.pi * gamma1**2)
+    if scene.axisymmetric:  # J₀ J₀ for large arguments
+        return found - size / math.pi / np.sqrt(np.outer(z, x)) * beyond
+    return found - size * (beyond + _beyond(largest, np.add.outer(z, x)))
+
+
+def _wave_numbers(first: float, largest: float, furthest: float) -> tuple[Array, Array]:
+    """Gauss points q and weights on panels that grow twofold until waves turn on them."""
+    if largest * furthest > _WIDEST:
         raise ValueError(
-            f"the surface {far!r} from the middle of the contact is {last * far:.0f} times as "
+            f"the surface {furthest!r} from the middle of the contact is "
+            f"{largest * furthest:.0f} times as "
             "wide as what nodes have to resolve beside its line: use method='fitted', or a "
             "smaller depth"
         )
-    grown = np.geomspace(first, last, math.ceil(math.log2(last / first)))
-    ends = np.union1d(np.linspace(0.0, last, 1 + math.ceil(last * far / _TURN)), grown)
-    middle, wide = (ends[1:, None] + ends[:-1, None]) / 2, np.diff(ends)[:, None] / 2
-    q, weights = (middle + wide * _POINTS).ravel(), (wide * _WEIGHTS).ravel()
-    k = layer.stiffness_at(q)
-    rest = (gamma * m * m - k) / ((k + gamma * q * q) * gamma * (q * q + m * m)) * weights
-    rest *= q / (2 * math.pi) if axis else 1 / math.pi
-    found, wave = _springs(scene, z, x, m), scipy.special.j0 if axis else np.cos
-    for part in np.array_split(np.arange(q.size), max(1, q.size * max(x.size, z.size) // 10**7)):
-        there = wave(np.outer(z, q[part]))
-        found += (there * rest[part]) @ (there if z is x else wave(np.outer(x, q[part]))).T
-    apart = _beyond(last, np.abs(np.subtract.outer(z, x)))
-    size = half / (2 * math.pi * gamma**2)
-    if axis:  # for large arguments
-        return found - size / math.pi / np.sqrt(np.outer(z, x)) * apart
-    return found - size * (apart + _beyond(last, np.add.outer(z, x)))
+    growing = np.geomspace(first, largest, math.ceil(math.log2(largest / first)))
+    even = np.linspace(0.0, largest, 1 + math.ceil(largest * furthest / _PHASE))
+    ends = np.union1d(even, growing)
+    middle = (ends[1:, None] + ends[:-1, None]) / 2
+    half = np.diff(ends)[:, None] / 2
+    return (middle + half * _POINTS).ravel(), (half * _WEIGHTS).ravel()
 
 
-def _beyond(last: float, apart: Array) -> Array:
+def _beyond(largest: float, distance: Array) -> Array:
     """∫ cos(qs)/q³ dq from the largest q on, of distances s."""
-    y = np.maximum(last * apart, _SAME)
-    cosine = scipy.special.sici(y)[1]  # the cosine integral
-    return np.asarray((np.cos(y) - y * np.sin(y) + y * y * cosine) / (2 * last * last))
+    y = np.maximum(largest * distance, _COINCIDENT)
+    cosine_integral = scipy.special.sici(y)[1]
+    integral = np.cos(y) - y * np.sin(y) + y * y * cosine_integral
+    return np.asarray(integral / (2 * largest * largest))
 
 
 def _springs(scene: Scene, z: Array, x: Array, m: float) -> Array:
-    near, far = np.minimum.outer(z, x), np.maximum.outer(z, x)
-    apart = np.exp(-m * (far - near)) / (2 * scene.gamma1)
+    """The compliance of springs of stiffness γ₁m² under the tension γ₁ (m, n)."""
+    near = np.minimum.outer(z, x)
+    far = np.maximum.outer(z, x)
+    decay = np.exp(-m * (far - near)) / (2 * scene.gamma1)
     if scene.axisymmetric:
-        both = scipy.special.i0e(m * near) * scipy.special.k0e(m * far)
-        return np.asarray(both * apart / math.pi)
-    return np.asarray(apart * (1 + np.exp(-2 * m * near)) / (2 * m))
+        bessel = scipy.special.i0e(m * near) * scipy.special.k0e(m * far)
+        return np.asarray(bessel * decay / math.pi)
+    return np.asarray(decay * (1 + np.exp(-2 * m * near)) / (2 * m))

@@ -32,53 +32,105 @@ from energy.arrays import Array
 
 Shape = tuple[Array, Array]  # u and u' of a surface at places (n,)
 FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
-_LONGEST = 0.5  # l: of an element, which rounding then resolves
-_MANY = 500  # places from which on a recurrence is faster than so many cosines
-_COVERED = 4.0  # l: beside a line, by elements
+# l: an element up to which the polynomials of `Line` have errors that are rounding; longer parts
+# are several of them in a row.
+_LONGEST = 0.5
+_MANY = 500  # places from which on a recurrence is faster than as many cosines
+_COVERED = 4.0  # l: what is beyond so much of a surface is eliminated exactly
 TABLES = Path(__file__).with_name("families.npz")  # written by tables.py
 _WIDEST = 2.0**12  # l: up to these radii pieces of families are shipped; few contacts are wider
 
 
-@functools.lru_cache(maxsize=64)
-def rounded(degree: int) -> tuple[Array, Array, Array]:
-    """Gauss-Lobatto points on [-1, 1], their weights, and the matrix of derivatives there.
+class Rule(NamedTuple):
+    """Gauss-Lobatto points on [-1, 1], their weights, and the matrix of derivatives there."""
 
-    In the machine's widest floating-point type, as their rounding would be the largest error.
+    points: Array
+    weights: Array
+    derivative: Array
+
+
+@functools.lru_cache(maxsize=64)
+def gauss_lobatto(degree: int) -> Rule:
+    """The Gauss-Lobatto rule whose points are the nodes of polynomials of a degree.
+
+    It is computed in the machine's widest floating-point type, as rounding of the points would be
+    the largest error of an element.
+
+    Parameters
+    ----------
+    degree : int
+
+    Returns
+    -------
+    Rule
+        Points and weights (degree + 1,), derivative (degree + 1, degree + 1).
     """
-    p = Legendre.basis(degree)
-    slope, curvature = p.deriv(), p.deriv(2)
+    legendre_polynomial = Legendre.basis(degree)
+    slope = legendre_polynomial.deriv()
+    curvature = legendre_polynomial.deriv(2)
     inner = np.sort(slope.roots().real).astype(np.longdouble)
-    for _ in range(3):
+    for _ in range(3):  # steps of Newton's method from zeros that are good to double precision
         inner -= slope(inner) / curvature(inner)
-    x = np.concatenate([[-1], (inner - inner[::-1]) / 2, [1]])
-    values = legendre.legval(x, p.coef)
+    points = np.concatenate([[-1], (inner - inner[::-1]) / 2, [1]])
+    values = legendre.legval(points, legendre_polynomial.coef)
     weights = 2 / (degree * (degree + 1) * values**2)
-    d = values[:, None] / values[None, :] / (x[:, None] - x[None, :] + np.eye(x.size))
-    np.fill_diagonal(d, 0)
-    np.fill_diagonal(d, -d.sum(axis=1))
-    return x.astype(float), weights.astype(float), d.astype(float)
+    differences = points[:, None] - points[None, :] + np.eye(points.size)
+    derivative = values[:, None] / values[None, :] / differences
+    np.fill_diagonal(derivative, 0)
+    np.fill_diagonal(derivative, -derivative.sum(axis=1))
+    return Rule(points.astype(float), weights.astype(float), derivative.astype(float))
+
+
+rounded = gauss_lobatto  # the name by which other packages import it
 
 
 @functools.lru_cache(maxsize=64)
 def to_legendre(degree: int) -> Array:
-    """The matrix that takes rows of values at the Gauss-Lobatto points to Legendre coefficients."""
-    points, weights, _ = rounded(degree)
+    """The matrix that takes rows of values at the Gauss-Lobatto points to Legendre coefficients.
+
+    Parameters
+    ----------
+    degree : int
+
+    Returns
+    -------
+    ndarray (degree + 1, degree + 1)
+    """
+    points, weights, _ = gauss_lobatto(degree)
     basis = legendre.legvander(points, degree)
     return np.asarray(basis * weights[:, None] / (weights @ basis**2))
 
 
 @functools.lru_cache(maxsize=64)
-def _interpolation(degree: int) -> Array:
-    """Values at the Gauss-Lobatto points to coefficients of Chebyshev polynomials."""
-    return np.asarray(np.linalg.inv(chebyshev(rounded(degree)[0], degree + 1)))
+def _to_chebyshev(degree: int) -> Array:
+    """The matrix from values at the Gauss-Lobatto points to Chebyshev coefficients."""
+    return np.asarray(np.linalg.inv(chebyshev(gauss_lobatto(degree).points, degree + 1)))
 
 
 def on_elements(ends: Array, u: Array, x: Array) -> Shape:
-    """A surface and its slope at x (n,), from its nodal values on elements between ends."""
-    degree, e = (u.size - 1) // (ends.size - 1), np.searchsorted(ends[1:-1], x, side="right")
-    own, width = u[e[:, None] * degree + np.arange(degree + 1)], np.diff(ends)[e]
-    at = chebyshev(2 * (x - ends[e]) / width - 1, degree + 1) @ _interpolation(degree)
-    values, slopes = ((at * part).sum(axis=1) for part in (own, own @ rounded(degree)[2].T))
+    """A function and its slope at places, from its nodal values on elements.
+
+    Parameters
+    ----------
+    ends : ndarray (e + 1,)
+        Ends of the elements, increasing.
+    u : ndarray (e * degree + 1,)
+        Nodal values; neighbouring elements share a node.
+    x : ndarray (n,)
+        Places.
+
+    Returns
+    -------
+    values, slopes : ndarray (n,)
+    """
+    degree = (u.size - 1) // (ends.size - 1)
+    element = np.searchsorted(ends[1:-1], x, side="right")
+    nodal = u[element[:, None] * degree + np.arange(degree + 1)]
+    width = np.diff(ends)[element]
+    basis = chebyshev(2 * (x - ends[element]) / width - 1, degree + 1)
+    shape_functions = basis @ _to_chebyshev(degree)
+    values = (shape_functions * nodal).sum(axis=1)
+    slopes = (shape_functions * (nodal @ gauss_lobatto(degree).derivative.T)).sum(axis=1)
     return np.asarray(values), np.asarray(slopes * 2 / width)
 
 
@@ -114,8 +166,9 @@ def chebyshev(t: Array, count: int) -> Array:
 
 def shipped(least: float, octaves: float) -> range:
     """Numbers of the pieces of so many octaves that are shipped of a family, from a radius on."""
-    first, last = math.log2(least) / octaves, math.log2(_WIDEST) / octaves
-    return range(math.floor(first), math.ceil(last))
+    first = math.floor(math.log2(least) / octaves)
+    stop = math.ceil(math.log2(_WIDEST) / octaves)
+    return range(first, stop)
 
 
 @functools.cache
@@ -129,17 +182,32 @@ def tables() -> dict[str, Array]:
 class Family:
     """Smooth functions of log s, of several kinds, read as polynomials on pieces of some octaves.
 
-    solve(kind, s): their values (n, values) at s (n,). Piece number n is the octaves that begin at
-    s = 2^(n octaves). As the functions depend on nothing else, those pieces that most scenes need
-    are read from a file (tables.py); others are solved for when first needed.
+    Piece number n is the octaves that begin at s = 2^(n octaves). As the functions depend on
+    nothing else, those pieces that most scenes need are read from a file (tables.py); others are
+    solved for when first needed.
+
+    Attributes
+    ----------
+    name : str
+        That in the file.
+    solve : callable
+        solve(kind, s): values (n, values) of one kind at s (n,).
+    values : int
+        How many functions each kind has.
+    points : int
+        Chebyshev points of a piece.
+    octaves : float
+        Length of a piece in log₂ s.
+    shipped : dict of range
+        Numbers of the pieces in the file, by kind.
     """
 
-    name: str  # in the file
+    name: str
     solve: Callable[[int, Array], Array]
     values: int
     points: int
     octaves: float
-    shipped: dict[int, range]  # numbers of the pieces in the file, by kind
+    shipped: dict[int, range]
 
     @functools.cache  # noqa: B019
     def piece(self, kind: int, number: float) -> Array:
@@ -160,7 +228,7 @@ class Family:
         return f"{self.name} {int(kind):+d}"
 
     def one(self, kind: int, s: float) -> Array:
-        """Values of one kind at one s."""
+        """Values (values,) of one kind at one s."""
         place = math.log2(s) / self.octaves
         number = math.floor(place)
         angle = math.acos(min(max(2 * (place - number) - 1, -1.0), 1.0))
@@ -173,7 +241,8 @@ class Family:
         place = np.log2(s) / self.octaves
         numbers = np.floor(place)
         basis = chebyshev(2 * (place - numbers) - 1, self.points)
-        found, kinds = np.empty((s.size, self.values)), np.broadcast_to(kinds, s.shape)
+        kinds = np.broadcast_to(kinds, s.shape)
+        found = np.empty((s.size, self.values))
         for kind, number in set(zip(kinds.tolist(), numbers.tolist(), strict=True)):
             own = (kinds == kind) & (numbers == number)
             found[own] = basis[own] @ self.piece(kind, number)
@@ -181,66 +250,113 @@ class Family:
 
 
 class Network(NamedTuple):
-    """σ_left, τ and σ_right; numbers or arrays."""
+    """A surface between two lines as a network of two terminals.
+
+    Attributes
+    ----------
+    left, right : float or ndarray
+        σ: stiffness that grounds each line.
+    tie : float or ndarray
+        τ: stiffness between them.
+    """
 
     left: Any
     tie: Any
     right: Any
 
-    def energy(self, u: Any, v: Any, apart: Any) -> Any:
-        """E of ends displaced by u and v; apart: u - v, of which a short one would leave little."""
-        return (self.left * u * u + self.right * v * v + self.tie * apart * apart) / 2
+    def energy(self, u: Any, v: Any, difference: Any) -> Any:
+        """E of lines displaced by u and v.
 
-    def pulls(self, u: Any, v: Any, apart: Any) -> tuple[Any, Any]:
-        """∂E/∂u and ∂E/∂v."""
-        return self.left * u + self.tie * apart, self.right * v - self.tie * apart
+        difference: u - v, given apart as a short surface would leave few of its digits.
+        """
+        grounded = self.left * u * u + self.right * v * v
+        return (grounded + self.tie * difference * difference) / 2
+
+    def pulls(self, u: Any, v: Any, difference: Any) -> tuple[Any, Any]:
+        """∂E/∂u and ∂E/∂v, the forces that displace the lines so."""
+        tied = self.tie * difference
+        return self.left * u + tied, self.right * v - tied
 
     def then(self, other: Network) -> Network:
-        """With another one in a row: the line between them is eliminated."""
+        """This network and another one on its right: the line between them is eliminated."""
         middle = self.right + other.left
-        whole = self.tie + other.tie + middle
-        share, rest = self.tie / whole, other.tie / whole
-        return Network(self.left + share * middle, rest * self.tie, other.right + rest * middle)
+        total = self.tie + other.tie + middle
+        own_share = self.tie / total
+        other_share = other.tie / total
+        return Network(
+            self.left + own_share * middle,
+            other_share * self.tie,
+            other.right + other_share * middle,
+        )
+
+
+Modes = list[list[float]]  # λ and the squared share of a load, of each mode
 
 
 @functools.lru_cache(maxsize=16)
-def modes(degree: int) -> tuple[list[list[float]], list[list[float]]]:
-    """Of the inner nodes of an element [-1, 1]: λ and c² of even ones, λ and b² of odd ones."""
-    points, weights, d = rounded(degree)
-    root = np.sqrt(weights[1:-1])
-    stiffness = ((d.T * weights) @ d)[1:-1, 1:-1]
-    values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
-    c, b = ((root * points[1:-1] ** i @ vectors[:, i::2]) ** 2 for i in (0, 1))  # in turn
-    even, odd = (np.array([values[i::2], part]).T.tolist() for i, part in enumerate((c, b)))
-    return even, odd
+def modes(degree: int) -> tuple[Modes, Modes]:
+    """Modes of the inner nodes of an element [-1, 1], K φ = λ M φ with φᵀ M φ = 1.
+
+    λ and c² of the even ones, c = φᵀ M 1, and λ and b² of the odd ones, b = φᵀ M x.
+    """
+    points, weights, derivative = gauss_lobatto(degree)
+    root_mass = np.sqrt(weights[1:-1])
+    stiffness = ((derivative.T * weights) @ derivative)[1:-1, 1:-1]
+    values, vectors = np.linalg.eigh(stiffness / np.outer(root_mass, root_mass))
+    c = root_mass @ vectors[:, 0::2]  # even and odd modes take turns
+    b = root_mass * points[1:-1] @ vectors[:, 1::2]
+    even = np.array([values[0::2], c**2]).T
+    odd = np.array([values[1::2], b**2]).T
+    return even.tolist(), odd.tolist()
+
+
+def _compliance(modes: Modes, square: Any) -> Any:
+    """Σ share η²/(λ + η²) over the modes; square: η²."""
+    total = 0.0
+    for value, share in modes:
+        total = total + share * (square / (value + square))
+    return total
 
 
 def piece(degree: int, length: Any) -> Network:
-    """A part of a line contact's surface, of this length > 0 (a number or an array)."""
+    """A part of a line contact's surface.
+
+    Parameters
+    ----------
+    degree : int
+        Of its elements.
+    length : float, complex or ndarray
+        > 0 [l].
+
+    Returns
+    -------
+    Network
+    """
     longest = length.real.max() if isinstance(length, np.ndarray) else length.real
-    times = max(0, math.ceil(math.log2(longest / _LONGEST)))
-    eta = length / 2 ** (times + 1)  # doubled so often, elements are not too long
-    square = eta * eta
-    even, odd = (
-        sum(part * (square / (value + square)) for value, part in each) for each in modes(degree)
-    )
-    ground, both = eta * (1 - even / 2), 1 / eta + eta * (1 / 3 - odd / 2)
-    found = Network(ground, (both - ground) / 2, ground)
-    for _ in range(times):
+    doublings = max(0, math.ceil(math.log2(longest / _LONGEST)))
+    half = length / 2 ** (doublings + 1)  # η of one element
+    square = half * half
+    even, odd = modes(degree)
+    ground = half * (1 - _compliance(even, square) / 2)
+    ground_and_ties = 1 / half + half * (1 / 3 - _compliance(odd, square) / 2)
+    found = Network(ground, (ground_and_ties - ground) / 2, ground)
+    for _ in range(doublings):
         found = found.then(found)
     return found
 
 
-_remembered = functools.lru_cache(maxsize=256)(piece)  # of one length, often asked for again
+_piece_of_length = functools.lru_cache(maxsize=256)(piece)  # gaps of one length come often
 
 
 @functools.lru_cache(maxsize=16)
-def endless(degree: int) -> float:
-    """What the endless surface beside a line pulls, over its displacement.
+def semi_infinite_stiffness(degree: int) -> float:
+    """What the surface beside a line pulls that has no other line, over its displacement.
 
-    Far from the line it is eliminated exactly: it acts on the elements' last node with the force u.
+    That is 1 but for the discretisation. The far field, which acts on the last node of the elements
+    with its displacement, is eliminated exactly.
     """
-    return float(piece(degree, _COVERED).then(Network(1.0, 0.0, 0.0)).left)
+    far_field = Network(1.0, 0.0, 0.0)
+    return float(piece(degree, _COVERED).then(far_field).left)
 
 
 class Line(NamedTuple):
@@ -249,12 +365,26 @@ class Line(NamedTuple):
     degree: int
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
-        """From a line at s to another one, this much further to a side, maybe infinitely far."""
-        one = not isinstance(width, np.ndarray)
-        if one and width.real > FAR:
-            return Network(endless(self.degree), 0.0, endless(self.degree))
-        find, width = (_remembered, width) if one else (piece, np.minimum(width, FAR))
-        half = find(self.degree, width / 2)
+        """The surface from one line to another.
+
+        Parameters
+        ----------
+        side, s : int, float or ndarray
+            Direction of the other line, and place of the first one; all are alike here.
+        width : float, complex or ndarray
+            Distance of the lines [l], maybe infinite.
+
+        Returns
+        -------
+        Network
+        """
+        if isinstance(width, np.ndarray):
+            half = piece(self.degree, np.minimum(width, FAR) / 2)
+        elif width.real > FAR:
+            stiffness = semi_infinite_stiffness(self.degree)
+            return Network(stiffness, 0.0, stiffness)
+        else:
+            half = _piece_of_length(self.degree, width / 2)
         return half.then(half)
 
     def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
@@ -262,7 +392,12 @@ class Line(NamedTuple):
 
         With exact decays, u cosh(x - L/2)/cosh(L/2) + rise sinh(x)/sinh(L), also for L = ∞.
         """
-        one, other = np.exp(-x), np.exp(x - width)
-        both, odd = 1 + math.exp(-width), -math.expm1(-2 * width)
-        grown, steep = other * -np.expm1(-2 * x) / odd, other * (1 + one * one) / odd
-        return u * (one + other) / both + rise * grown, u * (other - one) / both + rise * steep
+        near = np.exp(-x)
+        far = np.exp(x - width)
+        cosh = 1 + math.exp(-width)  # 2 exp(-L/2) cosh(L/2)
+        sinh = -math.expm1(-2 * width)  # 2 exp(-L) sinh(L)
+        ramp = far * -np.expm1(-2 * x) / sinh
+        ramp_slope = far * (1 + near * near) / sinh
+        values = u * (near + far) / cosh + rise * ramp
+        slopes = u * (far - near) / cosh + rise * ramp_slope
+        return values, slopes

@@ -1,0 +1,142 @@
+"""What states of one contact of a layer have in common, on the mesh (state.py) and on nodes."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from discretization.certificate import Certificate, NotCertifiedError
+from discretization.equilibrium import Equilibrium, detached
+from discretization.layer.body import Body
+from discretization.surfaces.protocol import At, alone
+from discretization.surfaces.small import SmallSurfaces
+from energy import Scene
+from energy.arrays import Array
+
+
+class FreeSurface(ABC):
+    """A free surface known by its displacement at distances from the line."""
+
+    @abstractmethod
+    def displaced(self, distance: Array) -> Array:
+        """u and its outward slope (2, k) at distances from the line (k,)."""
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """The displacement and its slope on one side of the contact.
+
+        Parameters
+        ----------
+        z : ndarray (k,)
+            Positions [length].
+        left, right : At or None
+            The contact line; it is on the left of the surface, or on its right.
+        depth : float
+            That of the state.
+
+        Returns
+        -------
+        u, slope : ndarray (k,)
+            [length] and du/dz.
+        """
+        side = 1 if left is not None else -1
+        u, slope = self.displaced(side * (z - alone(left, right).x))
+        return u, side * slope
+
+
+class OneContact(Protocol):
+    """A state of one contact, as `certified` reads it; it knows its free surface, too."""
+
+    @property
+    def body(self) -> Body:
+        """The profile."""
+
+    @property
+    def a(self) -> float:
+        """Half-width or radius [length]."""
+
+    @property
+    def outermost(self) -> float:
+        """Distance of the outermost node in contact [length]."""
+
+    @property
+    def pinned(self) -> bool:
+        """Whether the line is at a corner."""
+
+    @property
+    def force(self) -> float:
+        """P."""
+
+    @property
+    def energy(self) -> float:
+        """U."""
+
+    @property
+    def scales(self) -> dict[str, float]:
+        """Sums of the sizes of the terms of force and energy."""
+
+    @property
+    def certificate(self) -> Certificate:
+        """The conditions of certificate.py."""
+
+    @property
+    def errors(self) -> Callable[[Any], dict[str, float]]:
+        """Relative errors of half-width, force and energy."""
+
+
+def certified(
+    scene: Scene, depth: float, found: OneContact | None, branch: str, spacing: float = math.nan
+) -> Equilibrium:
+    """The equilibrium with the contact that was found.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    found : OneContact or None
+        None if the contact is lost.
+    branch : str
+        For the record.
+    spacing : float
+        Of the nodes [length]; nan on the mesh.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    NotCertifiedError
+        If it is none.
+    """
+    if found is None:
+        flat = Certificate.undeformed()
+        return detached(scene, depth, branch, SmallSurfaces(scene), flat, spacing)
+    body = found.body
+    named = f"the state at depth = {depth!r}"
+    if not found.certificate.penetration <= found.certificate.tolerance:
+        raise NotCertifiedError(
+            f"{named} touches the indenter again beside its contact: a layer that is nearly "
+            "incompressible rises there; use another depth, or response='springs'"
+        )
+    found.certificate.demand(named, "try another depth or spacing")
+    return Equilibrium(
+        scene,
+        depth,
+        branch,
+        method="fitted" if math.isnan(spacing) else "lattice",
+        certificate=found.certificate,
+        surfaces=found,
+        spacing=spacing,
+        contacts=np.array([body.ends(found.a)]),
+        nodes=np.array([body.ends(found.outermost)]),
+        pinned=np.array([[found.pinned or bool(body.power), found.pinned]]),
+        force=found.force,
+        energy=found.energy,
+        scales=found.scales,
+        errors=found.errors,
+    )
