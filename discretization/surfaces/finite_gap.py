@@ -32,23 +32,35 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from discretization.roots import crossings
-from discretization.surfaces.network import on_elements, rounded
+from discretization.surfaces.network import gauss_lobatto, on_elements
 from energy.arrays import Array, Indices
 
-DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of these ends:
-_ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the middle
+# Degree of u and x on an element in τ, and the ends of elements from either line up to the middle:
+# with these the error is rounding (tests/surfaces/test_free_surface.py).
+DEGREE = 16
+_ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)
+_ONE_ELEMENT = 1.0  # range of τ up to which one element is enough
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
-_UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
+# How close to the greatest p, √2, a surface may come. As h = 0 there, x changes by the square of
+# √2 - p, so that its rounding, 2e-16, is 1.5e-8 of p.
+_UPRIGHT = 2e-8
 _STEEPEST = math.sqrt(2) * (1 - _UPRIGHT)  # p, and the displacement of a tail, at most
 _CLOSE = 8e-16  # of T: what x and L may differ by
-_INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
-_INVERSE = 8  # steps of Newton's method to it
+_INSIDE = 1e-8  # of τ: a step of Newton's method after which the error is rounding
+_INVERSE_STEPS = 8  # such steps at most
 
 
 class Mesh(NamedTuple):
-    """Elements of a range of τ, mirror-symmetric: ends, nodes, weights; over T.
+    """Elements of a range of τ, mirror-symmetric, all over T.
 
-    own: numbers of the nodes of every element (elements, DEGREE + 1).
+    Attributes
+    ----------
+    ends : ndarray (e + 1,)
+        Ends of the elements.
+    nodes, weights : ndarray (n,)
+        Nodes and their weights in integrals.
+    own : ndarray (e, DEGREE + 1)
+        Numbers of the nodes of every element.
     """
 
     ends: Array
@@ -60,73 +72,120 @@ class Mesh(NamedTuple):
 def mesh_of(T: Array) -> Mesh:
     """The mesh of ranges up to the longest: an element, or several on either side of the middle."""
     longest = float(T.max())
-    return _meshes(bisect.bisect_left(_ENDS, longest / 2, hi=len(_ENDS) - 1) if longest > 1 else 0)
+    if longest <= _ONE_ELEMENT:
+        return _mesh(0)
+    return _mesh(bisect.bisect_left(_ENDS, longest / 2, hi=len(_ENDS) - 1))
 
 
 @functools.lru_cache(maxsize=8)
-def _meshes(count: int) -> Mesh:
-    points, _, _ = rounded(DEGREE)
-    ends = np.array(_ENDS[: count + 1]) / (2 * _ENDS[count] or 1.0)
-    ends = np.concatenate([ends, 1 - ends[-2::-1]]) if count else np.array([0.0, 1.0])
-    half, first = np.diff(ends)[:, None] / 2, np.arange(ends.size - 1)[:, None] * DEGREE
+def _mesh(count: int) -> Mesh:
+    """The mesh with so many elements on either side of the middle; with one element for 0."""
+    points, weights_of_rule, _ = gauss_lobatto(DEGREE)
+    ends = np.array([0.0, 1.0])
+    if count:
+        left_half = np.array(_ENDS[: count + 1]) / (2 * _ENDS[count])
+        ends = np.concatenate([left_half, 1 - left_half[-2::-1]])
+    half = np.diff(ends)[:, None] / 2
+    first = np.arange(ends.size - 1)[:, None] * DEGREE
     own = first + np.arange(DEGREE + 1)
-    nodes, weights = np.zeros((2, own[-1, -1] + 1))
+    nodes = np.zeros(own[-1, -1] + 1)
+    weights = np.zeros(own[-1, -1] + 1)
     nodes[own] = ends[:-1, None] + half * (points + 1)
-    np.add.at(weights, own, half * rounded(DEGREE)[1])
+    np.add.at(weights, own, half * weights_of_rule)
     return Mesh(ends, nodes, weights, own)
 
 
 def rate(p: Any) -> tuple[Any, Any]:
-    """h(p) and h'(p)."""
+    """dx/dτ = h(p), and h'(p)."""
     square = np.minimum(p * p, _STEEPEST**2)
     root = np.sqrt(1 - square / 4)
     return (1 - square / 2) / root, p * (square / 8 - 0.75) / (root * root * root)
 
 
-# of gaps with these numbers (k,) and ranges T (k, 1): p at both lines, and ∂p/∂T there at a given τ
-Ends = Callable[[Array, Indices], tuple[Array, Array, Any, Array]]
+class Ends(NamedTuple):
+    """p at both lines of gaps with given ranges T (k, 1), and how that changes with T.
 
-
-def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
-    """T with x(T) = L (n, 1), from T = L on.
-
-    steepest: |p| at both lines is no more from T = 1 on. As 1 - h <= p²/2 and |p| decays by e^-τ
-    from either line, L <= T <= L + 1 + 2 ln(steepest).
+    left, right (k, 1): p; left_rate, right_rate: ∂p/∂T at a fixed τ from the left, and from the
+    right, line.
     """
 
-    def off(T: Array, own: Indices) -> tuple[Array, Array]:
+    left: Array
+    right: Array
+    left_rate: Any
+    right_rate: Array
+
+
+def range_of(length: Array, ends: Callable[[Array, Indices], Ends], steepest: Any) -> Array:
+    """The ranges T of τ for which x(T) = L, by Newton's method from T = L on.
+
+    As 1 - h <= p²/2 and |p| decays by e^-τ from either line, L <= T <= L + 1 + 2 ln(steepest).
+
+    Parameters
+    ----------
+    length : ndarray (n, 1)
+        L.
+    ends : callable
+        ends(T, numbers): `Ends` of the gaps with these numbers (k,) and ranges T (k, 1).
+    steepest : float or ndarray (n,)
+        |p| at both lines is at most this from T = 1 on.
+
+    Returns
+    -------
+    ndarray (n, 1)
+    """
+
+    def excess(T: Array, own: Indices) -> tuple[Array, Array]:
         """(x - L)/T, and dx/dT = h(p_end) + ∫h'(p) ∂p/∂T dτ over T."""
-        mesh, (start, end, one, other) = mesh_of(T), ends(T[:, None], own)
-        grown = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
-        back = grown[:, ::-1]
-        h, bend = rate(start * back + end * grown)
-        moved = (bend * (one * back + other * grown)) @ mesh.weights
-        return h @ mesh.weights - low[own] / T, h[:, -1] / T + moved
+        mesh = mesh_of(T)
+        of = ends(T[:, None], own)
+        from_left = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
+        from_right = from_left[:, ::-1]
+        h, h_slope = rate(of.left * from_right + of.right * from_left)
+        p_rate = of.left_rate * from_right + of.right_rate * from_left
+        x_over_T = h @ mesh.weights
+        return x_over_T - low[own] / T, h[:, -1] / T + (h_slope * p_rate) @ mesh.weights
 
     low = length[:, 0]
-    return crossings(off, low, low + 1 + 2 * np.log(steepest), low, 1 / low, _CLOSE)[:, None]
+    high = low + 1 + 2 * np.log(steepest)
+    return crossings(excess, low, high, low, 1 / low, _CLOSE)[:, None]
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
-    """u at a line with this p outwards, where the other line is displaced by `rise` more.
+    """Displacement at which a line with a given inclination rests beside a gap.
 
-    Numbers or arrays (n,); length: of the gap.
+    Parameters
+    ----------
+    p : float or ndarray (n,)
+        2 sin(φ/2) of the inclination φ at the line, from it towards the gap.
+    rise : float or ndarray (n,)
+        How much more the other line is displaced [l].
+    length : float or ndarray (n,)
+        Of the gap [l].
+
+    Returns
+    -------
+    float or ndarray (n,)
+        u [l].
     """
     one = not (np.ndim(p) or np.ndim(rise) or np.ndim(length))
-    p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
+    columns = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
+    p, rise, length = columns
     p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, FAR))
 
-    def ends(T: Array, own: Indices) -> tuple[Array, Array, Any, Array]:
+    def ends(T: Array, own: Indices) -> Ends:
         """At the other line at most upright: what would turn over falls short of it."""
-        start, half = p[own], np.tanh(T / 2)
-        end = rise[own] / half - start
-        free = np.abs(end) < _STEEPEST
+        start = p[own]
+        tanh = np.tanh(T / 2)
+        end = rise[own] / tanh - start
+        graph = np.abs(end) < _STEEPEST
         end = np.minimum(np.maximum(end, -_STEEPEST), _STEEPEST)
         u = (end * np.cosh(T) - start) / np.sinh(T)
-        return start, end, 0.0, free * rise[own] * (1 - half**-2) / 2 - u
+        end_rate = graph * rise[own] * (1 - tanh**-2) / 2 - u
+        return Ends(start, end, 0.0, end_rate)
 
     T = range_of(length, ends, 2.0)
-    u = (ends(T, np.arange(len(T)))[1] - p * np.cosh(T)) / np.sinh(T)
+    end = ends(T, np.arange(len(T))).right
+    u = (end - p * np.cosh(T)) / np.sinh(T)
     return float(u[0, 0]) if one else u[:, 0]
 
 
@@ -135,27 +194,36 @@ def sine(p: Any) -> Any:
     return p * np.sqrt(np.maximum(1 - p * p / 4, 0.0))
 
 
-def _ends(left: Array, rise: Array, T: Array) -> tuple[Array, Array, Any, Array]:
-    """Of surfaces displaced by `left` and `left + rise` at both lines, as above."""
-    sinh, tanh = np.sinh(T), np.tanh(T / 2)
-    start, end = rise / sinh - left * tanh, rise / sinh + (left + rise) * tanh
-    return start, end, -end / sinh, -end / np.tanh(T)
+def _ends_of_displaced(left: Array, rise: Array, T: Array) -> Ends:
+    """`Ends` of surfaces displaced by `left` and `left + rise` at their lines."""
+    sinh = np.sinh(T)
+    tanh = np.tanh(T / 2)
+    start = rise / sinh - left * tanh
+    end = rise / sinh + (left + rise) * tanh
+    return Ends(start, end, -end / sinh, -end / np.tanh(T))
 
 
 def _exponentials(left: Array, rise: Array, T: Array, tau: Array) -> tuple[Array, Array]:
     """p and u - left of such surfaces at τ."""
-    start, end, *_ = _ends(left, rise, T)
-    grown, shrunk = np.sinh(tau) / np.sinh(T), np.sinh(T - tau) / np.sinh(T)
-    back = np.sinh(tau / 2) * np.sinh((T - tau) / 2) / np.cosh(T / 2)
-    return start * shrunk + end * grown, rise * grown - 2 * left * back
+    ends = _ends_of_displaced(left, rise, T)
+    from_left = np.sinh(tau) / np.sinh(T)
+    from_right = np.sinh(T - tau) / np.sinh(T)
+    sag = np.sinh(tau / 2) * np.sinh((T - tau) / 2) / np.cosh(T / 2)
+    return ends.left * from_right + ends.right * from_left, rise * from_left - 2 * left * sag
 
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
     """Free surfaces between two lines each.
 
-    T (n, 1): the range of τ; p, u, rises (n, nodes): p = du/dτ, u, and how much more that is
-    than at the left line, of which a short gap would not leave digits.
+    Attributes
+    ----------
+    T : ndarray (n, 1)
+        Range of τ.
+    p, u : ndarray (n, nodes)
+        p = du/dτ and u.
+    rises : ndarray (n, nodes)
+        How much more u is than at the left line, of which a short gap would not leave digits.
     """
 
     T: Array
@@ -181,7 +249,8 @@ class Gaps:
     @functools.cached_property
     def energy(self) -> Array:
         """F (n,)."""
-        h, square = self.h, self.p * self.p
+        h = self.h
+        square = self.p * self.p
         density = h * (self.u * self.u / 2) + square / (np.sqrt(h * h + square) + h)
         return np.asarray(self.T[:, 0] * (density @ mesh_of(self.T).weights))
 
@@ -194,67 +263,103 @@ class Gaps:
     def residual(self) -> float:
         """How far the nodal energy of the first surface is from its least, over u and S.
 
-        The imbalance of a node, of a reaction, of the constancy of u²/2 + cos φ.
+        The imbalance of a node, of a reaction, and of the constancy of u²/2 + cos φ.
         """
-        (_, weights, d), mesh = rounded(DEGREE), mesh_of(self.T)
+        left_pull, right_pull = self.pulls[:, 0].tolist()
+        u = self.u[0]
+        size = float(abs(u[0]) + abs(u[-1])) + abs(left_pull) + abs(right_pull) or 1.0
+        imbalance = float(np.abs(self._nodal_imbalance(left_pull, right_pull)).max())
+
+        cosines = math.sqrt(max(1 - left_pull * left_pull, 0.0))
+        cosines += math.sqrt(max(1 - right_pull * right_pull, 0.0))
+        cosine_falls = (right_pull - left_pull) * (right_pull + left_pull) / cosines
+        change = -self.rises[0][-1] * (u[0] + u[-1]) / 2 + cosine_falls
+        return max(imbalance, abs(float(change)) / size) / size
+
+    def _nodal_imbalance(self, left_pull: float, right_pull: float) -> Array:
+        """∂F/∂u of all nodes of the first surface, less what pulls at both lines."""
+        _, weights, derivative = gauss_lobatto(DEGREE)
+        mesh = mesh_of(self.T)
         half = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2
-        h, u, rises = self.h[0][mesh.own], self.u[0], self.rises[0]
-        inclined = rises[mesh.own] @ d.T
-        steep = inclined / np.sqrt(half * half * h * h + inclined * inclined)
-        pull = half * weights * h * u[mesh.own] + (weights * steep) @ d
-        s, t = self.pulls[:, 0].tolist()
-        off = np.append(pull[:, :-1].ravel(), pull[-1, -1] - t)
-        off[::DEGREE][:-1] += np.append(-s, pull[:-1, -1])
-        cosines = math.sqrt(max(1 - s * s, 0.0)) + math.sqrt(max(1 - t * t, 0.0))
-        uneven = -rises[-1] * (u[0] + u[-1]) / 2 + (t - s) * (t + s) / cosines
-        size = float(abs(u[0]) + abs(u[-1])) + abs(s) + abs(t) or 1.0
-        return max(float(np.abs(off).max()), abs(float(uneven)) / size) / size
+        h = self.h[0][mesh.own]
+        u = self.u[0][mesh.own]
+        rise = self.rises[0][mesh.own] @ derivative.T  # du over half an element
+        sine_phi = rise / np.sqrt(half * half * h * h + rise * rise)
+        forces = half * weights * h * u + (weights * sine_phi) @ derivative
+        off = np.append(forces[:, :-1].ravel(), forces[-1, -1] - right_pull)
+        off[::DEGREE][:-1] += np.append(-left_pull, forces[:-1, -1])  # nodes of two elements
+        return off
 
     @functools.cached_property
     def places(self) -> Array:
-        """x of the nodes of the first one: on an element d x = h."""
-        d, mesh = rounded(DEGREE)[2], mesh_of(self.T)
+        """x of the nodes of the first one: dx/dτ = h on every element."""
+        derivative = gauss_lobatto(DEGREE).derivative
+        mesh = mesh_of(self.T)
         h = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2 * self.h[0][mesh.own]
-        parts = np.linalg.solve(d[1:, 1:], h[:, 1:].T).T
-        starts = np.append(0.0, np.cumsum(parts[:-1, -1]))
-        return np.append(0.0, parts + starts[:, None])
+        from_starts = np.linalg.solve(derivative[1:, 1:], h[:, 1:].T).T
+        starts = np.append(0.0, np.cumsum(from_starts[:-1, -1]))
+        return np.append(0.0, from_starts + starts[:, None])
 
     def at(self, p: Array, q: Array) -> tuple[Array, Array]:
-        """u and u' of the first one at distances p from the left and q from the right line (n,).
+        """u and u' of the first one.
 
-        Where they are further apart than here, the nearer one counts.
+        Parameters
+        ----------
+        p, q : ndarray (n,)
+            Distances from the left and the right line [l]; if these are further apart than here,
+            the nearer line counts.
+
+        Returns
+        -------
+        u, slope : ndarray (n,)
         """
-        (T,), left, mesh, places = self.T, self.u[0, :1], mesh_of(self.T), self.places
-        shape, half = (left, self.rises[0, -1:], T), places[-1] / 2
+        (T,) = self.T
+        left = self.u[0, :1]
+        rise = self.rises[0, -1:]
+        mesh = mesh_of(self.T)
+        half = self.places[-1] / 2
         x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
-        tau = np.interp(x, places, T * mesh.nodes)
-        for _ in range(_INVERSE):
-            off = on_elements(T * mesh.ends, places, tau)[0] - x
-            step = off / rate(_exponentials(*shape, tau)[0])[0]
+        tau = np.interp(x, self.places, T * mesh.nodes)
+        for _ in range(_INVERSE_STEPS):
+            off = on_elements(T * mesh.ends, self.places, tau)[0] - x
+            step = off / rate(_exponentials(left, rise, T, tau)[0])[0]
             tau = np.clip(tau - step, 0.0, T)
             if (np.abs(step) <= _INSIDE).all():
                 break
-        steep, rises = _exponentials(*shape, tau)
-        return left + rises, steep / rate(steep)[0]
+        inclined, rises = _exponentials(left, rise, T, tau)
+        return left + rises, inclined / rate(inclined)[0]
 
 
 def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
-    """The surfaces displaced by u and u + rise at lines these distances apart, (n, 1).
+    """Free surfaces between lines, or beside single ones.
 
-    One to no other line is one to a line where it is flat, and at most upright.
+    One without another line is one to a line where it is flat, and at most upright.
+
+    Parameters
+    ----------
+    u, rise : ndarray (n, 1)
+        Displacement of the first line, and how much more the other one is displaced [l].
+    width : ndarray (n, 1)
+        Distance of the lines [l], or infinity for all.
+
+    Returns
+    -------
+    Gaps
     """
     if np.isinf(width).all():
-        T, u = np.full_like(u, FAR), np.clip(u, -_STEEPEST, _STEEPEST)
-        left = u * np.exp(-FAR * mesh_of(T).nodes)
-        return Gaps(T, -left, left, left - u)
+        T = np.full_like(u, FAR)
+        u = np.clip(u, -_STEEPEST, _STEEPEST)
+        decaying = u * np.exp(-FAR * mesh_of(T).nodes)
+        return Gaps(T, -decaying, decaying, decaying - u)
     u, rise, width = np.broadcast_arrays(u, rise, np.minimum(width, FAR))
     steepest = 1 + np.abs(u[:, 0]) + 2 * np.abs(rise[:, 0])
-    T = range_of(width, lambda T, own: _ends(u[own], rise[own], T), steepest)
+    T = range_of(width, lambda T, own: _ends_of_displaced(u[own], rise[own], T), steepest)
     p, rises = _exponentials(u, rise, T, T * mesh_of(T).nodes)
     return Gaps(T, p, u + rises, rises)
 
 
 @functools.lru_cache(maxsize=1024)
 def single(u: float, rise: float, width: float) -> Gaps:
-    """A single surface."""
-    return surfaces(*(np.full((1, 1), part) for part in (u, rise, width)))
+    """A single surface, kept; see `surfaces`."""
+    columns = (np.full((1, 1), part) for part in (u, rise, width))
+    return surfaces(*columns)

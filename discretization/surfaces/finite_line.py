@@ -20,35 +20,41 @@ from energy.arrays import Array
 
 
 class FiniteSurfaces(Surfaces):
-    """Free surfaces of a scene."""
+    """Free surfaces of a scene with finite slopes."""
 
     lost = "would turn over and be no graph u(x), as it does at √2 l beside one contact"
 
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
-        """The inclination at rest is known, and the displacement that has it is solved for.
+        """Displacement of a line at rest, found from its inclination, which is known.
 
-        Where a gap would turn over its inclination is cut at ±π/2, a tail at rest there is refused.
+        Where a gap would turn over its inclination is cut at ±π/2; a tail at rest there has no
+        state.
         """
         phi = np.arctan(steep) - 2 * np.arcsin(np.sqrt(w / 2))
         if np.ndim(width) == 0 and width == math.inf:
             return 2 * np.sin(phi / 2)
-        return rest_displacement(-2 * np.sin(np.maximum(phi, -math.pi / 2) / 2), rise, width)
+        outward_p = -2 * np.sin(np.maximum(phi, -math.pi / 2) / 2)
+        return rest_displacement(outward_p, rise, width)
 
-    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> tuple[Any, Any] | None:
-        """From the mesh."""
-        found = surfaces(*(np.reshape(part, (-1, 1)) for part in (u, rise, width)))
-        upright = found.upright and np.isinf(width).all()
-        return None if upright else (found.energy, found.pulls.sum(axis=0))
+    def energy_and_reaction(
+        self, side: int, s: Any, width: Any, u: Any, rise: Any
+    ) -> tuple[Any, Any] | None:
+        """Those of the mesh."""
+        columns = (np.reshape(part, (-1, 1)) for part in (u, rise, width))
+        found = surfaces(*columns)
+        if found.upright and np.isinf(width).all():
+            return None
+        return found.energy, found.pulls.sum(axis=0)
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
-        """From the mesh."""
+        """One surface from the mesh."""
         found = single(u, rise, width)
         if found.upright:
             return None
-        one, other = found.pulls[:, 0].tolist()
-        return Free(found.energy.item(), (one, other), found.area.item(), found.residual)
+        first, other = found.pulls[:, 0].tolist()
+        return Free(found.energy.item(), (first, other), found.area.item(), found.residual)
 
-    def form(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
-        """As the exponentials have it."""
-        far = FAR if math.isinf(width) else width
-        return single(u, rise, width).at(x, np.maximum(far - x, 0.0))
+    def profile(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
+        """That of the exponentials."""
+        end = FAR if math.isinf(width) else width
+        return single(u, rise, width).at(x, np.maximum(end - x, 0.0))

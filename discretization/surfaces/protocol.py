@@ -9,7 +9,7 @@ of length L. With finite slopes, tan β = f' and sin φ = S/γ₁, it is likewis
     ∂U/∂x = k/2 g² + (γ₁-w)√(1+f'²) - γ₁ - S f' = [2γ₁ sin²((β-φ)/2) - w]/cos β.
 
 A line advances where D < d and recedes where D > d. Small and finite slopes, line contacts and
-rotational symmetry differ in the answers that `Surfaces` leaves open, and nowhere else.
+rotational symmetry differ in the methods that `Surfaces` leaves open, and nowhere else.
 """
 
 import math
@@ -22,28 +22,45 @@ from discretization.surfaces.network import Shape
 from energy import Scene
 from energy.arrays import Array
 
-ANY = -1e200  # below every depth
-NARROWEST = 1e-13  # elastocapillary lengths: gaps are taken to be at least that wide
+ANY = -1e200  # a displacement below every one there is: its line rests at any depth
+# l: gaps are taken to be at least that wide. It is far above the rounding of positions, and the
+# energy of a narrower gap is rounding of that of the scene.
+NARROWEST = 1e-13
 
 
 class At(NamedTuple):
-    """Contact lines at x and the heights f of the profile there, numbers or arrays."""
+    """Contact lines.
+
+    Attributes
+    ----------
+    x, f : float or ndarray
+        Their positions, and the heights of the profile there [length].
+    """
 
     x: Any
     f: Any
 
 
 def alone(left: At | None, right: At | None) -> At:
-    """The line of a tail, the first one of a gap."""
+    """The line of a tail, the left one of a gap."""
     line = left if left is not None else right
     assert line is not None, "a free surface has a line"
     return line
 
 
 class Free(NamedTuple):
-    """A free surface: energy F, what it pulls at its left and right line, ∂F/∂g, and k∫u dx.
+    """A free surface.
 
-    residual: imbalance of its free nodes, and of what lines are found by, over its displacement.
+    Attributes
+    ----------
+    energy : float
+        F.
+    pulls : tuple of float
+        ∂F/∂g at its left and right line.
+    area : float
+        k∫u dx over it.
+    residual : float
+        Imbalance of its free nodes, and of what its lines are found by, over its displacement.
     """
 
     energy: float
@@ -53,12 +70,26 @@ class Free(NamedTuple):
 
 
 class Felt(NamedTuple):
-    """What judges the line of a contact at x: depths D [length] and their changes.
+    """Evidence for the certificate, of one contact line.
 
-    free: not held by a corner; closing: D just ahead of a contact that closes; bare: the same
-    without adhesion; opening: D behind one that opens, -∞ for one of a point; size: of the terms
-    that cancel in D - d; moved: how far it moves over what D of the lines of its free surface is
-    off by; stable: whether D grows outwards of these.
+    Attributes
+    ----------
+    x : float
+        Its position [length].
+    free : bool
+        Whether it is not pinned at a corner.
+    closing : float
+        D just outside, of a contact that closes [length].
+    bare : float
+        The same without adhesion.
+    opening : float
+        D just inside, of a contact that opens; -∞ for a contact of one point.
+    size : float
+        Of the terms that cancel in D - d [length].
+    moved : float
+        How far the line moves over what D of the lines of its free surface is off by.
+    stable : bool
+        Whether D grows outwards of these lines.
     """
 
     x: float
@@ -75,18 +106,42 @@ class Felt(NamedTuple):
 class Surfaces:
     """Free surfaces beside contacts; a line that is None is infinitely far away.
 
-    lost: why one is refused, in words.
+    Subclasses define `at_rest`, `energy_and_reaction`, `solved` and `profile` in units of l and γ₁.
+    Their parameters are alike: a surface is on one `side` of a first line at s, which is displaced
+    by u; the other line, at a distance `width`, infinite if there is none, by u + rise.
+
+    Attributes
+    ----------
+    scene : Scene
+    lost : str
+        Why a surface that turns over has no state, for messages.
     """
 
     scene: Scene
     lost: ClassVar[str]
 
     def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        """D at x, numbers or arrays, with the height f and the slope f' there.
+        """Depth D at which lines rest.
 
-        side: +1 for a line whose contact is on its left, else -1; facing: that beyond the surface.
+        Parameters
+        ----------
+        side : {1, -1}, or ndarray (n,)
+            1 for a line whose contact is on its left.
+        x, f, f1 : float or ndarray (n,)
+            Positions of the lines [length], and height and slope of the profile there.
+        facing : At or None
+            The lines on the other side of the free surfaces.
+        w : float or ndarray (n,)
+            Work of adhesion [energy/area].
+
+        Returns
+        -------
+        float or ndarray (n,)
+            [length].
         """
-        length, width, rise = self.scene.elastocapillary_length, math.inf, 0.0
+        length = self.scene.elastocapillary_length
+        width: Any = math.inf
+        rise: Any = 0.0
         if facing is not None:
             width = side * (facing.x - x) / length
             width = max(width, NARROWEST) if np.ndim(width) == 0 else np.maximum(width, NARROWEST)
@@ -95,39 +150,94 @@ class Surfaces:
         return f + length * self.at_rest(side, x / length, width, rise, side * f1, work)
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
-        """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d.
+        """Energy of free surfaces, and what they pull.
 
-        ValueError if a tail would turn over.
+        Parameters
+        ----------
+        left, right : At or None
+            Lines (n,).
+        depth : ndarray (n,)
+            [length].
+
+        Returns
+        -------
+        energy, reaction : ndarray (n,)
+            F, and ∂F/∂d at all their lines.
+
+        Raises
+        ------
+        ValueError
+            If a tail would turn over.
         """
-        found = self.held(*self._lines(left, right, depth))
+        found = self.energy_and_reaction(*self._lines(left, right, depth))
         if found is None:
             i = int(np.argmax(np.abs(depth - alone(left, right).f)))
-            one, other = (line and At(float(line.x[i]), float(line.f[i])) for line in (left, right))
-            raise ValueError(self.refusal(one, other, float(depth[i])))
-        return self._unit * self.scene.elastocapillary_length * found[0], self._unit * found[1]
+            left_line = left and At(float(left.x[i]), float(left.f[i]))
+            right_line = right and At(float(right.x[i]), float(right.f[i]))
+            raise ValueError(self.refusal(left_line, right_line, float(depth[i])))
+        energy, reaction = found
+        return self._unit * self.scene.elastocapillary_length * energy, self._unit * reaction
 
     def solve(self, left: At | None, right: At | None, depth: float) -> Free:
-        """One free surface. ValueError if it would turn over."""
-        lines, unit = self._lines(left, right, depth), self._unit
+        """One free surface.
+
+        Parameters
+        ----------
+        left, right : At or None
+            Its lines.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        Free
+
+        Raises
+        ------
+        ValueError
+            If it would turn over.
+        """
+        side, s, width, u, rise = self._lines(left, right, depth)
         if not self.scene.axisymmetric:
-            lines = (1, 0.0, *lines[2:])  # wherever it is
-        elif lines[1:3] == (0.0, math.inf):
+            side = 1  # surfaces of a line contact are alike on either side, and at any place
+            s = 0.0
+        elif s == 0.0 and width == math.inf:
             return Free(0.0, (0.0, 0.0), 0.0, 0.0)  # at the axis there is none
-        found = self.solved(*lines)
+        found = self.solved(side, s, width, u, rise)
         if found is None:
             raise ValueError(self.refusal(left, right, depth))
-        (one, other), length = found.pulls, self.scene.elastocapillary_length
-        pulls = (unit * one, unit * other) if left else (unit * other, unit * one)
-        return Free(unit * length * found.energy, pulls, unit * found.area, found.residual)
+        first, other = found.pulls
+        if left:
+            pulls = (self._unit * first, self._unit * other)
+        else:
+            pulls = (self._unit * other, self._unit * first)
+        energy = self._unit * self.scene.elastocapillary_length * found.energy
+        return Free(energy, pulls, self._unit * found.area, found.residual)
 
     def shape(self, z: Array, left: At | None, right: At | None, depth: float) -> Shape:
-        """u and u' at positions between two lines."""
+        """Displacement and slope of one free surface.
+
+        Parameters
+        ----------
+        z : ndarray
+            Positions between its lines [length].
+        left, right : At or None
+            Its lines.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        u, slope : ndarray
+            [length] and du/dz, in the shape of z.
+        """
         if left is None and right is None:
             return np.zeros_like(z), np.zeros_like(z)
-        length, (side, *lines) = self.scene.elastocapillary_length, self._lines(left, right, depth)
+        length = self.scene.elastocapillary_length
+        side, *line = self._lines(left, right, depth)
         x = side * (np.ravel(z) - alone(left, right).x) / length
-        u, u1 = self.form(x, side, *lines)
-        return length * u.reshape(np.shape(z)), side * u1.reshape(np.shape(z))
+        u, slope = self.profile(x, side, *line)
+        return length * u.reshape(np.shape(z)), side * slope.reshape(np.shape(z))
 
     @property
     def _unit(self) -> float:
@@ -135,35 +245,42 @@ class Surfaces:
         return self.scene.gamma1 * float(self.scene.measure(self.scene.elastocapillary_length))
 
     def _lines(self, left: At | None, right: At | None, depth: Any) -> tuple[Any, ...]:
-        """A free surface from its first line on, in units of l, as below."""
-        length, line = self.scene.elastocapillary_length, alone(left, right)
-        s, u = line.x / length, (depth - line.f) / length
+        """side, s, width, u and rise of free surfaces, in units of l."""
+        length = self.scene.elastocapillary_length
+        line = alone(left, right)
+        s = line.x / length
+        u = (depth - line.f) / length
         if left is None or right is None:
             return 1 if left else -1, s, math.inf, u, -u
         return 1, s, (right.x - left.x) / length, u, (left.f - right.f) / length
 
-    # In units of l and γ₁, a surface on a side of a line at s that is displaced by u, to another
-    # one in a distance of `width`, ∞ if there is none, that is displaced by u + rise:
-
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
-        """u at which the line rests, f' outwards of the contact being `steep`."""
+        """Displacement u at which the first line rests.
+
+        steep: the slope f' there, outwards of the contact; w: over γ₁.
+        """
+        raise NotImplementedError
+
+    def energy_and_reaction(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> Any:
+        """F and what all lines are pulled by, (n,) each; None if a tail would turn over."""
         raise NotImplementedError
 
     def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> Any:
-        """F and what both lines are pulled by, (n,) each; None if a tail would turn over."""
-        raise NotImplementedError
+        """`energy_and_reaction`, by the name under which fitted/ calls it."""
+        return self.energy_and_reaction(side, s, width, u, rise)
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
-        """One such surface, its first line first; None if it would turn over."""
+        """One surface, its first line first; None if it would turn over."""
         raise NotImplementedError
 
-    def form(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
-        """u and its slope towards the other line, at distances from the first line."""
+    def profile(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
+        """u and its slope towards the other line, at distances x from the first line."""
         raise NotImplementedError
 
     def refusal(self, left: At | None, right: At | None, depth: float) -> str:
-        """Why a surface that would turn over is refused."""
-        line, name = alone(left, right), "r" if self.scene.axisymmetric else "x"
+        """The message for a surface that would turn over."""
+        line = alone(left, right)
+        name = "r" if self.scene.axisymmetric else "x"
         where = f"at the contact line {name} = {line.x!r}"
         if left is not None and right is not None:
             where = f"between the contact lines {name} = {left.x!r} and {right.x!r}"

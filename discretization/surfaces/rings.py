@@ -21,38 +21,55 @@ from discretization.surfaces.network import (
     Network,
     Shape,
     band,
+    gauss_lobatto,
     on_elements,
-    rounded,
     shipped,
 )
 from energy.arrays import Array
 
 _DEGREE = 12  # the least whose errors are rounding
-_POINTS, _OCTAVES = 28, 3.0  # of a piece of radii: the polynomial is then exact to rounding
-_COVERED, _DISC = 4.0, 6  # l: beside a line, by elements; by how many inside it
-_WIDER = 1.5  # ends of elements of a ring, over each other
+_POINTS = 28  # Chebyshev points of a piece of so many octaves of radii: its error is rounding
+_OCTAVES = 3.0
+_COVERED = 4.0  # l: beside a line, by elements
+_DISC_ELEMENTS = 6  # by so many inside it
+_GROWTH = 1.5  # radii of the two ends of an element of a ring, over each other, at most
 _LONGEST = 1.0  # l: of an element, far from the axis
-BESIDE = 2.0**-40  # l: a line at the axis is asked for at this radius
+# l: a line at the axis is taken to have this radius. Springs change S by s² log s relative to the
+# tension's own there, which is less than rounding.
+BESIDE = 2.0**-40
 
 
 def stiffness(side: Any, s: Any) -> Any:
-    """S(s) beyond lines of radii s (side +1), or on the disc inside them (-1).
+    """Reaction S of a free surface about an axis, per length and displacement of its line.
 
-    Within 2⁻⁴⁰ l of the axis that of a ring or a disc without springs; at the axis as just there.
+    Within 2⁻⁴⁰ l of the axis it is that of a ring or a disc without springs; at the axis that of
+    the radius 2⁻⁴⁰ l.
+
+    Parameters
+    ----------
+    side : int or ndarray
+        1 beyond the line, -1 on the disc inside it.
+    s : float or ndarray
+        Radius of the line [l].
+
+    Returns
+    -------
+    float or ndarray
+        [γ₁/l].
     """
     if isinstance(s, float) and s >= BESIDE:
-        return float(FAMILY.one(side, s)[0] / rough(side, s))
+        return float(FAMILY.one(side, s)[0] / leading_order(side, s))
     near = np.maximum(s, BESIDE)
-    found = FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / rough(side, near)
+    found = FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / leading_order(side, near)
     if (near == s).all():
         return found[()]
-    part = np.where(np.greater(s, 0), np.minimum(s / BESIDE, 1.0), 1.0)
-    ring = found / (part * (1 - near * found * np.log(part)))
-    return np.where(np.greater(side, 0), ring, found * part)[()]
+    ratio = np.where(np.greater(s, 0), np.minimum(s / BESIDE, 1.0), 1.0)
+    beyond = found / (ratio * (1 - near * found * np.log(ratio)))
+    return np.where(np.greater(side, 0), beyond, found * ratio)[()]
 
 
-def rough(side: Any, s: Any) -> Any:
-    """1/S(s), roughly: s log(1/s) beside small radii, 2/s inside them, 1 for great ones."""
+def leading_order(side: Any, s: Any) -> Any:
+    """1/S(s) to leading order: s log(1/s) beside small radii, 2/s inside them, 1 for great ones."""
     part = s / (1 + s)
     if isinstance(s, float):
         return part * (1 - math.log(part)) if side > 0 else 1 + 2 / s
@@ -60,18 +77,19 @@ def rough(side: Any, s: Any) -> Any:
 
 
 def _solved(side: int, s: Array) -> Array:
-    """S(s) over what it is roughly (n, 1), by elements and the exact far field beyond them."""
+    """S(s) over its leading order (n, 1), by elements and the exact far field beyond them."""
     if side > 0:
         end = s + _COVERED
         far = Network(end * far_stiffness(1, end), 0.0, 0.0)
         pull = ring(s, np.full_like(s, _COVERED)).then(far).left
     else:
         start = np.maximum(s - _COVERED, 0.0)
-        found, width = Network(0.0, 0.0, start * far_stiffness(-1, start)), (s - start) / _DISC
-        for i in range(_DISC):
-            found = found.then(_element(start + i * width, width))
-        pull = found.right
-    return np.asarray(pull / s * rough(side, s))[:, None]
+        width = (s - start) / _DISC_ELEMENTS
+        disc = Network(0.0, 0.0, start * far_stiffness(-1, start))
+        for i in range(_DISC_ELEMENTS):
+            disc = disc.then(_element(start + i * width, width))
+        pull = disc.right
+    return np.asarray(pull / s * leading_order(side, s))[:, None]
 
 
 _PIECES = shipped(BESIDE, _OCTAVES)
@@ -86,81 +104,113 @@ def far_stiffness(side: int, r: Any) -> Any:
 
 
 def decayed(side: int, start: Any, r: Array) -> Array:
-    """u at radii r beyond a line displaced by 1, and u' outwards (2, n): the exact decay."""
+    """u at radii r (n,) beyond a line displaced by 1, and u' outwards (2, n): the exact decay."""
     bessel = scipy.special.k0e if side > 0 else scipy.special.i0e
     u = bessel(r) / bessel(start) * np.exp(side * (start - r))
     return np.array([u, -u * far_stiffness(side, r)])
 
 
 def ring(q: Array, width: Array) -> Network:
-    """Rings of these widths beyond lines of radii q (n,)."""
+    """Rings of these widths beyond lines of radii q (n,), element after element."""
     first = np.minimum(width, _longest(q))
-    found, lo, end = _element(q, first), q + first, q + width
-    while (left := np.real(lo) < np.real(end)).any():
-        more = np.minimum(end[left] - lo[left], _longest(lo[left]))
-        longer = Network(*(part[left] for part in found)).then(_element(lo[left], more))
+    found = _element(q, first)
+    reached = q + first
+    end = q + width
+    unfinished = np.real(reached) < np.real(end)
+    while unfinished.any():
+        start = reached[unfinished]
+        more = np.minimum(end[unfinished] - start, _longest(start))
+        longer = Network(*(part[unfinished] for part in found)).then(_element(start, more))
         for part, new in zip(found, longer, strict=True):
-            part[left] = new
-        lo[left] += more
+            part[unfinished] = new
+        reached[unfinished] += more
+        unfinished = np.real(reached) < np.real(end)
     return found
 
 
 def _longest(start: Array) -> Array:
     """How wide an element of a ring may be that starts there."""
-    return np.maximum(np.minimum((_WIDER - 1) * start, _LONGEST), np.spacing(np.real(start)))
+    return np.maximum(np.minimum((_GROWTH - 1) * start, _LONGEST), np.spacing(np.real(start)))
 
 
-def _element(lo: Array, width: Array) -> Network:
-    """One element of this width beyond lo (n,)."""
-    stiff, mass = _matrices(lo, width)
-    hessian = stiff + mass[:, :, None] * np.eye(_DEGREE + 1)
-    loads = np.stack([mass, -stiff[:, :, -1]], axis=2)[:, 1:-1]
-    taken = stiff[:, [0, -1], 1:-1] @ np.linalg.solve(hessian[:, 1:-1, 1:-1], loads)
-    inner, outer = (mass[:, [0, -1]] - taken[:, :, 0]).T
-    return Network(inner, -stiff[:, 0, -1] - taken[:, 0, 1], outer)
+def _element(start: Array, width: Array) -> Network:
+    """Elements of these widths beyond radii (n,), inner nodes eliminated.
+
+    The loads of the inner nodes are their springs, for a displacement that is 1 everywhere, and
+    the pull of the outer end: so no large numbers are subtracted that would cancel.
+    """
+    stiffness, mass = _matrices(start, width)
+    hessian = stiffness + mass[:, :, None] * np.eye(_DEGREE + 1)
+    loads = np.stack([mass, -stiffness[:, :, -1]], axis=2)[:, 1:-1]
+    solved = np.linalg.solve(hessian[:, 1:-1, 1:-1], loads)
+    of_ends = stiffness[:, [0, -1], 1:-1] @ solved
+    inner, outer = (mass[:, [0, -1]] - of_ends[:, :, 0]).T
+    return Network(inner, -stiffness[:, 0, -1] - of_ends[:, 0, 1], outer)
 
 
-def _matrices(lo: Array, width: Array) -> tuple[Array, Array]:
+def _matrices(start: Array, width: Array) -> tuple[Array, Array]:
     """Matrices of ∫u'² r dr and weights of ∫u² r dr of elements (n, degree+1, degree+1)."""
-    points, weights, d = rounded(_DEGREE)
+    points, weights, derivative = gauss_lobatto(_DEGREE)
     half = width[:, None] / 2
-    measure = weights * (lo[:, None] + half * (points + 1))
-    return (d.T * (measure / half)[:, None, :]) @ d, measure * half
+    measure = weights * (start[:, None] + half * (points + 1))
+    return (derivative.T * (measure / half)[:, None, :]) @ derivative, measure * half
 
 
 class Axis:
-    """The networks about an axis: the questions of network.Line."""
+    """The networks about an axis; they answer as those of network.Line."""
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
-        """From lines of radii s to others, this much further to a side; ∞ where there is none."""
+        """The surface from one line to another.
+
+        Parameters
+        ----------
+        side : int or ndarray
+            Direction of the other line.
+        s, width : float, complex or ndarray
+            Radius of the first line, and distance of the other one [l], maybe infinite.
+
+        Returns
+        -------
+        Network
+            For E/(2π), the first line on its left.
+        """
         if not isinstance(width, np.ndarray) and width == math.inf:
             return Network(s * stiffness(side, s), 0.0, 0.0)
         many = np.ndim(s) or np.ndim(width) or np.ndim(side)
         side, s, width = np.broadcast_arrays(*map(np.atleast_1d, (side, s, width)))
-        out, other = side > 0, s + side * width
-        q, p = np.where(out, s, other), np.where(out, other, s)
-        near = (np.real(width) <= FAR) & (np.real(q) > 0)
+        outwards = side > 0
+        other = s + side * width
+        inner = np.where(outwards, s, other)
+        outer = np.where(outwards, other, s)
         found = np.zeros((3, s.size), s.dtype)
+        near = (np.real(width) <= FAR) & (np.real(inner) > 0)
         if near.any():
-            found[:, near] = ring(q[near], width[near])
-        for part, way, line in ((0, 1, q), (2, -1, p)):
-            own = ~near & (np.real(line) > 0)
-            if own.any():
-                found[part, own] = line[own] * stiffness(way, line[own])
-        found = np.where(out, found, found[::-1])
+            found[:, near] = ring(inner[near], width[near])
+        beyond_inner = ~near & (np.real(inner) > 0)
+        if beyond_inner.any():
+            found[0, beyond_inner] = inner[beyond_inner] * stiffness(1, inner[beyond_inner])
+        inside_outer = ~near & (np.real(outer) > 0)
+        if inside_outer.any():
+            found[2, inside_outer] = outer[inside_outer] * stiffness(-1, outer[inside_outer])
+        found = np.where(outwards, found, found[::-1])
         return Network(*found if many else found[:, 0])
 
     def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
-        """The same on a mesh of the whole ring, or what is left beyond lines far apart."""
+        """u and u' at distances x from a line displaced by u towards another one, by u + rise.
+
+        On a mesh of the ring; if its lines are far apart, or one is the axis, exact decays from
+        each line.
+        """
         if width <= FAR and s > 0:
-            ends, w = _mesh(s, width)
-            bent, slope = on_elements(ends, u * w[0] + rise * w[1], x)
-            return u + rise * x / width + bent, rise / width + slope
+            ends, nodal = _mesh(s, width)
+            bend, bend_slope = on_elements(ends, u * nodal[0] + rise * nodal[1], x)
+            return u + rise * x / width + bend, rise / width + bend_slope
         found = np.zeros((2, x.size))
-        for way, line, size in ((side, s, u), (-side, s + side * width, u + rise)):
+        for direction, line, displacement in ((side, s, u), (-side, s + side * width, u + rise)):
             if 0 < line < math.inf:
-                turn = np.array([[1], [way * side]])  # outwards of the first line
-                found += size * turn * decayed(way, line, s + side * x)
+                # the slope is that in the direction away from the first line
+                turn = np.array([[1], [direction * side]])
+                found += displacement * turn * decayed(direction, line, s + side * x)
         return found[0], found[1]
 
 
@@ -169,18 +219,25 @@ def _mesh(q: float, width: float) -> tuple[Array, Array]:
     """Ends of elements from the inner line on, and nodal w (2, nodes), which vanishes at the lines.
 
     The surface between two lines displaced by u and u + r is u (1 + w₀) + r (t + w₁), t from 0 to 1
-    in between: by elimination, repeated on its residual.
+    in between: by elimination, for the loads that 1 and t leave.
     """
     parts = [0.0]
     while parts[-1] < width:
-        parts.append(min(width, parts[-1] + float(_longest(np.array(q + parts[-1])))))
-    ends, t = np.array(parts), (rounded(_DEGREE)[0] + 1) / 2
-    stiff, mass = _matrices(q + ends[:-1], np.diff(ends))
+        longest = float(_longest(np.array(q + parts[-1])))
+        parts.append(min(width, parts[-1] + longest))
+    ends = np.array(parts)
+    lengths = np.diff(ends)
+    stiffness, mass = _matrices(q + ends[:-1], lengths)
     own = np.arange(len(mass))[:, None] * _DEGREE + np.arange(_DEGREE + 1)
-    flat = np.ones((own[-1, -1] + 1, 2))
-    flat[own, 1] = (ends[:-1, None] + np.diff(ends)[:, None] * t) / width
-    loads = np.zeros_like(flat)
-    np.add.at(loads, own, stiff @ (flat[own] - (1, 0)) + mass[:, :, None] * flat[own])
-    w, hessian = np.zeros_like(flat), band(stiff + mass[:, :, None] * np.eye(_DEGREE + 1))
+
+    t = (gauss_lobatto(_DEGREE).points + 1) / 2
+    straight = np.ones((own[-1, -1] + 1, 2))
+    straight[own, 1] = (ends[:-1, None] + lengths[:, None] * t) / width
+    tension = stiffness @ (straight[own] - (1, 0))  # without the 1, of which none is left
+    loads = np.zeros_like(straight)
+    np.add.at(loads, own, tension + mass[:, :, None] * straight[own])
+
+    hessian = band(stiffness + mass[:, :, None] * np.eye(_DEGREE + 1))
+    w = np.zeros_like(straight)
     w[1:-1] = -solveh_banded(hessian[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
     return ends, w.T

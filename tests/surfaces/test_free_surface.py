@@ -15,16 +15,16 @@ from truth.surfaces import Finite
 from discretization import minimise
 from discretization.fitted.rest_depths import surfaces_of
 from discretization.surfaces.finite_gap import DEGREE, rest_displacement, single
-from discretization.surfaces.network import Line, endless
+from discretization.surfaces.network import Line, semi_infinite_stiffness
 from discretization.surfaces.protocol import At
 from discretization.surfaces.rings import stiffness
 from energy import Circle, ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies, cards
 
 
 def test_the_linear_free_surface_converges_spectrally():
-    errors = [abs(endless(degree) - 1) for degree in (1, 2, 3, 4)]
+    errors = [abs(semi_infinite_stiffness(degree) - 1) for degree in (1, 2, 3, 4)]
     assert all(after <= 0.1 * before for before, after in itertools.pairwise(errors))
-    assert abs(endless(10) - 1) <= 1e-14
+    assert abs(semi_infinite_stiffness(10) - 1) <= 1e-14
 
 
 @pytest.mark.parametrize("side", [1, -1])
