@@ -153,8 +153,10 @@ class Nodes(FreeSurface):
     @functools.cached_property
     def in_contact(self) -> Nodes:
         """The nodes in contact, stretched so that the outermost one is at the line."""
-        if self.pinned or not self.a:
+        if self.pinned:
             return self
+        if not self.a:
+            return Nodes(self.body, self.depth, self.spacing, self.x[:1])
         links = max(round(self.a / self.spacing), 1)
         step = self.a / links
         nodes = np.arange(self.body.power, links + 1, dtype=float)
@@ -216,10 +218,20 @@ class Nodes(FreeSurface):
         -------
         ndarray (k,)
             [stress].
+
+        Raises
+        ------
+        ValueError
+            If there are no other nodes.
         """
         body = self.body
         inner = slice(body.power, -1)
         nodes = self.in_contact.x[inner]
+        if not nodes.size:
+            raise ValueError(
+                f"spacing = {self.spacing!r} leaves no node inside the contact, whose half-width "
+                f"is {self.a!r}: its pressure is not known; give a smaller spacing"
+            )
         half = self.in_contact.spacing / 2
         ends = np.maximum(nodes + half * np.array([[-1], [1]]), 0.0)
         power = body.power + 1
@@ -264,9 +276,9 @@ class Nodes(FreeSurface):
         return Certificate(
             penetration=float(inside[n + 1 :].max(initial=0.0)) / size,
             stationarity=float(np.abs(inside[own]).max()) / size,
-            opening=max(0.0, pulled) / pressed,
+            opening=max(0.0, pulled) / (pressed or 1.0),
             neighbours=float(gains.max(initial=0.0)) / size,
-            force=abs(float(self.y[own] @ self.rate[own] - forces.sum())) / pressed,
+            force=abs(float(self.y[own] @ self.rate[own] - forces.sum())) / (pressed or 1.0),
         )
 
     def errors(self, state: Any) -> dict[str, float]:

@@ -8,7 +8,7 @@ import resolved
 from layers import BODIES, GEOMETRIES, QUANTITIES, layer, off, random_scene, scene_of
 
 from discretization import minimise
-from energy import FlatPunch, Parabola, PowerLaw
+from energy import FlatPunch, Parabola, PowerLaw, Wedge
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
 SHAPES = {"line": resolved.Line(), "axisymmetric": resolved.Axis()}
@@ -182,3 +182,20 @@ def test_a_layer_of_finite_elements_by_its_extrapolated_error(nu, geometry, a):
             found = np.array([[a, *one[1:]], [a, *two[1:]]])
             first, second = np.abs(known - found) / scales
             assert (second <= 1e-3).all() and (second <= 0.3 * first + 2e-5).all()
+
+
+@pytest.mark.parametrize("part", [0.0, 0.02, 0.3])
+def test_nodes_pinned_at_a_tip(part):
+    """A line contact of one point, pulled by nothing but itself, as the mesh has it."""
+    scene = scene_of(Wedge(0.3), 0.3, 0.5, 1e-4)
+    depth = part * scene.elastocapillary_length * 0.3
+    mesh = minimise(scene, depth)
+    nodes = minimise(scene, depth, method="lattice", spacing=0.05)
+    assert mesh.half_width <= 1e-9
+    assert nodes.half_width == 0
+    rounding = 1e-9 * scene.gamma1
+    assert nodes.force == pytest.approx(mesh.force, rel=1e-6, abs=rounding)
+    length = scene.elastocapillary_length
+    assert nodes.energy == pytest.approx(mesh.energy, rel=1e-6, abs=rounding * length)
+    with pytest.raises(ValueError, match=r"spacing = 0\.05 leaves no node .* smaller spacing"):
+        nodes.pressure(0.0)
