@@ -28,6 +28,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebpts1
 from scipy.linalg import lapack
 
+from discretization.certificate import NotCertifiedError
 from discretization.roots import crossings
 from discretization.surfaces.network import (
     Family,
@@ -125,6 +126,11 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Meniscus:
     Returns
     -------
     Meniscus
+
+    Raises
+    ------
+    NotCertifiedError
+        If a Hessian is not positive definite, or 60 steps are not enough.
     """
     mesh = _mesh(side, s, sines, elements(side, s, halvings))
     u = np.zeros((s.size, mesh.half.shape[1] * DEGREE + 1))
@@ -135,7 +141,9 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Meniscus:
         step = np.zeros_like(u)
         for i in np.flatnonzero(unsettled).tolist():
             _, solution, info = lapack.dpbsv(hessian[i], gradient[i], lower=1)
-            step[i] = -solution if info == 0 else 0.0
+            if info != 0:
+                raise _unsolved(s[i], sines[i])
+            step[i] = -solution
         decrease = -(gradient * step).sum(axis=1)
 
         factor = np.ones(s.size)
@@ -149,11 +157,22 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Meniscus:
         u = u + factor[:, None] * step
         energy, gradient, hessian = trial
 
-        unsettled &= last_decrease > _STILL * np.abs(energy)
+        unsettled &= ~(last_decrease <= _STILL * np.abs(energy))  # nan is not settled
         if not unsettled.any():
             break
         last_decrease = decrease
+    else:
+        worst = int(np.argmax(unsettled))
+        raise _unsolved(s[worst], sines[worst])
     return Meniscus(2 * mesh.half[:, :, 0], u, energy + sines * u[:, 0])
+
+
+def _unsolved(s: float, sine: float) -> NotCertifiedError:
+    """The error where Newton's method finds no surface."""
+    return NotCertifiedError(
+        f"no free surface was found beside a line of radius {float(s)!r} l that pulls with sin φ = "
+        f"{float(sine)!r}; use slopes='small', or another depth"
+    )
 
 
 def _mesh(side: int, s: Array, sines: Array, lengths: Array) -> _Mesh:

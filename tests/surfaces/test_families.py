@@ -9,6 +9,7 @@ from numpy.polynomial.chebyshev import chebpts1, chebval
 from scenes import ROOT
 from truth import meniscus
 
+from discretization import NotCertifiedError
 from discretization.surfaces import menisci, network, rings
 from discretization.surfaces.tables import FAMILIES, pieces
 
@@ -124,3 +125,11 @@ def test_the_menisci_are_those_of_young_and_laplace(side, allowed):
         assert energy * r[own] == pytest.approx(lines.energy[own], rel=allowed, abs=0)
         compared += own.sum()
     assert compared > 500
+
+
+@pytest.mark.parametrize("sine", [2.0, 1e200])
+def test_a_meniscus_without_equilibrium_raises(sine):
+    """No surface pulls with sin φ > 1: U falls without end, or its Hessian overflows."""
+    given = 1, np.array([1.0]), np.array([sine]), 2
+    with np.errstate(all="ignore"), pytest.raises(NotCertifiedError, match="no free surface was"):
+        menisci.solve(*given)
