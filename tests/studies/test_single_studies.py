@@ -18,7 +18,7 @@ from studies.shared.small_slopes import scene, simulated
 from studies.shared.table import read
 
 PRESET = contact_angle.Parameters(
-    ratios=(0.01, 0.1, 0.5), widths=(0.3, 2.0), path=(0.1, 0.5), steps=4
+    ratios=(0.01, 0.1, 0.5), widths=(0.3, 2.0), path=(0.1, 0.5), steps=4, nodes=(6, 12, 25, 50)
 )
 
 
@@ -57,17 +57,37 @@ def test_the_angle_stays_while_everything_else_moves(record):
             assert np.ptp([angle.layer for angle in one.angles]) > 0.3
 
 
+def test_the_angle_emerges_on_nodes_with_second_order(record):
+    """θ = 120° of the true lengths, 180° - 1 rad of small slopes, from energies alone."""
+    found = {(one.kind, one.shape) for one in record.nodes}
+    assert found == {(k, s) for k in ("finite", "small") for s in contact_angle.ON_NODES}
+    for one in record.nodes:
+        assert 1.7 < one.order < 2.2 and one.errors[-1] < 0.01
+
+
+def test_mirror_twins_count_once_and_pinned_lines_not_at_all(record):
+    """A parabola that is tilted is one that is shifted, its own mirror image still."""
+    tilted = Parabola(4.0).tilted(0.1)
+    for body, lines in ((Parabola(4.0), 1), (tilted, 1), (Wedge(0.1).tilted(0.02), 2)):
+        state = simulated(scene(body, 1.0, 0.1, "small"), 0.5)
+        assert len(list(measured("small", "", state))) == lines
+    assert min(record.edge) < -0.9 and max(record.edge) > 0.9  # any angle, with the depth
+
+
 def test_a_wrong_angle_fails_the_study(record):
     assert record.passed
     spoilt = record.states[0]._replace(deficit=record.states[0].deficit * (1 + 1e-6))
     wrong = replace(record, states=(*record.states, spoilt))
-    assert not wrong.passed and contact_angle.answer(wrong).endswith("by up to 1e-06 of itself.")
+    assert not wrong.passed and "by up to 1e-06 of itself" in contact_angle.answer(wrong)
     assert "NOT the constant" in contact_angle.plot(wrong).get_suptitle()
     path = record.loops[0]
     spoilt = path.retract[-1]._replace(deficit=path.retract[-1].deficit * (1 + 1e-6))
     path = path._replace(retract=(*path.retract[:-1], spoilt))
     assert not replace(record, loops=(*record.loops[1:], path)).passed
-    assert f"(8) within {record.worst('finite'):.0e}" in contact_angle.summary(record)
+    coarse = record.nodes[0]._replace(errors=(0.1,) * 4)  # does not converge
+    assert not replace(record, nodes=(*record.nodes[1:], coarse)).passed
+    said = contact_angle.summary(record)
+    assert f"(8), relative error at most {record.worst('finite'):.0e}" in said
     columns, rows = contact_angle.table(record)
     assert len(rows) == len(record.states) + sum(len(one.angles) for one in record.loops)
     assert rows[0][columns.index("deficit")] == record.states[0].deficit
@@ -79,8 +99,11 @@ def test_the_contact_angle_runs_from_the_command_line(tmp_path, monkeypatch, cap
     few = {"ratios": (0.1,), "widths": (2.0,), "path": (0.1,), "steps": 2}
     monkeypatch.setattr(contact_angle, "QUICK", replace(PRESET, **few))
     assert main(["contact_angle", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
-    assert "\nanswer: Yes: at 42 contact lines π - θ is" in capsys.readouterr().out
-    assert {path.name for path in tmp_path.iterdir()} == {"contact_angle.png", "contact_angle.csv"}
+    assert " distinct free lines agree" in capsys.readouterr().out
+    names = {
+        f"{name}.{kind}" for name in ("contact_angle", "angle_on_nodes") for kind in ("png", "csv")
+    }
+    assert {path.name for path in tmp_path.iterdir()} == {*names, "loading_path.png"}
 
 
 @pytest.fixture(scope="module")
