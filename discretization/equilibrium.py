@@ -35,7 +35,10 @@ class Equilibrium:
     force, energy : float
         P [force/length], positive if it presses, and U [energy/length], 0 without contact.
     contact_angle : float
-        θ [rad], the mean over the contact lines, measured in the displacement field.
+        θ [rad], the mean over the contact lines, read from the displacement field beside them. On
+        nodes it emerges from energies of contact sets, with an error O(spacing²); on the mesh a
+        free line rests where ∂U/∂x = 0, which is Young's law (8), or (15), in other words. Lines
+        that are `pinned` count, too, and have the angle that the depth gives them.
     label : str
         "global", "metastable", "adhered", "neutral" or "detached".
     validity, warnings : tuple
@@ -216,7 +219,11 @@ class Equilibrium:
 
     @property
     def contact_angle(self) -> float:
-        """Mean measured contact angle θ [rad]; nan without a contact line."""
+        """Mean contact angle θ [rad] over all lines, pinned ones too; nan without a contact line.
+
+        π - θ = f'(a-0) + u'(a+0) (12), read from the displacement field, on nodes and on the mesh; of
+        finite slopes the sum of both inclinations.
+        """
         return math.pi - self.angle_deficit
 
     def displacement(self, x: ArrayLike) -> Array:

@@ -88,9 +88,9 @@ def load_path(
     touching else; under force and machine control it starts at first touch. Without long-range
     attraction contact begins on touching, at d = min f.
 
-    As a dead load P(d) or the drive d + P(d)/K of a machine rises, the indenter goes down to the
-    first depth at which that number is as large, as it falls, up to the first at which it is as
-    small: a depth that changes by a jump is an event.
+    Under load control the indenter jumps to the next depth with the same P, held by a machine of
+    stiffness K to the next one with the same d + P/K: larger depths as the control rises, smaller
+    ones as it falls. A jump is an event.
 
     Examples
     --------

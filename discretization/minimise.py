@@ -38,8 +38,8 @@ def minimise(
         d [length]: of the level f = 0 of the profile below the undeformed surface; negative: above.
     method : {"auto", "fitted", "lattice", "shortest_path", "oracle"}
         "fitted": a mesh anchored at the contact lines, accurate to rounding times the problem's
-        condition; any number of contacts, of "global" for small slopes: a lattice finds the
-        topology. "lattice": fixed nodes, accurate to O(spacing²); of "global" the minimum over all
+        condition; any number of contacts. "global": small slopes only; a lattice supplies the
+        contacts. "lattice": fixed nodes, accurate to O(spacing²); of "global" the minimum over all
         contact sets of these nodes (small slopes); with finite slopes, and without tension, states
         of one contact, around an axis one contact of a convex indenter with small slopes. "auto":
         "fitted", or "lattice" for "global" with a spacing.

@@ -70,8 +70,8 @@ def usable(
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
     if (method in ON_NODES) != (spacing is not None):
         raise ValueError(
-            f"spacing = {spacing!r} with method = {method!r}: nodes, as of method='lattice', "
-            "need their distance; the fitted mesh has no spacing"
+            f"spacing = {spacing!r} with method = {method!r}: method='lattice' requires "
+            "spacing; the fitted mesh has no spacing"
         )
     return None if spacing is None else positive("spacing", spacing)
 

@@ -13,7 +13,7 @@ Per unit length of the line contact, any consistent units; arrays are float64 of
 | θ      | contact angle, in the outer medium  | rad             | π: the surface is smooth      |
 | P      | force on the indenter per length    | force/length    | positive compressive          |
 | U      | energy per length                   | energy/length   | 0: flat, no contact           |
-| E, ν, h| layer modulus, Poisson ratio, depth | stress, 1, length | > 0, (-1, ½], > 0           |
+| E, ν, h| modulus, Poisson ratio, thickness   | stress, 1, length | > 0, (-1, ½], > 0         |
 | Ẽ, k   | uniaxial modulus, stiffness Ẽ/h     | stress, stress/length | > 0                     |
 | γ₁, γ₂, γ₁₂ | energies of layer, indenter, interface | energy/area | γ₁ >= 0                   |
 | w      | work of adhesion γ₁ + γ₂ - γ₁₂      | energy/area     | >= 0                          |

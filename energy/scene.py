@@ -38,8 +38,8 @@ class Scene:
         Factor on the work of adhesion along the surface.
     geometry : {"line", "axisymmetric"}
         Everything per length of a line contact; or the profile f(r) and the pattern turned about
-        r = 0, with forces and energies in full. `indenter` then is the mirror-symmetric profile,
-        made of the given half if that begins at r = 0.
+        r = 0, with forces and energies in full. `indenter` then is the mirror-symmetric profile:
+        half-profiles, which begin at r = 0, are mirrored.
 
     Raises
     ------

@@ -22,7 +22,7 @@ class SurfaceEnergies:
     Attributes
     ----------
     given_by_work : bool
-        Whether made by `from_work`: the other two energies are then told to nobody.
+        Whether made by `from_work`: the other two energies are then unknown.
 
     Raises
     ------

@@ -42,7 +42,7 @@ SHOWN = dict.fromkeys(LENGTHS, 1e6) | {"pull-off force": 1.0, "loop area": 1.0}
 
 @dataclass(frozen=True)
 class Parameters:
-    """γ₁ and w [N/m], machine stiffnesses K/(kb), steps of a loop."""
+    """γ₁ [N/m] and w [J/m²], machine stiffnesses K/(kb), steps of a loop."""
 
     tensions: tuple[float, ...] = (0.002, 0.02, 0.1, 0.4)
     works: tuple[float, ...] = (WORK / 2, WORK)
@@ -105,7 +105,7 @@ def _controls(parameters: Parameters, case: tuple[str, float, float]) -> list[Lo
 
 
 COLUMNS = Columns(
-    "indenter -10|γ₁ N/m 6.3g|w N/m 6.3g|control -12|jump-in a µm 12.6g|pull-off N/m 14.6g|"
+    "indenter -10|γ₁ N/m 6.3g|w J/m² 6.3g|control -12|jump-in a µm 12.6g|pull-off N/m 14.6g|"
     "d µm 9.6g|a µm 9.6g|area J/m 12.6g|error 6.0e|balance 7.0e"
 )
 

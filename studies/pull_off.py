@@ -223,7 +223,7 @@ def conclusions(curves: Sequence[Curve]) -> list[str]:
     balanced = np.array([pull.balanced.force for pull in flat.pulls if pull.balanced])
     part, blunt, wide = balanced / flat.forces, wedge.ratios < 1, parabola.ratios >= 1
     told = [
-        f"w is fixed at {WORK:g} N/m; l/b from {flat.ratios[1]:.3g} to {flat.ratios[-1]:.3g}",
+        f"w is fixed at {WORK:g} J/m²; l/b from {flat.ratios[1]:.3g} to {flat.ratios[-1]:.3g}",
         f"flat punch (paper: tension helps): {_effect(flat.forces, 1)}; Eq. (23) is the metastable "
         f"limit: the detached state has the lower energy from {part[0]:.4g} F_A on without "
         f"tension, from {part[-1]:.4g} F_A at the largest",

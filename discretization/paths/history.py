@@ -213,7 +213,8 @@ class History:
                 least, state = found.force, found
         if state is None or least >= -NOISE * np.abs(self.force).max(initial=0.0):
             raise ValueError(
-                f"least force = {least!r} of this path is not tensile; retract the indenter further"
+                f"least force = {least!r} of this path is not tensile; retract the indenter "
+                "further, unless it is too steep for its adhesion to pull at all"
             )
         return PullOff(state.force, state.depth, state.half_width)
 

@@ -26,8 +26,8 @@ Of the line contact but for `axisymmetric`, with small slopes but for `finite`.
 | --- | --- | --- | --- | --- |
 | k | `k` | foundation stiffness Ẽ/h | N/m³ | > 0 |
 | γ₁ | `gamma1` | surface tension of the free surface | N/m | >= 0 |
-| w | `w` | work of adhesion | N/m | >= 0 |
-| w_closing | `w_closing` | work of adhesion gained on closing, <= w | N/m | >= 0 |
+| w | `w` | work of adhesion | J/m² | >= 0 |
+| w_closing | `w_closing` | work of adhesion gained on closing, <= w | J/m² | >= 0 |
 | K | `K` | stiffness of the machine per length of the contact | N/m² | > 0 |
 | R, tan δ, c | `R`, `delta`, `c` | radius; wedge angle in rad; power-law coefficient | | > 0 |
 | d | `d` | depth of the level f = 0 below the undeformed surface | m | |

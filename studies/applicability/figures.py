@@ -22,7 +22,7 @@ from energy.arrays import Array
 from energy.layer import second_order
 from energy.validity import MUCH_LESS
 from studies import scenes
-from studies.applicability.record import TOLERANCES, Point, Record
+from studies.applicability.record import NODES, TOLERANCES, Point, Record
 from studies.scenes.file import load
 from studies.shared.figures import (
     COLOURS,
@@ -39,6 +39,7 @@ from studies.shared.figures import (
 THIN, STICKY = (0.02, 200.0), (1e-6, 3.0)  # h/l and w/γ₁ that are drawn
 RATIOS = {0.3: "-", 0.45: "--", 0.49: ":"}  # Poisson's ratios and their lines
 FLOOR = 1e-4  # the darkest colour of the map
+LEAST_DRAWN = 1e-16  # relative error; some are 0, which a logarithm has no place for
 GONE: dict[str, Any] = {"facecolor": "white", "edgecolor": "#aaaaaa", "hatch": "///"}
 LINES = (("a", "white", "-"), ("P", "black", "--"))
 
@@ -128,6 +129,37 @@ def draw_conjecture(record: Record) -> Figure:
     return figure
 
 
+def draw_question(record: Record, shape: str = "parabola") -> Figure:
+    """Error of a by (16) over γ₁/w: small slopes on nodes and on the mesh, and true lengths."""
+    figure, axes = canvas(7.5, 5)
+    points = record.paths[shape]
+    steepness = sorted({point.steepness for point in points})
+    chosen = [steepness[i] for i in sorted({0, len(steepness) // 2, -1 % len(steepness)})]
+    shown = shades(len(chosen), top=0.7)[::-1]
+    for s, colour, marker in zip(chosen, shown, MARKERS, strict=False):
+        row = [x for x in points if x.steepness == s and x.errors.exists]
+        errors = [abs(x.errors.half_width) for x in row]
+        look = {"color": colour, "marker": marker, "ms": 5}
+        axes.loglog([1 / x.ratio for x in row], errors, label=f"true lengths, f'(a₀) = {s:g}", **look)
+    small = [one for one in record.small if one.shape == shape and one.tension]
+    tensions = sorted({one.tension for one in small})
+    for name, label, style in (
+        ("nodes", f"small slopes, energies on {NODES} nodes", "^"),
+        ("mesh", "small slopes, ∂U/∂x = 0 on the mesh", "v"),
+    ):
+        worst = [max(getattr(x, name) for x in small if x.tension == t) for t in tensions]
+        drawn = np.maximum(worst, LEAST_DRAWN)
+        axes.loglog(tensions, drawn, style, color="black", mfc="none", ms=5, label=label)
+    axes.axvline(2.0, color=GREY, ls=":", lw=1.2)
+    axes.annotate("2w = γ₁", (2.0, 1e-9), (2.6, 1e-9), color="#555555", va="center")
+    axes.set(xlabel="surface tension over work of adhesion, γ₁/w", ylim=(LEAST_DRAWN / 4, 30))
+    axes.set(ylabel="relative error of the half-width by Eq. (16)")
+    axes.set_title(f"Eq. (16) for any γ₁: {shape}, d = 0 and w fixed")
+    axes.legend(fontsize=9, ncols=2, loc="upper right")
+    axes.grid(alpha=0.25)
+    return figure
+
+
 def thickest(nu: float) -> float:
     """h/l up to which springs stand for the layer."""
     return min(1.0, math.sqrt(MUCH_LESS / abs(second_order(nu))))
@@ -140,30 +172,35 @@ def place(scene: Scene) -> tuple[float, float]:
 
 
 def draw_regimes() -> Figure:
-    """The plane of h/l and w/γ₁, the borders in it, and the example scenes."""
+    """The plane of h/l and w/γ₁, the borders of validity in it, and the example scenes.
+
+    True lengths are needed above the line of small slopes, where springs always lift the layer by
+    more than a tenth: that region is not valid for any film, and not drawn as one.
+    """
     figure, axes = canvas(8.5, 6)
     x = np.union1d(np.geomspace(*THIN, 200), 1.0)
     strained, steep = MUCH_LESS**2 / 2 * x**2, MUCH_LESS / 2
-    axes.fill_between(x, strained, STICKY[1], color=GREY, alpha=0.35, lw=0)
+    top = np.minimum(strained, steep)
     for part, colour in ((x <= 1, SKY), (x >= 1, ORANGE)):
-        axes.fill_between(x[part], STICKY[0], strained[part], color=colour, alpha=0.35, lw=0)
+        axes.fill_between(x[part], STICKY[0], top[part], color=colour, alpha=0.35, lw=0)
     for nu, style in RATIOS.items():
-        at, name = thickest(nu), f"springs up to here for ν = {nu:g}"
+        at, name = thickest(nu), f"springs: h/l at most this for ν = {nu:g}"
         ends = STICKY[0], MUCH_LESS**2 / 2 * at**2
         axes.plot([at, at], ends, style, color="black", label=name)
-    axes.axhline(steep, color=ORANGE, ls="-.", label="small slopes up to here")
     examples = sorted(Path(scenes.__path__[0]).glob("*.toml"))
     for path, colour, marker in zip(examples, COLOURS, MARKERS, strict=False):
+        scene = load(path).scene
         look = {"color": colour, "marker": marker, "ms": 8, "mec": "white", "ls": ""}
-        axes.plot(*place(load(path).scene), **look, label=path.stem.replace("_", " "))
+        name = f"{path.stem.replace('_', ' ')}, ν = {scene.layer.nu:g}"
+        axes.plot(*place(scene), **look, label=name)
     words: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 11}
-    axes.text(0.12, 0.004, "the layer is strained\nby more than a tenth", **words)
-    axes.text(0.46, 4e-6, "springs", **words)
-    axes.text(15, 1e-4, "the layer itself:\nresponse = 'layer'", **words)
-    axes.text(28, 0.14, "steep: slopes = 'finite',\nfor springs", **words)
+    axes.text(0.2, 0.006, "outside: adhesion lifts the layer\nby more than h/10 (w > Ẽh/200)", **words)
+    axes.text(2.0, 0.35, "outside: slopes are not small (2w > γ₁/10)", **words)
+    axes.text(0.3, 3e-6, "springs", **words)
+    axes.text(15, 1e-4, "exact layer:\nresponse = 'layer'", **words)
     axes.set(xscale="log", yscale="log", xlim=THIN, ylim=STICKY)
     axes.set(xlabel="thickness over elastocapillary length, h/l")
     axes.set(ylabel="work of adhesion over surface tension, w/γ₁")
     figure.legend(loc="outside lower center", ncols=2, fontsize=10)
-    figure.suptitle("For whom the model is: little adhesion, and a layer that tension can bend")
+    figure.suptitle("Range of validity: little adhesion, and a layer no thicker than l for springs")
     return figure

@@ -2,8 +2,8 @@
 
     f(a) = d + √(2w/k) - l f'(a),  l = √(γ₁/k)                                             (16)
 
-is set, at the same imposed depth d, against minimising the energy of the true surface lengths
-(slopes="finite"), which knows neither (16) nor Young's law. With k = γ₁ = l = 1 a result depends
+is compared, at the same imposed depth d, with stationary states of the energy of true surface
+lengths (slopes="finite"). With k = γ₁ = l = 1 a result depends
 only on w/γ₁, on a/l and on the steepness, the slope f'(a) at the line of (16).
 
 Map: a wedge and a parabola at the depth where (16) gives a = l, over w/γ₁ and steepness; a flat
@@ -14,9 +14,11 @@ radius l is in balance, d = f - (δ₀ - l f') K₀/K₁.
 Conjecture: w, k, the indenter and d = 0 are fixed, γ₁ alone varies: does (16) hold for all γ₁?
 Its steepness is f'(a₀), the error of a relative to a₀, the half-width (18) without tension.
 
-For whom the model is, h against l and w against γ₁, with the example scenes: figures.py.
+The paper's question: with small slopes (16) is ∂U/∂x = 0 itself, for every γ₁ > 0, which is also
+compared with nodes, where energies alone decide; with true lengths its error is that of the map.
+Range of validity, h against l and w against γ₁, with the example scenes: figures.py.
 
-Output: applicability.png, conjecture.png, regimes.png, applicability.csv, and the answer in
+Output: applicability.png, conjecture.png, eq16.png, regimes.png, applicability.csv, and the answer in
 applicability.md.
 """
 
@@ -29,9 +31,15 @@ from scipy.optimize import brentq
 
 from discretization import minimise
 from energy import FlatPunch, Parabola
-from studies.applicability.figures import draw_conjecture, draw_maps, draw_regimes
+from studies.applicability.figures import (
+    draw_conjecture,
+    draw_maps,
+    draw_question,
+    draw_regimes,
+)
 from studies.applicability.record import (
     FULL,
+    NODES,
     PUNCH,
     QUICK,
     TOLERANCES,
@@ -40,6 +48,7 @@ from studies.applicability.record import (
     Parameters,
     Point,
     Record,
+    Small,
 )
 from studies.applicability.report import answer, short, table
 from studies.shared import command, small_slopes
@@ -89,20 +98,28 @@ def path_point(case: tuple[str, float, float]) -> Point | None:
     return Point(shape, 1 / tension, steepness, a / ell, small_slopes.compare(given, 0.0, a, a0))
 
 
-def within_small_slopes(p: Parameters) -> tuple[float, float]:
-    """Largest error of a by (16) in the paper's own energy: for γ₁ > 0, and (18) for γ₁ = 0."""
-    tense = dry = 0.0
-    for shape in SHAPES:
-        for steepness in p.paths:
-            a0 = KINDS[shape].width / steepness
-            body = small_slopes.blunt(shape, steepness, a0)
-            for tension in p.tensions:
-                given = scene(body, tension * WORK, WORK, "small")
-                state = minimise(given, small_slopes.depth_by_16(given, a0))
-                tense = max(tense, abs(state.half_width / a0 - 1))
-            state = minimise(scene(body, 0.0, WORK, "small"), 0.0, branch="global")
-            dry = max(dry, abs(state.half_width / a0 - 1))
-    return tense, dry
+def small_slope_case(case: tuple[str, float, float]) -> Small:
+    """Error of a by (16) in the paper's own energy, by (18) where the tension is 0.
+
+    case: shape, steepness, γ₁/w.
+    """
+    shape, steepness, tension = case
+    a0 = KINDS[shape].width / steepness
+    body = small_slopes.blunt(shape, steepness, a0)
+    given = scene(body, tension * WORK, WORK, "small")
+    if not tension:
+        state = minimise(given, 0.0, branch="global")
+        return Small(*case, abs(state.half_width / a0 - 1), math.nan)
+    depth = small_slopes.depth_by_16(given, a0)
+    spacing = min(given.elastocapillary_length, a0) / NODES
+    on_nodes = minimise(given, depth, method="lattice", spacing=spacing).half_width
+    on_mesh = minimise(given, depth).half_width
+    return Small(*case, abs(on_mesh / a0 - 1), abs(on_nodes / a0 - 1))
+
+
+def within_small_slopes(p: Parameters, jobs: int = 1) -> tuple[Small, ...]:
+    """Eq. (16) in the paper's own energy, for every shape, steepness and tension."""
+    return tuple(each(small_slope_case, list(product(SHAPES, p.paths, (0.0, *p.tensions))), jobs))
 
 
 def flat_faces(p: Parameters) -> Iterator[tuple[str, float, float]]:
@@ -129,7 +146,7 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """All comparisons, in `jobs` processes; `show` gets a line as each part begins."""
     cases = [*product(SHAPES, p.steepness, p.ratios), *product((PUNCH,), p.widths, p.ratios)]
     show("the paper's own energy, and flat faces ...")
-    small, flat = within_small_slopes(p), tuple(flat_faces(p))
+    small, flat = within_small_slopes(p, jobs), tuple(flat_faces(p))
     show(f"map, {len(cases)} states ...")
     points = tuple(each(map_point, cases, jobs))
     show(f"borders of 1 % and 10 % on {len(p.lines)} lines ...")
@@ -147,7 +164,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     preset, jobs, out = command.start("applicability", __doc__, argv, quick, FULL, QUICK)
     record = run(preset, command.say, jobs)
     drawn = {"applicability.png": draw_maps(record), "conjecture.png": draw_conjecture(record)}
-    drawn["regimes.png"] = draw_regimes()
+    drawn |= {"eq16.png": draw_question(record), "regimes.png": draw_regimes()}
     out.figures(drawn)
     out.table("applicability.csv", preset, *table(record))
     text = answer(record)

@@ -229,7 +229,8 @@ def plot_path(record: Record) -> Figure:
     axes.axhline(math.degrees(chosen.angles[0].law), label="Young's law (8)", **LINE)
     axes.set(xlabel="depth d/δ₀", ylabel="angle in degrees")
     axes.set_title(f"On a loading path ({chosen.shape}, w/γ₁ = {chosen.ratio:g}) only π − θ stays")
-    axes.set_ylim(top=1.45 * math.degrees(chosen.angles[0].law))
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.35 * (high - low))  # for the legend
     axes.legend(loc="upper center", ncols=2, fontsize=9)
     axes.grid(alpha=0.25)
     return figure

@@ -27,12 +27,15 @@ LINE: dict[str, Any] = {"color": BLACK, "lw": 1.2}
 DPI = 140
 
 
-def shades(count: int, name: str = "viridis") -> list[str]:
-    """So many colours from dark to light, which keep their order in greyscale."""
+def shades(count: int, name: str = "viridis", top: float = 0.9) -> list[str]:
+    """So many colours from dark to light, which keep their order in greyscale.
+
+    top: where the lightest is on the map; 0.7 for lines on white.
+    """
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
-    return [to_hex(colour) for colour in colormaps[name](np.linspace(0, 0.9, count))]
+    return [to_hex(colour) for colour in colormaps[name](np.linspace(0, top, count))]
 
 
 def plain_ticks(axis: Any, unit: str = "", steps: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:

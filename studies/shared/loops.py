@@ -18,7 +18,7 @@ from discretization import History, load_path
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
 
 LAYER = ElasticLayer(E=300.0, nu=0.4, h=10e-6)  # Pa, 1, m: a very soft gel
-WORK = 1e-4  # N/m
+WORK = 1e-4  # J/m²
 SIZE = 50e-6  # m
 LIFT = float(cards.plane.critical_separation(LAYER.stiffness, WORK))
 INDENTERS: dict[str, Indenter] = {

@@ -8,17 +8,17 @@ numbers of the model, outside the limits of independent springs.
 
 import functools
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-from discretization import Equilibrium, minimise
+from discretization import AccuracyWarning, Equilibrium, minimise
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
 
 K = 1.0
-_NARROW = 0.9  # rtol for contacts about to vanish, whose exact width does not matter
 
 
 class Errors(NamedTuple):
@@ -79,10 +79,10 @@ def blunt(shape: str, steepness: float, a: float = 1.0) -> Indenter:
     return KINDS[shape].body(steepness, a)
 
 
-def simulated(given: Scene, depth: float, rtol: float = 1e-8) -> Equilibrium | None:
+def simulated(given: Scene, depth: float) -> Equilibrium | None:
     """The equilibrium; None where its surface would turn over, which takes w >= γ₁."""
     try:
-        return minimise(given, depth, rtol=rtol)
+        return minimise(given, depth)
     except ValueError:
         if given.work_of_adhesion < given.gamma1:
             raise
@@ -153,7 +153,9 @@ def detachment(given: Scene, tolerance: float = 1e-6) -> float:
     reach = given.critical_separation
 
     def width(depth: float) -> float:
-        state = simulated(given, depth, _NARROW)
+        with warnings.catch_warnings():  # an exact width does not matter to whether there is one
+            warnings.simplefilter("ignore", AccuracyWarning)
+            state = simulated(given, depth)
         return state.half_width + 1e-12 if state and state.label != "detached" else -1e-7
 
     return float(brentq(width, -1.01 * reach, 0.01 * reach, xtol=tolerance * reach, rtol=1e-14))

@@ -140,6 +140,7 @@ def test_report_table_and_figures_are_written_from_the_record(record, tmp_path, 
     assert f"| any | any | π - θ | below {one:.2g} | below {ten:.2g} |" in page
     gone = min(x.ratio for x in record.points if not x.errors.exists)
     assert f"turns over, first at w/γ₁ = {gone:g}" in page
+    assert (tmp_path / "eq16.png").exists()
     rows = read(tmp_path / "applicability.csv")
     assert len(rows) == len(record.points)
     assert float(rows[0]["error_half_width"]) == record.maps["wedge"][0].errors.half_width
@@ -210,7 +211,7 @@ def test_the_borders_of_the_regimes_are_where_states_begin_to_warn(nu):
 
 def test_the_figure_of_the_regimes_holds_every_example():
     (axes,) = applicability_figures.draw_regimes().axes
-    named = [line.get_label() for line in axes.lines]
+    named = [line.get_label().split(",")[0] for line in axes.lines]
     for path in (ROOT / "studies" / "scenes").glob("*.toml"):
         at = named.index(path.stem.replace("_", " "))
         x, y = axes.lines[at].get_data()

@@ -153,7 +153,7 @@ def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, caps
     assert verify.main(["--quick", "--jobs", "1", "--out", str(tmp_path / "new")]) == 0
     out = capsys.readouterr().out.splitlines()
     assert out[-2].startswith("2 checks, 2 on both discretisations: 2 passed, 0 failed; ")
-    assert out[-1] == "answer: Yes: all 2 checks of the paper's results pass."
+    assert out[-1] == "answer: Yes: all 2 checks pass, 2 of the paper's equations and 0 beyond."
     assert sum("ok" in printed for printed in out) == 2
     report = (tmp_path / "new" / "report.md").read_text("utf-8")
     links = re.findall(r"\]\((.*?)\)", report)

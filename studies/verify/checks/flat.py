@@ -12,7 +12,7 @@ TENSIONS = (0.012, GAMMA1, 0.19)
 SHORT = 2e-10  # fitted error where the measure stays 1e-10 short of detachment
 
 
-@check(19, what="energy per width at d = -δ₀: any width is neutral", order=EXACT, unit="N/m")
+@check(19, what="energy per width at d = -δ₀: any width is neutral", order=EXACT, unit="J/m²")
 def neutral_width(mesh: Mesh) -> Comparison:
     scenes = [gel(FlatPunch(a)) for a in (0.9e-4, 1.37e-4, 2.3e-4, 5.1e-4)]
     d_c = float(cards.plane.critical_depth(LAYER.stiffness, WORK))

@@ -13,7 +13,7 @@ SURFACES = tuple(
 )
 
 
-@check(1, what="w from the energies of two punch widths", order=EXACT, unit="N/m")
+@check(1, what="w from the energies of two punch widths", order=EXACT, unit="J/m²")
 def work_from_energy(mesh: Mesh) -> Found:
     for surfaces in SURFACES:
         d = -0.6 * Scene(LAYER, surfaces, PUNCH).critical_separation
@@ -21,7 +21,7 @@ def work_from_energy(mesh: Mesh) -> Found:
         yield Comparison(wider.force * d / 2 - wider.energy, _work(surfaces))
 
 
-@check(17, what="w = kd²/2 at the depth d where a plane detaches", order=EXACT, unit="N/m")
+@check(17, what="w = kd²/2 at the depth d where a plane detaches", order=EXACT, unit="J/m²")
 def work_from_separation(mesh: Mesh) -> Found:
     for surfaces in SURFACES:
         scene = Scene(LAYER, surfaces, Plane())
