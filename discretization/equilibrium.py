@@ -221,8 +221,8 @@ class Equilibrium:
     def contact_angle(self) -> float:
         """Mean contact angle θ [rad] over all lines, pinned ones too; nan without a contact line.
 
-        π - θ = f'(a-0) + u'(a+0) (12), read from the displacement field, on nodes and on the mesh; of
-        finite slopes the sum of both inclinations.
+        π - θ = f'(a-0) + u'(a+0) (12), read from the displacement field; with finite slopes the
+        sum of both inclinations.
         """
         return math.pi - self.angle_deficit
 

@@ -140,7 +140,8 @@ def draw_question(record: Record, shape: str = "parabola") -> Figure:
         row = [x for x in points if x.steepness == s and x.errors.exists]
         errors = [abs(x.errors.half_width) for x in row]
         look = {"color": colour, "marker": marker, "ms": 5}
-        axes.loglog([1 / x.ratio for x in row], errors, label=f"true lengths, f'(a₀) = {s:g}", **look)
+        label = f"true lengths, f'(a₀) = {s:g}"
+        axes.loglog([1 / x.ratio for x in row], errors, label=label, **look)
     small = [one for one in record.small if one.shape == shape and one.tension]
     tensions = sorted({one.tension for one in small})
     for name, label, style in (
@@ -194,7 +195,8 @@ def draw_regimes() -> Figure:
         name = f"{path.stem.replace('_', ' ')}, ν = {scene.layer.nu:g}"
         axes.plot(*place(scene), **look, label=name)
     words: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 11}
-    axes.text(0.2, 0.006, "outside: adhesion lifts the layer\nby more than h/10 (w > Ẽh/200)", **words)
+    lifted = "outside: adhesion lifts the layer\nby more than h/10 (w > Ẽh/200)"
+    axes.text(0.2, 0.006, lifted, **words)
     axes.text(2.0, 0.35, "outside: slopes are not small (2w > γ₁/10)", **words)
     axes.text(0.3, 3e-6, "springs", **words)
     axes.text(15, 1e-4, "exact layer:\nresponse = 'layer'", **words)

@@ -71,9 +71,9 @@ class Border(NamedTuple):
 class Small(NamedTuple):
     """Eq. (16) within the paper's own energy, of small slopes.
 
-    tension: γ₁/w, 0 for springs alone and (18); mesh, nodes: relative error of a, on the mesh, whose
-    lines rest at ∂U/∂x = 0, and on NODES nodes in the shorter of l and a, where energies of contact
-    sets are compared and nothing else; nan where no nodes are tried.
+    tension: γ₁/w, 0 for springs alone and (18); mesh, nodes: relative error of a, on the mesh,
+    whose lines rest at ∂U/∂x = 0, and on NODES nodes in the shorter of l and a, where energies of
+    contact sets are compared and nothing else; nan where no nodes are tried.
     """
 
     shape: str

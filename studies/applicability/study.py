@@ -18,8 +18,8 @@ The paper's question: with small slopes (16) is ∂U/∂x = 0 itself, for every 
 compared with nodes, where energies alone decide; with true lengths its error is that of the map.
 Range of validity, h against l and w against γ₁, with the example scenes: figures.py.
 
-Output: applicability.png, conjecture.png, eq16.png, regimes.png, applicability.csv, and the answer in
-applicability.md.
+Output: applicability.png, conjecture.png, eq16.png, regimes.png, applicability.csv, and the answer
+in applicability.md.
 """
 
 import functools

@@ -7,8 +7,8 @@ The energy of a surface u(x) >= d - f(x) on a bed of springs,
 holds neither a contact angle nor a contact width. For each of Eqs. (1)-(40) this study measures
 what the equation states on simulated equilibria and compares it with the closed form, on both
 discretisations: on nodes, where energies of contact sets are compared and nothing else, and on the
-mesh, where a free contact line rests at ∂U/∂x = 0. On the lattice it halves the spacing of the nodes several times, shifts the grid
-sideways, and demands a small error on the finest grid as well as the right order of convergence.
+mesh, where a free contact line rests at ∂U/∂x = 0. On the lattice it halves the spacing of the
+nodes several times, shifts the grid sideways, and demands a small error on the finest grid as well as the right order of convergence.
 On the fitted mesh, the default of `minimise`, it demands rounding, or what the measure itself
 leaves. Checks stand in studies/verify/checks.
 
@@ -178,7 +178,8 @@ def answer(record: Record) -> str:
     count, failed = len(record.results), record.failed
     own = sum(bool(result.check.equations) for result in record.results)
     if not failed:
-        return f"Yes: all {count} checks pass, {own} of the paper's equations and {count - own} beyond."
+        own_and_more = f"{own} of the paper's equations and {count - own} beyond"
+        return f"Yes: all {count} checks pass, {own_and_more}."
     named = ", ".join(f"{label(r.check.equations)} {r.check.what}" for r in failed)
     return f"Not every one: {len(failed)} of {count} checks fail: {named}."
 
