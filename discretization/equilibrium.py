@@ -100,6 +100,11 @@ class Equilibrium:
         return {name: error * (scales[name] or 1.0) for name, error in self.error_estimate.items()}
 
     @functools.cached_property
+    def contact_angle_error(self) -> float:
+        """Numerical error of θ [rad]; nan where there is none to give, inf where not resolved."""
+        return readings.angle_error(self)
+
+    @functools.cached_property
     def label(self) -> str:
         """What is known of this state among all of its scene at its depth, in one word.
 

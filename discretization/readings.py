@@ -18,6 +18,7 @@ state: an `Equilibrium`; history: a `History`. Both are built on this module, no
 
 import math
 import warnings
+from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -36,6 +37,8 @@ STORED, ACTING = ("springs", "surface", "adhesion"), ("pressure", "lines")
 _FAR = 48.0  # l: of a free surface without end
 _EXACT = 1e-11  # of the free surfaces' parts
 _SAMPLES = 257  # of each contact
+_DIGITS = 10  # of a number that is printed, at most
+_ANGLE_ROUNDING = 1e-15  # rad: of the two slopes that make an angle, at least
 LINKS, FEWEST = 1.0, 0.5  # spacing over l, and over the half-width of a contact, at most
 
 
@@ -193,25 +196,104 @@ def state_line(state: Any) -> str:
     return f"Equilibrium({numbers}, label={state.label!r}, method={state.method!r})"
 
 
+def angle_error(state: Any) -> float:
+    """Numerical error of θ [rad], of the line where it is largest.
+
+    θ is read beside lines whose positions have the error of the half-width, which changes f' and u'
+    there; lines that are pinned have none. On nodes u' has an error of its own, (Δx/l)²/24 of u' to
+    the leading order, as a free surface decays by λ = exp(-2 asinh(Δx/2l)) for exp(-Δx/l): twice
+    that is taken. nan without a line or an angle, and for the exact response of a layer, whose
+    fields are those of one contact alone; inf where nodes do not resolve the lines.
+    """
+    scene, deficits = state.scene, state.angle_deficits
+    if scene.layer.exact or not np.isfinite(deficits).any():
+        return math.nan
+    position = state.uncertainty["half_width"]
+    if not math.isfinite(position):
+        return math.inf
+    largest = _ANGLE_ROUNDING
+    for step in (position, -position):
+        outwards = np.where(state.pinned | state.at_axis, 0.0, [-step, step])
+        moved = replace(state, contacts=state.contacts + outwards)
+        change = np.abs(moved.angle_deficits - deficits)
+        largest = max(largest, float(np.nanmax(change)))
+    if state.spacing > 0:
+        links = state.spacing / scene.elastocapillary_length
+        largest += links**2 / 12 * float(np.abs(state.line_slopes[1]).max())
+    return largest
+
+
+def rounded(value: float, error: float) -> str:
+    """A number to the digit that its error changes, and to _DIGITS at most.
+
+    >>> rounded(0.01413690508, 3.8e-3), rounded(0.01413690508, 1e-18)
+    ('0.014', '0.01413690508')
+    """
+    if not value or not 0 < error < math.inf:
+        return f"{value:.{_DIGITS}g}"
+    digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(error)) + 1
+    return f"{value:.{min(max(digits, 1), _DIGITS)}g}"
+
+
+def _error_text(value: float, error: float, unit: str) -> str:
+    """The numerical error in words."""
+    if math.isnan(error):
+        return "numerical error not estimated"
+    if not math.isfinite(error):
+        return _UNRESOLVED
+    if error <= 0.5 * 10.0**-_DIGITS * abs(value) or not error:
+        return "numerical error below rounding"
+    return f"numerical error {error:.1g}{unit}"
+
+
+def units_of(scene: Scene) -> dict[str, str]:
+    """SI units of what is read off a state, those of its scene if that is in SI units."""
+    per = scene.per_length
+    return {"depth": " m", "half_width": " m", "force": f" N{per}", "energy": f" J{per}"}
+
+
 def state_text(state: Any) -> str:
-    """The observables with their numerical errors, and how far the model's assumptions hold."""
+    """The observables with their numerical errors, and how far the model's assumptions hold.
+
+    Units are those of SI, which they are if the numbers of the scene are.
+    """
     kind = f"{state.label}, {state.branch} branch, {state.method}"
-    error = {
-        name: f"numerical error {size:.1e}" if math.isfinite(size) else _UNRESOLVED
-        for name, size in state.uncertainty.items()
-    }
-    theta = state.contact_angle
-    angle = "none with small slopes" if theta < 0 else f"θ = {theta:.10g} rad"
+    units, errors = units_of(state.scene), state.uncertainty
     width = "radius" if state.scene.axisymmetric else "half-width"
-    lines = [
-        f"depth        d = {state.depth:.10g}   ({kind})",
-        f"{width:12s} a = {state.half_width:.10g}   ({error['half_width']})",
-        f"force        P = {state.force:.10g}   ({error['force']})",
-        f"energy       U = {state.energy:.10g}   ({error['energy']})",
-        f"angle        {angle}   (π - θ = {state.angle_deficit:.6g})",
-    ]
+    lines = [f"depth        d = {state.depth:.{_DIGITS}g} m   ({kind})"]
+    for name, head in (("half_width", f"{width:12s} a"), ("force", "force        P")):
+        lines.append(_measured_text(head, getattr(state, name), errors[name], units[name]))
+    lines.append(_measured_text("energy       U", state.energy, errors["energy"], units["energy"]))
+    lines.append(_angle_text(state))
     lines += _relative_to(state)
     return "\n".join(lines + [f"validity     {a}" for a in state.validity])
+
+
+def _measured_text(head: str, value: float, error: float, unit: str) -> str:
+    return f"{head} = {rounded(value, error)}{unit}   ({_error_text(value, error, unit)})"
+
+
+def _angle_text(state: Any) -> str:
+    """θ with its error; whether lines are pinned, and so have the angle that the depth gives."""
+    deficit = state.angle_deficit
+    if math.isnan(deficit):
+        return "angle        none, as there is no contact line under tension"
+    scene = state.scene
+    if scene.slopes == "small" and scene.work_of_adhesion > 2 * scene.gamma1:
+        return (
+            f"angle        none by Young's law, w > 2γ₁   (π - θ = {deficit:.6g} of small slopes)"
+        )
+    error = angle_error(state)
+    theta, shown = state.contact_angle, rounded(deficit, error) if error < 1 else f"{deficit:.6g}"
+    pinned = state.pinned[~state.at_axis]
+    if pinned.all():
+        where = "; pinned at a corner"
+    elif pinned.any():
+        where = "; a mean, with lines pinned at corners"
+    else:
+        where = ""
+    told = _error_text(theta, error, " rad")
+    return f"angle        θ = {rounded(theta, error)} rad   ({told}; π - θ = {shown}{where})"
 
 
 def _relative_to(state: Any) -> list[str]:
@@ -252,10 +334,10 @@ def path_line(history: Any) -> str:
     return f"History({counts}, dissipated={history.dissipated:.6g})"
 
 
-def path_text(history: Any, si: bool = False) -> str:
+def path_text(history: Any, si: bool = True) -> str:
     """The events in their order, the most tensile state, the energy lost, and what does not hold.
 
-    si: with SI units.
+    si: with SI units, which the numbers have if those of the scene do.
     """
     control, count, per = history.control, len(history.events), history.scene.per_length
     written = "/({})" if per else "/{}"
@@ -271,7 +353,7 @@ def path_text(history: Any, si: bool = False) -> str:
     if (pull := most_tensile(history)) is not None:
         at = f"d = {pull.depth:.6g}{metres}, a = {pull.half_width:.6g}{metres}"
         lines.append(f"most tensile: P = {pull.force:.6g}{newtons} at {at}")
-    lines.append(f"energy lost on the way: {history.dissipated:.6g}{joules}")
+    lines.append(f"energy lost on the path: {history.dissipated:.6g}{joules}")
     if history.spacing is not None:
         lines.append(
             "errors: `error_estimate` follows the path on half as many nodes and compares; those "

@@ -136,7 +136,9 @@ def _of_slopes(scene: Scene, deformed: Deformation | None) -> tuple[Assumption, 
         return ()
     w, steep = scene.work_of_adhesion, "surfaces are too steep for small-slope energies"
     ratio = (2 * w / scene.gamma1 if scene.gamma1 else math.inf) if w else 0.0
-    far = "the contact angle is far from π" if ratio <= 4 else "there is no contact angle"
+    far = (
+        "the contact angle is far from π" if ratio <= 4 else "Young's law (8) has no contact angle"
+    )
     angle = Assumption("2w/γ₁", ratio, MUCH_LESS, far + scene.surfaces.doubt)
     if deformed is None:
         return (angle,)

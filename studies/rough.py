@@ -232,7 +232,7 @@ def answer(params: Parameters, loops: Sequence[Loop]) -> str:
         f"{loop.fraction[at]:.0%} of the width for l = {loop.tension:g} × the shortest wavelength"
         for loop in (loops[0], loops[-1])
     )
-    return f"FreePart to the deepest, in {', in '.join(told)}."
+    return f"At the largest depth, in {', in '.join(told)}."
 
 
 def lowest_is_lowest(loop: Loop) -> bool:

@@ -8,9 +8,9 @@ holds neither a contact angle nor a contact width. For each of Eqs. (1)-(40) thi
 what the equation states on simulated equilibria and compares it with the closed form, on both
 discretisations: on nodes, where energies of contact sets are compared and nothing else, and on the
 mesh, where a free contact line rests at ∂U/∂x = 0. On the lattice it halves the spacing of the
-nodes several times, shifts the grid sideways, and demands a small error on the finest grid as well as the right order of convergence.
-On the fitted mesh, the default of `minimise`, it demands rounding, or what the measure itself
-leaves. Checks stand in studies/verify/checks.
+nodes several times, shifts the grid sideways, and demands a small error on the finest grid as well
+as the right order of convergence. On the fitted mesh, the default of `minimise`, it demands
+rounding, or what the measure itself leaves. Checks stand in studies/verify/checks.
 
 Output: one line per check, report.md with all figures, verify.csv. Exit status 1 if any fails.
 """

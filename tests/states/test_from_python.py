@@ -7,6 +7,7 @@ import runpy
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,8 @@ from scenes import ROOT, plain, rippled
 
 import discretization
 import energy
-from discretization import load_path, minimise
-from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from discretization import load_path, minimise, readings
+from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
 
 SCENE = Scene(
     ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 0.06e-3), Parabola(0.02)
@@ -44,6 +45,47 @@ def test_a_state_is_told_in_one_line_and_in_full(state):
     )
 
 
+def test_numbers_have_units_and_the_digits_that_their_errors_allow():
+    nodes = {"method": "lattice", "spacing": SCENE.elastocapillary_length / 20}
+    state, shown = minimise(SCENE, LIFT, **nodes), readings.rounded
+    assert shown(0.01413690508, 3.8e-3) == "0.014" and shown(-2.0, 30.0) == "-2"
+    assert shown(1 / 3, 1e-18) == "0.3333333333" and shown(1.25, math.inf) == "1.25"
+    width = shown(state.half_width, state.uncertainty["half_width"])
+    assert len(width.lstrip("0.")) < 8 and f"half-width   a = {width} m   (numerical" in str(state)
+    for part in ("force        P = ", "energy       U = ", "angle        θ = "):
+        (line,) = [line for line in str(state).splitlines() if line.startswith(part)]
+        unit = {"f": " N/m", "e": " J/m", "a": " rad"}[part[0]]
+        assert line.count(unit) == 2, line
+    exact = minimise(SCENE, LIFT)
+    assert str(exact).count("numerical error below rounding") == 4
+    around = str(minimise(replace(SCENE, geometry="axisymmetric"), LIFT))
+    assert " N   (" in around and " J   (" in around and "radius       a = " in around
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+def test_the_error_of_the_angle_covers_what_it_is_off_by(slopes):
+    """By Young's law, or its small-slope form, for lines anywhere between the nodes."""
+    scene = replace(SCENE, slopes=slopes)
+    surfaces = scene.surfaces
+    law = surfaces.angle_deficit if slopes == "finite" else surfaces.small_slope_deficit
+    for depth in np.linspace(-0.4, 1.4, 7) * LIFT:
+        for per_length in (8, 31):
+            spacing = scene.elastocapillary_length / per_length
+            state = minimise(scene, depth, method="lattice", spacing=spacing)
+            off = abs(state.angle_deficit - law)
+            assert off < state.contact_angle_error < 20 * off + 1e-9
+        exact = minimise(scene, depth)
+        assert abs(exact.angle_deficit - law) < exact.contact_angle_error < 1e-10
+
+
+def test_a_pinned_line_is_marked_and_no_line_has_no_angle():
+    punch = Scene(SCENE.layer, SCENE.surfaces, FlatPunch(1e-4))
+    assert "; pinned at a corner)" in str(minimise(punch, 0.0))
+    apart = minimise(SCENE, -2 * LIFT)
+    assert "angle        none, as there is no contact line" in str(apart)
+    assert math.isnan(apart.contact_angle_error)
+
+
 def test_a_state_is_a_row_of_plain_data(state):
     row = state.to_dict()
     for name in ("depth", "half_width", "force", "energy", "contact_angle"):
@@ -62,7 +104,7 @@ def test_a_path_is_told_with_its_events(path):
     for event, text in zip(path.events, told[2:], strict=False):
         assert text.startswith(event.kind)
         assert float(text.split()[-1]) == pytest.approx(event.energy_released, rel=1e-5, abs=1e-30)
-    assert f"P = {path.pull_off.force:.6g}" in told[-2] and "N/m" not in str(path)
+    assert f"P = {path.pull_off.force:.6g}" in told[-2] and "force/(N/m)" in told[1]
     assert path._repr_html_().startswith("<pre>load path: 5 steps")
 
 
@@ -129,8 +171,8 @@ def test_a_path_is_drawn_with_its_events(path):
 def test_matplotlib_is_imported_when_something_is_drawn():
     code = """
 import sys
-from discretization import load_path, minimise
-from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from discretization import load_path, minimise, readings
+from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
 scene = Scene(ElasticLayer(1, 0, 1), SurfaceEnergies.from_work(1, 0.1), Parabola(9))
 state, path = minimise(scene, 0.1), load_path(scene, depths=[0, 0.1])
 str(state), repr(path), state.to_dict(), path.to_dict()

@@ -63,11 +63,11 @@ def test_swapped_energies_are_asked_about():
     asked = "are the two swapped"
     found = minimise(Scene(layer, swapped, Parabola(0.02)), 3e-7)
     (warning,) = (told for told in found.warnings if asked in told)
-    assert "2w/γ₁" in warning and "there is no contact angle" in warning
+    assert "2w/γ₁" in warning and "Young's law (8) has no contact angle" in warning
     with pytest.raises(ValueError, match=asked):
         _ = swapped.contact_angle
     told = str(found)
-    assert "angle        none with small slopes" in told and "θ = -" not in told
+    assert "angle        none by Young's law, w > 2γ₁" in told and "θ = -" not in told
     with pytest.raises(ValueError, match=asked):
         Scene(layer, swapped, Parabola(0.02), slopes="finite")
     for gamma1, w in ((0.03, 0.07), (0.0, 0.07)):  # as rubber may have them
