@@ -82,8 +82,10 @@ def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
     indenter, layer = (np.arctan(slope).ravel() for slope in state.line_slopes)
     ratio = scene.work_of_adhesion / scene.gamma1
     free = np.flatnonzero(~state.pinned & np.isfinite(state.angle_deficits))
-    if len(free) == 2 and np.allclose(*indenter[free], rtol=MIRRORED, atol=0.0):
-        free = free[1:]
+    if len(free) == 2:
+        first, second = indenter[free]
+        if abs(first - second) <= MIRRORED * abs(second):
+            free = free[1:]
     for i in free:
         seen = float(state.angle_deficits.flat[i]), law, float(indenter[i]), float(layer[i])
         yield Angle(kind, shape, ratio, state.depth, state.half_width, *seen)

@@ -3,6 +3,7 @@
 import csv
 import functools
 import importlib.metadata
+import json
 import os
 import platform
 import re
@@ -51,9 +52,10 @@ def versions(*more: str) -> dict[str, str]:
 
 @functools.cache
 def commit() -> str:
-    """The commit this code is from, "-dirty" if it was changed since; else the version installed.
+    """The commit this code is from, "-dirty" if it was changed since.
 
-    Code that was copied without its repository has neither: "unknown".
+    Where it is installed that which pip has recorded, as it does for an address of a repository;
+    else it is unknown, and the version says what was installed.
     """
     here = ["git", "-C", str(Path(__file__).parent)]
     own = [*here, "ls-files", "--error-unmatch", Path(__file__).name]  # not in another's repository
@@ -62,8 +64,20 @@ def commit() -> str:
         done = [subprocess.run(a, capture_output=True, text=True, check=True) for a in asked]
     except (OSError, subprocess.CalledProcessError):
         version = versions()["elastocap"]
-        return "unknown" if version == SOURCE else f"that of version {version}"
+        if version == SOURCE:
+            return "unknown"
+        return recorded_commit() or f"not recorded, version {version} as installed"
     return done[-1].stdout.strip()
+
+
+def recorded_commit() -> str:
+    """The commit of the repository that pip has installed this package from; "" if it has not."""
+    try:
+        origin = importlib.metadata.distribution("elastocap").read_text("direct_url.json")
+    except importlib.metadata.PackageNotFoundError:
+        return ""
+    found = json.loads(origin or "{}").get("vcs_info", {}).get("commit_id", "")
+    return str(found)[:12]
 
 
 def header(command: str, parameters: object) -> list[str]:

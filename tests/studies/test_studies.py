@@ -119,11 +119,21 @@ def test_a_table_is_read_as_it_was_written(tmp_path):
 
 def test_another_repository_around_the_package_is_not_ours(tmp_path, monkeypatch):
     monkeypatch.setattr(table, "__file__", str(tmp_path / "table.py"))
-    for version, told in ((table.SOURCE, "unknown"), ("0.1.0", "that of version 0.1.0")):
+    for version, told in ((table.SOURCE, "unknown"), ("0.1.0", "not recorded, version 0.1.0 as installed")):
         monkeypatch.setattr(table, "versions", lambda version=version: {"elastocap": version})
         table.commit.cache_clear()
         assert table.commit() == told
     table.commit.cache_clear()
+
+
+def test_the_commit_that_pip_has_installed_is_known(monkeypatch):
+    class Installed:
+        def read_text(self, name):
+            assert name == "direct_url.json"
+            return '{"url": "https://x.org/e.git", "vcs_info": {"commit_id": "0123456789abcdef"}}'
+
+    monkeypatch.setattr(table.importlib.metadata, "distribution", lambda name: Installed())
+    assert table.recorded_commit() == "0123456789ab"
 
 
 @pytest.mark.parametrize(
