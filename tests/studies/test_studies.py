@@ -119,7 +119,10 @@ def test_a_table_is_read_as_it_was_written(tmp_path):
 
 def test_another_repository_around_the_package_is_not_ours(tmp_path, monkeypatch):
     monkeypatch.setattr(table, "__file__", str(tmp_path / "table.py"))
-    for version, told in ((table.SOURCE, "unknown"), ("0.1.0", "not recorded, version 0.1.0 as installed")):
+    for version, told in (
+        (table.SOURCE, "unknown"),
+        ("0.1.0", "not recorded, version 0.1.0 as installed"),
+    ):
         monkeypatch.setattr(table, "versions", lambda version=version: {"elastocap": version})
         table.commit.cache_clear()
         assert table.commit() == told
