@@ -82,9 +82,17 @@ def option(name: str, value: str, known: Iterable[str]) -> str:
 
 def nearest(value: object, known: Iterable[str]) -> str:
     """What may have been meant by a word that is unknown, to be put behind that; may be empty."""
-    lower = {word.lower(): word for word in known}
-    close = difflib.get_close_matches(str(value).lower(), lower, 1)
-    return f": did you mean {lower[close[0]]!r}?" if close else ""
+    lower, given = {word.lower(): word for word in known}, str(value).lower()
+    close = difflib.get_close_matches(given, lower, len(lower) or 1)
+    if not close:
+        return ""
+
+    def likeness(word: str) -> float:
+        return difflib.SequenceMatcher(None, word, given).ratio()
+
+    best = likeness(close[0])
+    first = next(word for word in lower if word in close and likeness(word) == best)
+    return f": did you mean {lower[first]!r}?"
 
 
 def not_a_class(name: str, value: object) -> None:

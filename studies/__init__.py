@@ -31,6 +31,15 @@ MODULES = {
     "report": "studies.report",
 }
 STUDIES = tuple(MODULES)
+TOOLS = ("new", "run", "sweep", "fit", "plan", "report")
+BENCHMARKS = ("stress", *TIMED)
+GROUPS = {
+    "Tools, for scenes and data of your own": TOOLS,
+    "Studies, each a question with figures": tuple(
+        name for name in STUDIES if name not in (*TOOLS, *BENCHMARKS)
+    ),
+    "Benchmarks": BENCHMARKS,
+}
 REPORTED = STUDIES[: STUDIES.index("run")]
 PUBLIC = {
     "fit": "studies.scenes.fit.estimate",

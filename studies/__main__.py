@@ -1,4 +1,4 @@
-"""`python -m studies`, or `elastocap`, lists the studies; with NAME [options] it runs one."""
+"""`python -m studies`, or `elastocap`, lists what there is; with NAME [options] it runs one."""
 
 import os
 
@@ -7,15 +7,18 @@ import os
 os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1", OMP_NUM_THREADS="1")
 
 import ast
+import contextlib
 import importlib
 import io
+import json
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
 
-from studies import MODULES, STUDIES
+from studies import GROUPS, MODULES, STUDIES
+from studies.shared.command import program
 from studies.shared.table import versions
 
 PIPE, INTERRUPT = 141, 130  # statuses as of a shell: 128 + SIGPIPE, 128 + SIGINT
@@ -28,12 +31,14 @@ def question(name: str) -> str:
 
 
 def listing() -> str:
-    """One line for each study."""
-    lines = [f"  {name:16s} {question(name)}" for name in STUDIES]
-    lines.append(
-        "  FILE.py          A study of your own; `new --study FILE.py` writes one to edit."
-    )
-    return "\n".join(["python -m studies NAME [options]    (NAME -h for the options)", *lines])
+    """One line for each tool, study and benchmark."""
+    called = program()
+    lines = [f"usage: {called} NAME [options]    ({called} NAME -h for the options of one)"]
+    for title, names in GROUPS.items():
+        lines += ["", f"{title}:", *(f"  {name:17s} {question(name)}" for name in names)]
+    own = "A study of your own; `new --study FILE.py` writes one to edit."
+    everywhere = "Everywhere: --quiet prints the answer alone, --json one object."
+    return "\n".join([*lines, "", f"  {'FILE.py':17s} {own}", "", everywhere])
 
 
 def load(name: str) -> ModuleType:
@@ -83,30 +88,70 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def answered(name: str, rest: Sequence[str]) -> int:
-    """The list, the version, or a study and its status; refusals in one line."""
+    """The list, the version, or a study and its status; errors in one line."""
+    if name in ("-h", "--help") and rest:
+        name, rest = rest[0], ["-h", *rest[1:]]
     if name in ("", "-h", "--help"):
         print(listing())
         return 0
     if name == "--version":
         print("elastocap", versions()["elastocap"])
         return 0
-    told = ""
+    asked = {option for option in ("--quiet", "--json") if option in rest}
+    if not asked or {"-h", "--help"} & {*rest}:
+        status, error = _run(name, rest)
+    else:
+        shown = io.StringIO()
+        with contextlib.redirect_stdout(shown):
+            status, error = _run(name, rest)
+        if "--json" in asked:
+            print(as_json(name, status, error, shown.getvalue()))
+        else:
+            for line in (*said(shown.getvalue(), "answer"), *said(shown.getvalue(), "missed")):
+                print(line)
+    if status == 1 and not error:
+        error = f"{name}: FAILED: a check of this study did not pass; see its answer and tables"
+    if error:
+        print(error, file=sys.stderr)
+    return status
+
+
+def said(printed: str, word: str) -> list[str]:
+    """What follows a word at the beginning of printed lines, such as answer, missed, written."""
+    return [line[len(word) + 2 :] for line in printed.splitlines() if line.startswith(f"{word}: ")]
+
+
+def as_json(name: str, status: int, error: str, printed: str) -> str:
+    """One object: what was called, whether it passed, its answers, files, and numbers."""
+    found: dict[str, object] = {"name": name, "status": status, "passed": status == 0}
+    if error:
+        found["error"] = error
+    for word in ("answer", "missed"):
+        found[word] = said(printed, word)
+    found["files"] = [file for line in said(printed, "written") for file in line.split(", ")]
+    for text in said(printed, "json"):
+        found.update(json.loads(text))
+    return json.dumps(found, indent=1, ensure_ascii=False)
+
+
+def _run(name: str, rest: Sequence[str]) -> tuple[int, str]:
+    """The status of a study, and what went wrong in one line; "" if nothing did."""
+    where = ""
     try:
         study = load(name)
-        told = f"{name}: "
-        return int(study.main(rest))
+        where = f"{name}: "
+        return int(study.main(rest)), ""
     except BrokenPipeError:
         raise
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        print(f"{told}{where}{error.strerror or error}", file=sys.stderr)
+        file = f"{error.filename}: " if error.filename else ""
+        return 2, f"{where}{file}{error.strerror or error}"
     except ImportError as error:
         if error.name != "energy":
             raise
-        print(error, file=sys.stderr)
+        return 2, str(error)
     except (ValueError, RuntimeError) as error:
-        print(f"{told}{error}", file=sys.stderr)
-    return 2
+        return 2, f"{where}{error}"
 
 
 if __name__ == "__main__":

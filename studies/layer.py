@@ -150,7 +150,9 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Re
     """Every case, in `jobs` processes, of times in one; `show` gets a line for each."""
 
     def tell(row: Any) -> None:
-        show(str(row._make(float(f"{x:.5g}") if isinstance(x, float) else x for x in row)))
+        values = zip(row._fields, row, strict=True)
+        cells = (f"{n} = {x:.5g}" if isinstance(x, float) else f"{n} = {x}" for n, x in values)
+        show(f"{type(row).__name__.lower():9s} {', '.join(cells)}")
 
     rows: Record = {}
     for name, axes in parameters.items():

@@ -14,6 +14,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from studies.shared.command import program
 from studies.shared.table import replacing
 
 TEMPLATES = Path(__file__).parent.parent  # template.toml and template.py
@@ -32,7 +33,7 @@ def write(path: Path, ending: str) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Write the file and say what comes next."""
-    parser = argparse.ArgumentParser(prog="python -m studies new", description=__doc__)
+    parser = argparse.ArgumentParser(prog=f"{program()} new", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     which = parser.add_mutually_exclusive_group(required=True)
     which.add_argument("file", type=Path, nargs="?", metavar="FILE.toml", help="must not exist yet")
@@ -42,5 +43,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     path = options.study or options.file
     write(path, ".py" if options.study else ".toml")
     command = "" if options.study else "run "
-    print(f"written: {path}; edit it, then: python -m studies {command}{path}")
+    print(f"written: {path}; edit it, then: {program()} {command}{path}")
     return 0

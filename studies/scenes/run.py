@@ -204,14 +204,29 @@ def main(argv: Sequence[str] | None = None) -> int:
         content = coarser(content)
     given = built(options.scene, content)
     print(given.title)
-    written = equilibria(given, out, options.jobs) if given.depths.size else []
+    written = equilibria(given, out, options.jobs, options.json) if given.depths.size else []
     if given.programme is not None:
-        written += response(given, out)
+        written += response(given, out, options.json)
     print(f"written: {', '.join(map(str, written))}")
     return 0
 
 
-def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
+def as_json(name: str, value: Any) -> str:
+    """A line with numbers that --json shows; what is not finite, and no number in JSON, is null."""
+
+    def plain(item: Any) -> Any:
+        if isinstance(item, dict):
+            return {key: plain(part) for key, part in item.items()}
+        if isinstance(item, list):
+            return [plain(part) for part in item]
+        return item if not isinstance(item, float) or math.isfinite(item) else None
+
+    return f"json: {json.dumps({name: plain(value)})}"
+
+
+def equilibria(
+    given: SceneFile, out: command.Output, jobs: int, show_json: bool = False
+) -> list[Path]:
     """Solve, print and write the states at the depths of the file; the files written."""
     if given.depths.size == 1:
         record = run(given, show=print)
@@ -219,15 +234,29 @@ def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
         print(heading(given.scene))
         record = run(given, lambda state: command.say(row(state)), jobs)
         print(summary(record))
+    if show_json:
+        print(as_json("states", [state.to_dict() for state in record.states]))
     name, chosen = given.path.stem, {"slopes": given.scene.slopes, "options": given.options}
     written = out.table(f"{name}.csv", chosen, *table(record), notes=notes(given))
     return [written, *out.figure(name, plot(record))]
 
 
-def response(given: SceneFile, out: command.Output) -> list[Path]:
+def response(given: SceneFile, out: command.Output, show_json: bool = False) -> list[Path]:
     """Follow, print and write the load path of the file; the files written."""
     history = follow(given)
     print(readings.path_text(history, si=True))
+    if show_json:
+        events = [
+            {
+                "kind": event.kind,
+                "depth": event.depth,
+                "force": event.force,
+                "lost": event.energy_released,
+            }
+            for event in history.events
+        ]
+        steps = {name: column.tolist() for name, column in history.to_dict().items()}
+        print(as_json("path", {"events": events, "steps": steps}))
     name = f"{given.path.stem}_path"
     written = out.at(f"{name}.csv")
     about = [f"title: {given.title}", f"source: {given.source}", *out.header(given.options)]

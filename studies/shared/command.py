@@ -26,7 +26,7 @@ def parser(name: str, doc: str | None, quick: str, jobs: int | None = None) -> P
     are measured there is one.
     """
     name = os.path.relpath(name) if name.endswith(".py") else name
-    found = argparse.ArgumentParser(prog=f"python -m studies {name}", description=doc)
+    found = argparse.ArgumentParser(prog=f"{program()} {name}", description=doc)
     found.formatter_class = argparse.RawDescriptionHelpFormatter
     presets = ("quick", "full")
     about = f"quick: {quick}, figures as PNG alone; default: full"
@@ -39,7 +39,17 @@ def parser(name: str, doc: str | None, quick: str, jobs: int | None = None) -> P
     kind, default = partial(_jobs, timed=timed), 1 if timed else jobs or os.cpu_count() or 1
     about = "processes; " + ("1, for times are measured" if timed else f"default: {default}")
     found.add_argument("--jobs", type=kind, default=default, metavar="N", help=about)
+    about = "print nothing but the answer; progress and failures go to stderr"
+    found.add_argument("--quiet", action="store_true", help=about)
+    about = "print one JSON object: status, answer, files, and what `run` finds as numbers"
+    found.add_argument("--json", action="store_true", help=about)
     return found
+
+
+def program() -> str:
+    """How the command is called: "elastocap" where that is installed and used."""
+    called = Path(sys.argv[0]).stem if sys.argv else ""
+    return "elastocap" if called == "elastocap" else "python -m studies"
 
 
 def some_of(parser: Parser, option: str, names: Sequence[str]) -> None:

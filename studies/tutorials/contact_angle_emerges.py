@@ -59,7 +59,7 @@ print("θ on", counts, "nodes in l:", np.round(angles, 4), f"Young: {young:.1f}�
 plt.loglog(counts, plain, "s", label="20 lines of numpy: the line on a node")
 plt.loglog(counts, np.abs(angles - young), "o", label='method="lattice": the line between nodes')
 plt.loglog(counts, 20 / counts**2, "k:", label="second order")
-plt.xticks(counts, labels=counts)
+plt.xticks(counts, labels=[str(n) for n in counts])
 plt.minorticks_off()
 plt.xlabel("nodes in the elastocapillary length l")
 plt.ylabel("|θ − 120°| in degrees")

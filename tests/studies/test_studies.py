@@ -1,6 +1,7 @@
 """What all studies share: options, figures, tables that say how they were made."""
 
 import importlib
+import json
 import math
 import shlex
 import sys
@@ -12,7 +13,7 @@ import pytest
 from scene_files import DEPTH, SURFACES, writer
 
 from energy.units import prefixed
-from studies import MODULES, TIMED, rough, sphere
+from studies import GROUPS, MODULES, TIMED, rough, sphere
 from studies import __main__ as command_line
 from studies.shared import table
 from studies.shared.table import read
@@ -217,3 +218,49 @@ def test_the_version_is_told(capsys):
     assert command_line.main(["--version"]) == 0
     name, version = capsys.readouterr().out.split(maxsplit=1)
     assert name == "elastocap" and version.strip()
+
+
+def test_everything_is_listed_once_in_its_group(capsys, monkeypatch):
+    named = [name for names in GROUPS.values() for name in names]
+    assert sorted(named) == sorted(MODULES)
+    monkeypatch.setattr(sys, "argv", ["/somewhere/bin/elastocap"])
+    assert command_line.main([]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("usage: elastocap NAME") and "Benchmarks:" in said
+    with pytest.raises(SystemExit):
+        command_line.main(["-h", "run"])
+    assert "usage: elastocap run [-h]" in capsys.readouterr().out
+
+
+def test_failures_say_so_and_answers_stand_alone_or_in_one_object(capsys, monkeypatch):
+    class Study:
+        @staticmethod
+        def main(argv):
+            print("much", "answer: 42 of it", "written: a.csv, b.png", sep="\n")
+            print('json: {"numbers": [1, null]}')
+            return 1
+
+    monkeypatch.setattr(command_line, "load", lambda name: Study)
+    assert command_line.main(["mine"]) == 1
+    shown = capsys.readouterr()
+    assert "much" in shown.out and shown.err.startswith("mine: FAILED")
+    assert command_line.main(["mine", "--quiet"]) == 1
+    shown = capsys.readouterr()
+    assert shown.out == "42 of it\n" and shown.err.startswith("mine: FAILED")
+    assert command_line.main(["mine", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["status"] == 1 and not found["passed"] and found["answer"] == ["42 of it"]
+    assert found["files"] == ["a.csv", "b.png"] and found["numbers"] == [1, None]
+
+
+def test_a_run_gives_its_numbers_as_json(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert command_line.main(["new", "my.toml"]) == 0
+    capsys.readouterr()
+    assert command_line.main(["run", "my.toml", "--quick", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [state["label"] for state in found["states"]].count("global") >= 1
+    assert all(Path(file).exists() for file in found["files"])
+    assert command_line.main(["run", "none.toml", "--json"]) == 2
+    shown = capsys.readouterr()
+    assert "none.toml" in json.loads(shown.out)["error"] and "none.toml" in shown.err

@@ -26,6 +26,7 @@ where they run. Exit status 1 if a point failed.
 """
 
 import json
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -104,6 +105,26 @@ def table(record: Record) -> Table:
     return [*keys, *columns, "error"], rows
 
 
+def ranges(record: Record) -> str:
+    """The least and the largest of each number found, and where on the grid."""
+    names = dict.fromkeys(name for r in record.results for name in r.get("found", {}))
+    lines = []
+    for name in names:
+        values = [result.get("found", {}).get(name) for result in record.results]
+        known = [at for at, value in enumerate(values) if isinstance(value, int | float)]
+        known = [at for at in known if not math.isnan(float(values[at]))]
+        if not known or name.startswith("error_"):
+            continue
+        ends = (min(known, key=values.__getitem__), max(known, key=values.__getitem__))
+        told = (f"{values[at]:.6g} at {_place(record, at)}" for at in ends)
+        lines.append(f"{name:14s} from {' to '.join(told)}")
+    return "\n".join(lines)
+
+
+def _place(record: Record, at: int) -> str:
+    return ", ".join(f"{key} = {value}" for key, value in record.grid.point(at).items())
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Sweep a scene file; 1 if a point failed."""
     parser = command.parser("sweep", __doc__, "at most 5 values of each key")
@@ -139,6 +160,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     ]
     written = [out.table(f"{name}.csv", json.dumps(content), *table(record), notes=notes)]
     written += out.figure(name, sweep_figure.plot(record, given.title, per_length))
-    failed = f"; {record.failed} failed" if record.failed else ""
-    print(f"written: {', '.join(map(str, written))}{failed}")
+    print(ranges(record))
+    print(f"written: {', '.join(map(str, written))}")
+    if record.failed:
+        print(f"FAILED: {record.failed} of {len(grid)} points; the table has their messages")
     return 1 if record.failed else 0

@@ -259,7 +259,7 @@ def test_run_sweeps_a_scene_and_writes_what_minimise_says(scene, tmp_path, capsy
 def test_points_of_a_scene_that_fail_are_told(written, tmp_path, capsys):
     scene = written(("nu = 0.31", "nu = [0.31, 0.5]"))
     assert study.main([str(scene), "--out", str(tmp_path), "--jobs", "1"]) == 1
-    assert "; 18 failed" in capsys.readouterr().out
+    assert "FAILED: 18 of 36 points" in capsys.readouterr().out
     text = (tmp_path / "tiny_sweep.csv").read_text("utf-8")
     assert text.count("nu = 0.5 is outside (-1, 0.5)") == 18
 
