@@ -28,11 +28,11 @@ import importlib
 from typing import TYPE_CHECKING
 
 from energy import indenters
+from energy.files.profile_file import read_profile
 from energy.indenter import Indenter, Profile
 from energy.indenters import *  # noqa: F403
 from energy.layer import ElasticLayer
 from energy.pattern import Patches
-from energy.profile_file import read_profile
 from energy.sampled import Sampled
 from energy.scene import Scene
 from energy.surfaces import SurfaceEnergies

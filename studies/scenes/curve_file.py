@@ -47,8 +47,8 @@ import numpy as np
 
 from energy import Sampled, read_profile, units
 from energy.checks import positive
-from energy.text_lines import Pattern, Row
-from energy.text_table import Layout, TextTable, read_table
+from energy.files.text_lines import Pattern, Row
+from energy.files.text_table import Layout, TextTable, read_table
 from studies.scenes.fit.force_curve import Array, Curve
 from studies.scenes.table import Table
 from studies.shared.batches import in_own_process

@@ -50,7 +50,7 @@ from typing import Any
 import numpy as np
 
 from energy.arrays import Array, Mask
-from energy.text_lines import DELIMITERS, NUMBER
+from energy.files.text_lines import DELIMITERS, NUMBER
 from energy.units import prefixed
 from studies.scenes.curve_file import MEASURED, read_curve
 from studies.scenes.file import built, read

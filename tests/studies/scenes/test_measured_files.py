@@ -5,7 +5,7 @@ import pytest
 from scene_files import SPHERE, refused, written
 
 from energy import Circle, read_profile
-from energy.text_table import Layout, read_table
+from energy.files.text_table import Layout, read_table
 from studies.scenes.curve_file import Reading, read_curve
 from studies.scenes.file import load
 from studies.scenes.fit.force_curve import Curve

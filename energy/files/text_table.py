@@ -17,7 +17,7 @@ import numpy as np
 
 from energy import units
 from energy.arrays import Array
-from energy.text_lines import (
+from energy.files.text_lines import (
     DELIMITERS,
     NUMBER,
     Pattern,

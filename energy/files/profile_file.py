@@ -10,8 +10,8 @@ import numpy as np
 from energy import units
 from energy.arrays import Array
 from energy.checks import option, positive
+from energy.files.text_table import Layout, TextTable, read_table
 from energy.sampled import Sampled
-from energy.text_table import Layout, TextTable, read_table
 
 TEXT = (".txt", ".csv", ".dat", ".tsv", ".xyz", ".asc", ".prn")
 NAMES = ("x", "z")
