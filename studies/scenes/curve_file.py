@@ -49,7 +49,7 @@ from energy import Sampled, read_profile, units
 from energy.checks import positive
 from energy.files.text_lines import Pattern, Row
 from energy.files.text_table import Layout, TextTable, read_table
-from studies.scenes.fit.force_curve import Array, Curve
+from studies.scenes.fit.force_curve import Array, Curve, falls_on_approach
 from studies.scenes.table import Table
 from studies.shared.batches import in_own_process
 
@@ -257,17 +257,24 @@ def _branch(table: TextTable, reading: Reading, position: _Column, force: _Colum
     stiffness = math.inf
     if reading.spring_constant is not None:
         stiffness = reading.spring_constant / (reading.width or 1.0)
-    falls_on_approach = name in map(str.casefold, HEIGHTS)
-    if falls_on_approach:
+    is_height = name in map(str.casefold, HEIGHTS)
+    if is_height:
         measured = -measured
-    if falls_on_approach or name in DRIVES:
+    notes: tuple[str, ...] = ()
+    if falls_on_approach(measured, load):
+        measured = -measured
+        notes = (
+            f"the layer is where {position.name!r} is {'larger' if is_height else 'smaller'}, "
+            "against what its name says: its sign is reversed",
+        )
+    if is_height or name in DRIVES:
         if math.isinf(stiffness):
             raise ValueError(
                 f"{path}: {position.name!r} is the position of the piezo, from which the depth "
                 "differs by force over spring constant; give that with --spring-constant"
             )
         measured = measured - load / stiffness
-    return Curve(measured, load, stiffness)
+    return Curve(measured, load, stiffness, notes)
 
 
 def _load(table: TextTable, reading: Reading, force: _Column, count: int) -> Array:

@@ -1,7 +1,7 @@
 """Estimates of surface energies from a measured curve, their intervals, and what stays open."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -11,28 +11,38 @@ from scipy.optimize import brentq
 
 from energy import Assumption, Scene
 from energy.arrays import Array
+from energy.checks import option, positive
+from studies.scenes.fit.disturbances import noise
 from studies.scenes.fit.force_curve import (
     BASELINE,
     Curve,
     Data,
     chosen_points,
+    falls_on_approach,
     in_motion,
-    noise,
 )
-from studies.scenes.fit.model import DEFAULT, Model
-from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, sought
+from studies.scenes.fit.model import DEFAULT, UNCERTAIN, Model, parameters_of, scene_with
+from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, robust, sought
 from studies.scenes.fit.verdict import (
     Alternative,
     Quality,
     along,
     compared,
     drifting,
+    hysteretic,
     judged,
     unsuited,
 )
 from studies.scenes.run import violations
 
-UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
+UNITS = {
+    **{"w": "J/m²", "gamma1": "J/m²", "opening": "J/m²", "offset": "m"},
+    **{"stiffness": "Pa/m", "E": "Pa", "R": "m", "h": "m"},
+}
+OF_TENSION = ("2w/γ₁", "noise slope/√(2w/γ₁)", "slope")  # assumptions of the angle of a meniscus
+NOT_FITTED = "gamma1 is not fitted, which takes a start from gamma1 > 0"
+JKR_TENSION = 0.01  # of w, in place of no tension on a layer
+LOSSES = ("linear", "soft_l1")
 LOOSE, CONDITION = 1.0, 100.0
 CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
 FARTHEST = 20.0  # half-widths of the linearised interval
@@ -105,6 +115,11 @@ class Fit:
         return next(one for one in self.estimates if one.name == name)
 
     @property
+    def scatter(self) -> float:
+        """Standard deviation of the residual [N/m, or N around an axis]."""
+        return math.sqrt(float(self.best.fun @ self.best.fun) / self.best.spare)
+
+    @property
     def line(self) -> Array:
         """Fitted force out of contact at all points of the curve (n,)."""
         return np.asarray(self.model.data.columns @ self.model.line(self.best.x))
@@ -141,7 +156,7 @@ class Fit:
             elif not e.identifiable and e.name not in self.needless:
                 found.append(f"{e.name} is not identifiable from this curve: {OPEN}")
         if self.condition > CONDITION:
-            terms = zip(self.combination, self.model.names, strict=True)
+            terms = zip(self.combination, self.model.fitted, strict=True)
             text = " ".join(f"{c:+.2f} log {name}" for c, name in terms)
             text = text.replace("log offset", "offset/range")
             found.append(f"ill-conditioned ({self.condition:.2g}): the curve hardly fixes {text}")
@@ -156,13 +171,13 @@ class Fit:
     def __str__(self) -> str:
         rows = [f"{'parameter':12s}{'estimate':>13s}{'95 % linearised':>29s}{'95 % profile':>29s}"]
         for e in self.estimates:
-            row = f"{e.name:12s}{e.value:>13.5g}{self._told(e, e.interval):>29s}"
-            rows.append(f"{row}{self._told(e, e.profile):>29s} {self.unit(e.name)}")
-        data, times = self.model.data, self.quality.times
+            digits = _digits(e.interval)
+            row = f"{e.name:12s}{e.value:>13.{digits}g} {self._told(e, e.interval):>28s}"
+            rows.append(f"{row} {self._told(e, e.profile):>28s} {self.unit(e.name)}")
+        data = self.model.data
         count = f"{data.used.sum()} of {data.used.size} points in contact, {data.free.sum()} free"
         ends = ", ".join(mark.kind for mark in data.ends) or "no end of contact"
-        size = "" if math.isnan(times) else f", {times:.2g} × the noise"
-        residual = f"residual {self.best.scatter:.3g} {self.unit('level')}{size}"
+        residual = f"residual {self.scatter:.3g} {self.unit('level')}{self.quality.size}"
         rows.append(f"{count}; {ends} used; {residual}")
         rows += self.left_out
         rows += [one.told for one in self.alternatives if not one.doubtful]
@@ -170,12 +185,21 @@ class Fit:
 
     def _told(self, estimate: Estimate, interval: Interval | None) -> str:
         if interval is not None:
-            return f"[{interval[0]:.5g}, {interval[1]:.5g}]"
+            low, high = interval
+            return f"[{low:.{_digits(interval)}g}, {high:.{_digits(interval)}g}]"
         if estimate.bound:
             return "bound of the search"
         if not self.quality.fits:
             return "withheld"
         return "not sought" if estimate.identifiable else "open"
+
+
+def _digits(interval: Interval | None) -> int:
+    """How many digits of its ends tell a narrow interval from a point, 5 to 9."""
+    if interval is None or not 0 < interval[1] - interval[0] < math.inf:
+        return 5
+    size = max(map(abs, interval)) / (interval[1] - interval[0])
+    return min(max(math.ceil(math.log10(size)) + 2, 5), 9)
 
 
 def fit(
@@ -187,6 +211,8 @@ def fit(
     alternatives: bool = True,
     depth_range: tuple[float, float] | None = None,
     exclude: Sequence[tuple[float, float]] = (),
+    loss: str = "linear",
+    uncertainties: Mapping[str, float] | None = None,
 ) -> Fit:
     """Find the surface energies with which the simulator comes nearest to a measured curve.
 
@@ -198,7 +224,8 @@ def fit(
         Depth of the tip and force as measured. With the stiffness of the machine that holds the
         indenter, the noise of the force is known to be in the depth, too.
     names : sequence of str
-        What is fitted: some of w, gamma1, stiffness, offset, opening.
+        What is fitted: some of w, gamma1, stiffness or E, offset, opening. gamma1 is left out, and
+        that is said, where the scene has none.
     profiles : bool
         Find the profile intervals, too.
     alternatives : bool
@@ -207,6 +234,12 @@ def fit(
         Depths of the curve [m] between which points are used.
     exclude : sequence of (float, float)
         Intervals of depth [m] in which they are not.
+    loss : {"linear", "soft_l1"}
+        What is minimised of the residuals r: Σr², or the loss soft_l1 of scipy.optimize,
+        Σ 2c² (√(1 + r²/c²) - 1) with c four times the noise, which single points hardly move.
+    uncertainties : mapping of str to float, optional
+        Relative standard uncertainties of R or h of the scene. They are fitted with the rest, with
+        the value of the scene as one more measurement, so that all intervals have them in them.
 
     Returns
     -------
@@ -219,13 +252,25 @@ def fit(
     ValueError
         For too few points in contact, unknown names, or a start at which there is no equilibrium.
     """
+    option("loss", loss, LOSSES)
+    without_tension = scene.gamma1 == 0
+    scene, names, notes = _without_tension(scene, tuple(names))
+    known = _known(scene, uncertainties or {})
+    if falls_on_approach(curve.drive, curve.force):
+        raise ValueError(
+            "curve: the depth falls where the indenter is pressed, so that it is a height above "
+            "the layer; give its negative"
+        )
     curve, held = in_motion(curve)
     chosen = chosen_points(curve.depth, depth_range, exclude)
-    model = Model.of(scene, names, Data.of(curve, chosen))
-    left_out = [str(hold) for hold in held]
+    model = Model.of(scene, names, Data.of(curve, chosen, known))
+    notes += (*curve.notes, *map(str, held), *_disturbances(model.data))
     if not chosen.all():
-        left_out.append(f"{(~chosen).sum()} points outside of the chosen depths are left out")
-    best = sought(model)
+        notes += (f"{(~chosen).sum()} points outside of the chosen depths are left out",)
+    if loss == "soft_l1":
+        model, best = robust(model)
+    else:
+        best = sought(model)
     condition, weakest, spread = conditioning(best.jac, len(names))
     reach, quality = math.sqrt((best.limit - 1) * best.squares) * spread, _quality(model, best)
     asked = quality.fits, profiles
@@ -234,16 +279,72 @@ def fit(
     others = compared(model, best, reach) if alternatives else ()
     combination = tuple(weakest.tolist())
     states = along(model, best)
-    wrong = unsuited(states) or (drifting(model, best) if quality.fits else "")
-    said = quality, others, violations(states), wrong, tuple(left_out)
+    judge = drifting if quality.fits else hysteretic
+    wrong = unsuited(states) or judge(model, best)
+    strained = violations(states)
+    if without_tension:
+        strained = tuple(one for one in strained if one[0].name not in OF_TENSION)
+    said = quality, others, strained, wrong, notes
     return Fit(model, best, estimates, condition, combination, *said)
+
+
+def _without_tension(
+    scene: Scene, names: tuple[str, ...]
+) -> tuple[Scene, tuple[str, ...], tuple[str, ...]]:
+    """Scene and parameters to fit, and what is to be said, where there is no surface tension.
+
+    Springs do without. The response of a layer needs some tension: JKR_TENSION is that of JKR but
+    for 0.03 % of the pull-off force.
+    """
+    if scene.gamma1 > 0:
+        return scene, names, ()
+    others = tuple(name for name in names if name != "gamma1")
+    if not scene.layer.exact:
+        text = "independent springs without surface tension, which let go one by one"
+        return scene, others, (f"gamma1 = 0 in the scene: {text}; {NOT_FITTED}",)
+    gamma1 = JKR_TENSION * scene.work_of_adhesion
+    text = (
+        f"gamma1 = 0 in the scene: a bonded layer without surface tension, the theory of Johnson, "
+        f"Kendall and Roberts (JKR) where it is thick, computed with gamma1 = {gamma1:.3g} J/m², "
+        f"which is too small to be felt; {NOT_FITTED}"
+    )
+    return scene_with(scene, {"gamma1": gamma1}), others, (text,)
+
+
+def _known(scene: Scene, uncertainties: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    """What is known with a relative standard uncertainty. ValueError for what cannot be."""
+    for name, relative in uncertainties.items():
+        option("uncertainties", name, UNCERTAIN)
+        positive(f"uncertainties[{name!r}]", relative)
+        if name not in parameters_of(scene):
+            raise ValueError(
+                f"uncertainties = {dict(uncertainties)!r}: {type(scene.indenter).__name__} has no "
+                f"{name}; leave it out"
+            )
+    return tuple(uncertainties.items())
+
+
+def _disturbances(data: Data) -> tuple[str, ...]:
+    """Spikes and interference, in words."""
+    found = []
+    if data.spikes.any():
+        first = float(data.curve.depth[int(np.argmax(data.spikes))])
+        points = f"{data.spikes.sum()} points stick out"
+        if data.spikes.sum() == 1:
+            points = "1 point sticks out"
+        found.append(f"{points} of the neighbours and left out, the first at d = {first:.4g} m")
+    if data.wave:
+        period = f"a period of {1 / data.wave:.3g} m"
+        found.append(f"the force out of contact has waves, as interference has, with {period}")
+    return tuple(found)
 
 
 def _quality(model: Model, best: Best) -> Quality:
     data = model.data
     count, free = int(data.used.sum()), int(data.free.sum())
-    contact, out, ends = np.split(best.fun, [count, count + free])
-    sigma = noise(data.curve.force)
+    # twice the roots of the weights: a point far out counts no more than c of the loss
+    contact, out, ends = np.split(best.fun * data.roots, [count, count + free])
+    sigma = data.sigma if noise(data.curve.force) else 0.0
     # no noise is less than what simulated forces are to be trusted to
     least = SIMULATED * data.size if sigma else 0.0
     lone = np.empty(0) if free else data.curve.force[model.apart(best.x)]

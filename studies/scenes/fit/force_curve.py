@@ -4,23 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtri
 
 from energy.arrays import Array, Indices, Mask
+from studies.scenes.fit.disturbances import (
+    may_be_noise,
+    noise,
+    resolution,
+    wave_columns,
+    wave_number,
+    without_spikes,
+)
 
 CLEAR = 5.0  # times the noise: a force, or a way back, that is there
 ROUNDING = 1e-9  # of a way back, relative to the range of depths
 LEAST = 1e-10  # noise, relative to the largest force
+SOFT = 4.0  # times the noise: residuals beyond hardly pull with the loss soft_l1
 BASELINE = ("level", "slope", "drift")  # of the force out of contact
 FLAT = 8  # points at least that tell a line without contact
 STEEP = 0.2  # of the mean slope of what follows: a steeper line is no free part
-LINE, RARE = 1.5, 1e-4  # off a line, of the noise; and the chance of more than that on one
 GUARD = 0.1  # of the free points, those next to the contact, may feel it already
+WAVY = 1.5  # times as many points as on a line: then the force out of contact has waves
 STILL = 1e-9  # of the range of depths: a depth that changes by less is constant
 RATE_POINTS = 9  # over which the rate of the depth is measured, an odd number
 RESTING = 0.05  # of the typical rate: a slower depth is at rest
@@ -32,11 +40,13 @@ class Curve(NamedTuple):
 
     machine_stiffness: of the spring that holds the indenter, the cantilever, in units of the force
     per depth; inf: it is rigid. The depth of a tip on a spring has the noise of the force in it.
+    notes: what was done to read it, in sentences.
     """
 
     depth: Array
     force: Array
     machine_stiffness: float = math.inf
+    notes: tuple[str, ...] = ()
 
     @property
     def drive(self) -> Array:
@@ -130,16 +140,6 @@ def _without(curve: Curve, left_out: tuple[Hold, ...]) -> Curve:
     return curve._replace(depth=curve.depth[kept], force=curve.force[kept])
 
 
-def noise(force: Array) -> float:
-    """Standard deviation of the noise on a smooth curve with few jumps, from third differences.
-
-    0 for fewer than 8 points, which do not tell.
-    """
-    if force.size < 8:
-        return 0.0
-    return float(np.median(np.abs(np.diff(force, 3)))) / (0.6745 * math.sqrt(20))
-
-
 def turning_points(depth: Array) -> tuple[int, ...]:
     """Indices at which loading turns into unloading or back, by more than the depth's own noise."""
     least = max(CLEAR * noise(depth), ROUNDING * float(np.ptp(depth)))
@@ -165,18 +165,38 @@ def loading(depth: Array) -> Mask:
     return grows
 
 
+def outer_legs(depth: Array) -> tuple[slice, slice]:
+    """The points up to the first turning point, and those from the last one on."""
+    turns = turning_points(depth)
+    if turns == () and not loading(depth)[-1]:
+        turns = (0,)
+    n = depth.size
+    return slice(0, turns[0] + 1 if turns else n), slice(turns[-1] if turns else n, n)
+
+
 def free_parts(curve: Curve) -> Mask:
     """Points before and after all contact whose force is a line but for noise (n,)."""
     free, n = np.zeros(curve.force.size, bool), curve.force.size
-    turns = turning_points(curve.depth)
-    if turns == () and not loading(curve.depth)[-1]:
-        turns = (0,)
-    before, after = slice(0, turns[0] + 1 if turns else n), slice(turns[-1] if turns else n, n)
+    before, after = outer_legs(curve.depth)
     first = _flat(curve.depth[before], curve.force[before])
     last = _flat(curve.depth[after][::-1], curve.force[after][::-1])
     free[: round((1 - GUARD) * first)] = True
     free[n - round((1 - GUARD) * last) :] = last > 0
     return free
+
+
+def falls_on_approach(position: Array, force: Array) -> bool:
+    """Whether the indenter is out of contact at large positions (n,) and pressed at smaller ones.
+
+    No layer pushes what it does not touch: then the position is a height above the layer.
+    """
+    smooth = without_spikes(force)[1]
+    free = free_parts(Curve(position, smooth))
+    if not free.any():
+        return False
+    pushed = int(np.argmax(smooth))
+    clear = float(smooth[pushed] - np.median(smooth[free])) > 2 * CLEAR * noise(smooth)
+    return bool(clear and position[pushed] < position[free].min())
 
 
 def _flat(depth: Array, force: Array) -> int:
@@ -187,7 +207,7 @@ def _flat(depth: Array, force: Array) -> int:
         degree = int(not _is_constant(depth[:n], depth))
         own = np.polyfit(depth[:n] - depth[0], force[:n], degree)
         off = force[:n] - np.polyval(own, depth[:n] - depth[0])
-        if float(off @ off) > max(LINE**2 * (n - 2), chdtri(n - 2, RARE)) * sigma**2:
+        if not may_be_noise(off, 2, sigma):
             break
         count, line, n = n, own, max(n + 1, int(1.2 * n))
     if not count:
@@ -201,17 +221,40 @@ def _flat(depth: Array, force: Array) -> int:
     return count if flat else 0
 
 
+def waves(curve: Curve) -> tuple[float, Array]:
+    """Waves per length of interference out of contact, and its force at all points (n,).
+
+    It is there where a line with waves describes much more of the approach, or of the retraction
+    in reverse, than a line alone. 0 waves: there is none.
+    """
+    none = np.zeros(curve.force.size)
+    depth = curve.depth - curve.depth[0]
+    before, after = outer_legs(curve.depth)
+    found = []
+    for leg in (before, slice(after.stop - 1, after.start - 1 if after.start else None, -1)):
+        plain = _flat(depth[leg], curve.force[leg])
+        least = math.ceil(WAVY * max(plain, FLAT))
+        number, points, line = wave_number(depth[leg], curve.force[leg], least)
+        if number:
+            found.append((points, number, line))
+    if not found:
+        return 0.0, none
+    _, number, line = max(found, key=lambda one: one[0])
+    return number, wave_columns(depth, number) @ line
+
+
 def _is_constant(depth: Array, of: Array) -> bool:
     """Whether these depths are one and the same, against the range of all."""
     return float(np.ptp(depth)) <= STILL * float(np.ptp(of))
 
 
-def baseline(curve: Curve, free: Mask) -> Array:
+def baseline(curve: Curve, free: Mask, wave: float = 0.0) -> Array:
     """The forces that a free line may have, for level, slope and drift of 1 (n, q).
 
     The drift, over the number of the point, only where there are free points on both sides of the
     contact; neither slope nor drift where the depth is constant out of contact, as that of an
-    instrument that measures it from first touch on. None (n, 0) without free points.
+    instrument that measures it from first touch on. None (n, 0) without free points. Interference
+    adds a cosine and a sine of the position with so many waves per length.
     """
     x, order = curve.depth - curve.depth[0], np.linspace(0.0, 1.0, curve.depth.size)
     columns = np.stack([np.ones(x.size), x, order], axis=1)
@@ -219,7 +262,8 @@ def baseline(curve: Curve, free: Mask) -> Array:
         return columns[:, :0]
     if _is_constant(curve.depth[free], curve.depth):
         return columns[:, :1]
-    return columns[:, : 3 if free[0] and free[-1] else 2]
+    columns = columns[:, : 3 if free[0] and free[-1] else 2]
+    return np.concatenate([columns, wave_columns(x, wave)], axis=1) if wave else columns
 
 
 class Mark(NamedTuple):
@@ -255,10 +299,18 @@ class Contact(NamedTuple):
 def contacts(curve: Curve) -> tuple[Contact, ...]:
     """All points from the first force to the last one, between turns without any.
 
-    An end is seen where the curve is pulled on one side and without force on the other.
+    A force is there where two neighbours have it. An end is seen where the curve is pulled on one
+    side and without force on the other.
     """
-    depth, force, clear = curve.depth, curve.force, CLEAR * noise(curve.force)
-    turns, grows, felt, found = turning_points(depth), loading(depth), np.abs(force) > clear, []
+    depth = curve.depth
+    force = curve.force
+    clear = CLEAR * noise(force)
+    turns = turning_points(depth)
+    grows = loading(depth)
+    felt = np.abs(force) > clear
+    alone = felt & ~np.append(felt[1:], False) & ~np.append(False, felt[:-1])
+    felt &= ~alone
+    found = []
     cuts = [i for i in turns if not felt[i] and not grows[i]]
     for start, stop in pairwise([0, *cuts, depth.size]):
         if not felt[start:stop].any():
@@ -286,9 +338,12 @@ class Data:
     """A curve of n points, of which some are in contact and some have no force.
 
     flat: force over drive, less the line through its free parts; columns (n, q): forces that this
-    line may have; sigma: noise of the force, or rounding; size: of the forces in contact; lines:
-    the columns at the points used, the free ones and the ends of contacts; nearest: their
-    pseudo-inverse.
+    line may have; sigma: noise of the force, or rounding; size: of the forces in contact; known:
+    relative standard uncertainties of quantities of the scene, which count as measurements; roots
+    (m,): of the weights of the points used, the free ones, the ends of contacts and what is known,
+    in this order; lines (m, q): the weighted columns there; nearest: their pseudo-inverse; wave:
+    number of waves per length of the interference in the force, 0 without; spikes: points that
+    stick out of their neighbours and are used for nothing.
     """
 
     curve: Curve
@@ -299,35 +354,70 @@ class Data:
     contacts: tuple[Contact, ...]
     sigma: float
     size: float
+    known: tuple[tuple[str, float], ...]
+    roots: Array
     lines: Array
     nearest: Array
+    wave: float
+    spikes: Mask
 
     @classmethod
-    def of(cls, curve: Curve, chosen: Mask | None = None) -> Data:
+    def of(
+        cls,
+        curve: Curve,
+        chosen: Mask | None = None,
+        known: Sequence[tuple[str, float]] = (),
+    ) -> Data:
         """Take a curve apart, once a line through its free parts is subtracted.
 
         chosen: which points (n,) may be used, by default all; where contact begins and ends is
         found from all of them.
         """
-        flat = Curve(curve.drive, curve.force)
-        free, used = free_parts(flat), np.zeros(curve.force.size, bool)
-        columns = baseline(flat, free)
+        chosen = np.ones(curve.force.size, bool) if chosen is None else chosen
+        spikes, smooth = without_spikes(curve.force)
+        flat = Curve(curve.drive, smooth)
+        wave, interference = waves(flat)
+        free = free_parts(flat._replace(force=smooth - interference))
+        columns = baseline(flat, free, wave)
         if free.any():
-            line = np.linalg.lstsq(columns[free], curve.force[free], rcond=None)[0]
-            flat = Curve(curve.drive, curve.force - columns @ line)
-        found = contacts(flat)
-        if chosen is not None:
-            found = tuple(one.of(chosen) for one in found)
-            free &= chosen
+            line = np.linalg.lstsq(columns[free], smooth[free], rcond=None)[0]
+            flat = flat._replace(force=smooth - columns @ line)
+        found = tuple(one.of(chosen & ~spikes) for one in contacts(flat))
+        used = np.zeros(curve.force.size, bool)
         for leg in (leg for one in found for leg in one.legs):
             used[leg.points] = True
-        free &= ~used
+        free &= chosen & ~spikes & ~used
         size = float(np.abs(curve.force[used]).max(initial=0))
-        sigma = max(noise(curve.force), LEAST * size)
-        none = np.zeros((sum(len(one.ends) for one in found), columns.shape[1]))
-        lines = np.concatenate([columns[used], columns[free], none])
-        nearest = np.linalg.pinv(lines)
-        return cls(curve, flat, columns, used, free, found, sigma, size, lines, nearest)
+        sigma = max(noise(smooth), resolution(smooth) / math.sqrt(12), LEAST * size)
+        others = sum(len(one.ends) for one in found) + len(known)
+        lines = np.concatenate([columns[used], columns[free], np.zeros((others, columns.shape[1]))])
+        return cls(
+            curve=curve,
+            flat=flat,
+            columns=columns,
+            used=used,
+            free=free,
+            contacts=found,
+            sigma=sigma,
+            size=size,
+            known=tuple(known),
+            roots=np.ones(len(lines)),
+            lines=lines,
+            nearest=np.linalg.pinv(lines),
+            wave=wave,
+            spikes=spikes,
+        )
+
+    def reweighted(self, residuals: Array) -> Data:
+        """With the weights 1/√(1 + r²/c²) of the loss soft_l1, c = SOFT σ, at residuals r (m,).
+
+        A minimum of the sum of weighted squares that has these weights itself is one of
+        Σ 2c² (√(1 + r²/c²) - 1), which grows with |r| far out: single points hardly pull.
+        """
+        roots = (1 + (residuals / (SOFT * self.sigma)) ** 2) ** -0.25
+        lines = self.lines * (roots / self.roots)[:, None]
+        nearest = np.asarray(np.linalg.pinv(lines), float)
+        return replace(self, roots=roots, lines=lines, nearest=nearest)
 
     @property
     def ends(self) -> tuple[Mark, ...]:

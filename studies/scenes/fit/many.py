@@ -14,7 +14,7 @@ from energy.units import prefixed
 from studies.scenes.curve_file import INSTRUMENT, NO_LOAD_PATH, Reading, count, read_curve
 from studies.scenes.file import load
 from studies.scenes.fit.estimate import UNITS, fit
-from studies.scenes.fit.model import parameters_of, scene_with
+from studies.scenes.fit.model import scene_with
 from studies.scenes.sweep.store import Record
 from studies.scenes.sweep.study import sweep, table
 from studies.shared.batches import tell
@@ -29,8 +29,8 @@ TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
 class FittedFile:
     """The fit of one curve as a function of its name, in any process.
 
-    depth_range, exclude: as of `fit`; fixed: parameters that are not fitted, in place of those of
-    the scene.
+    depth_range, exclude, loss, uncertainties: as of `fit`; fixed: parameters that are not fitted,
+    in place of those of the scene.
     """
 
     scene: Path
@@ -39,6 +39,8 @@ class FittedFile:
     alternatives: bool
     depth_range: tuple[float, float] | None = None
     exclude: tuple[tuple[float, float], ...] = ()
+    loss: str = "linear"
+    uncertainties: tuple[tuple[str, float], ...] = ()
     fixed: tuple[tuple[str, float], ...] = ()
 
     def __call__(self, point: dict[str, Any]) -> dict[str, Any]:
@@ -46,7 +48,7 @@ class FittedFile:
         name, _, number = str(point["curve"]).partition("#")
         reading = replace(self.reading, number=int(number)) if number else self.reading
         scene = load(self.scene).scene
-        scene = scene_with(scene, parameters_of(scene) | dict(self.fixed))
+        scene = scene_with(scene, dict(self.fixed))
         curve = read_curve(name, reading)
         found = fit(
             scene,
@@ -56,6 +58,8 @@ class FittedFile:
             alternatives=self.alternatives,
             depth_range=self.depth_range,
             exclude=self.exclude,
+            loss=self.loss,
+            uncertainties=dict(self.uncertainties),
         )
         values = dict[str, Any]()
         for one in found.estimates:
@@ -69,7 +73,7 @@ class FittedFile:
         files = sorted({name.partition("#")[0] for name in names})
         contents = [sha256(Path(file).read_bytes()).hexdigest() for file in files]
         text = self.scene.read_text("utf-8")
-        chosen = [self.depth_range, self.exclude]
+        chosen = [self.depth_range, self.exclude, self.loss, self.uncertainties]
         return [
             text,
             repr(self.reading),
@@ -146,6 +150,17 @@ def plot(record: Record, names: Sequence[str], title: str) -> Figure:
     return figure
 
 
+def failures(record: Record, files: Sequence[str]) -> list[str]:
+    """A line for each curve that could not be fitted or that the model does not describe."""
+    lines = []
+    for file, result in zip(files, record.results, strict=True):
+        if "error" in result:
+            lines.append(f"{file}: not fitted: {result['error'].removeprefix(f'{file}: ')}")
+        elif not result["found"]["fits"]:
+            lines.append(f"{file}: {result['found']['warnings'].partition(';')[0]}")
+    return lines
+
+
 def report(
     job: FittedFile,
     files: Sequence[str],
@@ -178,6 +193,8 @@ def report(
         record = fitted([str(found)])
     fits = record.column("fits") == 1
     print(f"{int(fits.sum())} of {len(files)} curves are described by the model")
+    for line in failures(record, files):
+        print(line)
     if fits.any() and shown:
         for one in shown:
             low, middle, high = np.quantile(record.column(one)[fits], (0.16, 0.5, 0.84))

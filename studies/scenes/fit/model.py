@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import optimize
 
 from discretization import NotCertifiedError
-from energy import Scene, SurfaceEnergies
+from energy import Circle, Parabola, Scene, SurfaceEnergies
 from energy.arrays import Array, Mask
 from studies.scenes.fit.branches import Branch, retraction, touching, ways
 from studies.scenes.fit.force_curve import Data
 
-NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
+NAMES = ("w", "gamma1", "stiffness", "E", "offset", "opening")
+UNCERTAIN = ("R", "h")  # what may be known with an uncertainty
 DEFAULT = ("w", "gamma1", "offset")
+Round = Circle | Parabola  # indenters that have a radius
 FAR, STRIDE, HUGE = math.log(1e4), 1e-3, 700.0
 FACTOR, SHIFT = (FAR, 0.8, STRIDE), (1.0, math.inf, 1e-5)  # of logarithms and offset: see `ranges`
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
@@ -27,9 +29,10 @@ STARTS, ROUNDS = 100, 3  # offsets among which the best one is where the search 
 
 
 def parameters_of(scene: Scene) -> dict[str, float]:
-    """What can be fitted, as it is in a scene; opening: 0 where a contact opens with w, too.
+    """What can be fitted or uncertain, as it is in a scene.
 
-    ValueError for an incompressible layer.
+    opening: 0 where a contact opens with w, too. R: of the indenter, where it has one. ValueError
+    for an incompressible layer.
     """
     if math.isinf(scene.stiffness):
         raise ValueError(
@@ -38,37 +41,59 @@ def parameters_of(scene: Scene) -> dict[str, float]:
         )
     energies = {"w": scene.work_of_adhesion, "gamma1": scene.gamma1}
     opening = scene.opening.work_of_adhesion if scene.opening else 0.0
-    return energies | {"stiffness": scene.stiffness, "offset": 0.0, "opening": opening}
+    layer = {"stiffness": scene.stiffness, "E": scene.layer.E, "h": scene.layer.h}
+    body = {"R": scene.indenter.R} if isinstance(scene.indenter, Round) else {}
+    return energies | layer | body | {"offset": 0.0, "opening": opening}
 
 
-def scene_with(scene: Scene, p: dict[str, float]) -> Scene:
-    """The scene with these parameters; the stiffness Ẽ/h through Young's modulus.
+def completed(scene: Scene, changes: Mapping[str, float]) -> dict[str, float]:
+    """All parameters of a scene where some are changed: E follows the stiffness, or the reverse.
+
+    Ẽ/h is in proportion to E/h at the Poisson's ratio of the scene.
+    """
+    found = {**parameters_of(scene), **changes}
+    thinner = scene.layer.h / found["h"]
+    if "stiffness" in changes and "E" not in changes:
+        found["E"] = scene.layer.E * found["stiffness"] / (scene.stiffness * thinner)
+    else:
+        found["stiffness"] = scene.stiffness * thinner * found["E"] / scene.layer.E
+    return found
+
+
+def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
+    """The scene with some parameters changed.
 
     A contact opens with the work of adhesion `opening` where that exceeds w, else with w.
     """
-    layer = replace(scene.layer, E=scene.layer.E * p["stiffness"] / scene.layer.stiffness)
-    surfaces, opening = SurfaceEnergies.from_work(p["gamma1"], p["w"]), None
+    p = completed(scene, changes)
+    layer, indenter, opening = scene.layer, scene.indenter, None
+    if (p["E"], p["h"]) != (layer.E, layer.h):
+        layer = replace(layer, E=p["E"], h=p["h"])
+    if isinstance(indenter, Round) and p["R"] != indenter.R:
+        indenter = replace(indenter, R=p["R"])
+    surfaces = SurfaceEnergies.from_work(p["gamma1"], p["w"])
     if p["opening"] > p["w"]:
         opening = SurfaceEnergies.from_work(p["gamma1"], p["opening"])
-    return replace(scene, layer=layer, surfaces=surfaces, opening=opening)
+    return replace(scene, layer=layer, indenter=indenter, surfaces=surfaces, opening=opening)
 
 
 def astray(scene: Scene, names: Sequence[str], factor: float) -> Scene:
     """The scene with some parameters off by a factor, γ₁ upwards and the others downwards."""
-    off = {"w": 1 / factor, "gamma1": factor, "stiffness": 1 / factor}
-    own = {n: v * off.get(n, 1) if n in names else v for n, v in parameters_of(scene).items()}
-    return scene_with(scene, own)
+    off = {"w": 1 / factor, "gamma1": factor, "stiffness": 1 / factor, "E": 1 / factor}
+    own = parameters_of(scene)
+    return scene_with(scene, {name: own[name] * off.get(name, 1.0) for name in names})
 
 
 def _usable(scene: Scene, names: tuple[str, ...]) -> Scene:
     """The scene to start from. ValueError for unknown names and a scene that cannot be fitted."""
     if not names or len(set(names)) < len(names) or not set(names) <= set(NAMES):
         raise ValueError(f"parameters = {names!r} must be among {', '.join(NAMES)}, each once")
-    start = parameters_of(scene)
+    if {"stiffness", "E"} <= set(names):
+        raise ValueError(f"parameters = {names!r}: E follows from the stiffness; leave one out")
     if "opening" in names and scene.opening is None:
         apart = scene.work_of_adhesion * math.exp(APART)
-        scene = scene_with(scene, start | {"opening": apart})
-        start = parameters_of(scene)
+        scene = scene_with(scene, {"opening": apart})
+    start = parameters_of(scene)
     for name in names:
         if name != "offset" and not start[name] > 0:
             raise ValueError(f"{name} = {start[name]!r} in the scene: start from a value > 0")
@@ -96,10 +121,12 @@ class Model:
 
     @classmethod
     def of(cls, scene: Scene, names: Sequence[str], data: Data, zero: float | None = None) -> Model:
-        """zero: offset to start from; else that at which the scene is nearest to the data.
+        """names: of what is fitted, to which comes what is known with an uncertainty. zero: offset
+        to start from; else that at which the scene is nearest to the data.
 
         ValueError for unknown names, a scene that cannot be fitted, too few points."""
         scene, count = _usable(scene, tuple(names)), int(data.used.sum())
+        names = (*names, *(name for name, _ in data.known))
         if count <= len(names) + 1:
             raise ValueError(
                 f"curve: {count} points with a force above the noise are too few for "
@@ -110,6 +137,11 @@ class Model:
         if "offset" not in names or zero is not None:
             return model
         return replace(model, zero=model.nearest(retraction(scene, model.touch, model.reach)[0]))
+
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """What the data alone determine: the names without what is known with an uncertainty."""
+        return self.names[: len(self.names) - len(self.data.known)]
 
     @property
     def reach(self) -> float:
@@ -177,7 +209,7 @@ class Model:
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters at these coordinates."""
         fitted = {name: self.value(name, at) for name, at in zip(self.names, x, strict=True)}
-        return parameters_of(self.scene) | fitted
+        return completed(self.scene, fitted)
 
     def value(self, name: str, coordinate: float) -> float:
         """A parameter at its coordinate."""
@@ -202,8 +234,8 @@ class Model:
         return force, {"touch": self.touch + offset, "detachment": end + offset}
 
     def off(self, x: Array) -> Array:
-        """Force less measured in contact and out of it, and the ends of contact in units of the
-        noise (n,); nan: no state."""
+        """Force less measured in contact and out of it, then the ends of contact and what is known
+        beside the curve in units of the noise, weighted (n,); nan: no state."""
         data = self.data
         try:
             force, ends = self.forces(x)
@@ -211,7 +243,10 @@ class Model:
             return np.full(len(data.lines), math.nan)
         force = force - data.curve.force
         late = [data.sigma * (ends[mark.kind] - mark.depth) / mark.error for mark in data.ends]
-        return np.concatenate([force[data.used], force[data.free], late])
+        uncertain = [
+            data.sigma * x[self.names.index(name)] / relative for name, relative in data.known
+        ]
+        return data.roots * np.concatenate([force[data.used], force[data.free], late, uncertain])
 
     def line(self, x: Array) -> Array:
         """Coefficients of the nearest line out of contact (q,)."""

@@ -15,7 +15,7 @@ BLUNT = 100.0, 10.0  # straight ends of branches at first
 FINE, ROUGH = 1e-6, 1e-2  # gains at last, and where straight ends or HOPELESS noise are left
 HOPELESS = 4.0  # times the noise
 ASTRAY = 2.0  # of logarithms: by how much straight ends may lead away without another look
-SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
+SIMULATED = 1e-6  # of the largest force: simulated forces are off by up to this
 STEPS, SOLVED = 25, 1e-7  # where branches are known: at most, and gain of the last one
 UNBOUND = 1e6  # over the largest force: so small, residuals do not hold back scipy's first step
 ROUNDS, SHORTER = 15, 0.25  # places at most; the reach after a failure
@@ -24,12 +24,13 @@ FAIR = 0.75  # of the gain that was promised: the reach grows
 CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
 DEAD = 1e-5  # of the longest column: what simulated forces do not tell
 CONFIDENCE = 0.95
+TURNS, SETTLED = 20, 0.01  # weights of a robust loss: at most, and of a standard deviation
 ROUNDING = 1e-10  # of a force, relative to the largest
 
 
 class Best(NamedTuple):
     """A minimum: coordinates (m,), residuals (n,), their Jacobian by the coordinates and by the
-    line out of contact (n, m + q), and Σr²."""
+    line out of contact (n, m + q), and Σ(r² + e²), e the error of simulated forces."""
 
     x: Array
     fun: Array
@@ -73,6 +74,26 @@ def sought(model: Model, ftol: float = FINE) -> Best:
     return found
 
 
+def robust(model: Model) -> tuple[Model, Best]:
+    """The minimum with the loss soft_l1, and the model with its weights.
+
+    Weights at the residuals of a minimum, and a minimum with these weights, in turn until no
+    coordinate changes by more than SETTLED of its standard deviation. The second search begins
+    anew: without weights, what is spoilt may have led the first one astray.
+    """
+    best = sought(model)
+    for turn in range(TURNS):
+        before = best
+        model = replace(model, data=model.data.reweighted(best.fun / model.data.roots))
+        best = followed(model, best.x) if turn else sought(model)
+        spread = conditioning(best.jac, best.x.size)[2][: best.x.size]
+        known = np.isfinite(spread)
+        moved = np.abs(best.x - before.x)[known] > SETTLED * best.scatter * spread[known]
+        if turn and not moved.any():
+            break
+    return model, best
+
+
 def hopeless(model: Model, squares: float) -> bool:
     """Whether Σr² is so much more than the noise that the model cannot be right there."""
     least = max(model.data.sigma, SIMULATED * model.data.size)
@@ -113,7 +134,8 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
         else:
             reach = SHORTER * np.minimum(reach, np.abs(moves).max())
     jac = model.near(x).jacobian(x)
-    return Best(x, fun, jac, float(fun @ fun) + 2 * fun.size * least**2)
+    error = SIMULATED * model.data.size
+    return Best(x, fun, jac, float(fun @ fun) + fun.size * error**2)
 
 
 def minimum(
@@ -147,6 +169,7 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
     The others follow by Gauss and Newton's steps with the Jacobian of the fit, and by a search of
     their own where these still gain more than ENOUGH.
     """
+    error = best.fun.size * (SIMULATED * model.data.size) ** 2
     others = [j for j in range(best.x.size) if j != i]
     x, reach, least = best.x.copy(), model.ranges[0, others], math.inf
     step = np.linalg.pinv(np.delete(best.jac, i, axis=1))[: len(others)]
@@ -155,7 +178,7 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
     for _ in range(CHORDS):
         x[others] = np.clip(x[others] - moves, -reach, reach)
         residuals = model.residuals(x)
-        squares = float(residuals @ residuals)
+        squares = float(residuals @ residuals) + error
         if not squares < (1 - ENOUGH) * least:
             return float(np.fmin(squares, least)) / best.squares  # nan: there is no state
         least, moves = squares, step @ residuals

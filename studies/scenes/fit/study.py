@@ -14,8 +14,17 @@ or an instrument file with several curves: then all are fitted, a row each, DATA
 On a cantilever the depth, piezo position less force over spring constant, has the noise of the
 force in it: with --spring-constant the curve is simulated over the piezo position, which has none.
 
-Segments in which the indenter is held in contact are named and left out. --range and --exclude
-choose the points that are used, by their depths.
+Segments in which the indenter is held in contact and single points that stick out are named and
+left out. --range and --exclude choose the points that are used, by their depths. With --loss
+soft_l1 points far off hardly count: Σ 2c² (√(1 + r²/c²) - 1) is minimised, c four times the noise.
+Waves in the force out of contact, as laser interference makes them, are fitted with its line.
+
+In place of the stiffness Ẽ/h Young's modulus E may be fitted, with ν and h of the scene. R and h
+themselves may be uncertain: with --uncertainty they are fitted, too, the value of the scene counts
+as a measurement with that standard deviation, and all intervals contain it.
+
+Where the scene has gamma1 = 0 there is none to be fitted: springs let go one by one, and a layer
+(response = "layer") is that of Johnson, Kendall and Roberts.
 
 Any zero of the depth is found: contact is where the force first leaves the line without contact.
 Level, slope and drift (over time) of that line are fitted with the rest. Where contact begins and
@@ -55,7 +64,7 @@ from energy.units import prefixed
 from studies.scenes.curve_file import MEASURED, read_curve
 from studies.scenes.file import built, read
 from studies.scenes.fit import many, trials
-from studies.scenes.fit.estimate import Fit, fit
+from studies.scenes.fit.estimate import LOSSES, Fit, fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.model import DEFAULT, NAMES
 from studies.shared import command
@@ -141,6 +150,17 @@ def _reading_options(parser: command.Parser) -> None:
     group.add_argument("--skip", type=int, metavar="LINES", help="of text, above the data")
 
 
+def _uncertainty(text: str) -> tuple[str, float]:
+    """A name and its relative uncertainty, from a text such as R=2% or R=0.02."""
+    name, _, share = text.partition("=")
+    try:
+        return name, float(share.removesuffix("%")) * (0.01 if share.endswith("%") else 1.0)
+    except ValueError:
+        raise ValueError(
+            f"uncertainty = {text!r} must be a name and a share, such as R=2% or R=0.02"
+        ) from None
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Fit a file or a folder of them, or test the fit on simulated data; 1 if it does not fit."""
     quick_means = "linearised intervals and no alternatives; 10 trials of each kind"
@@ -162,6 +182,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         default=[],
         help=about,
     )
+    about = "of the residuals: their squares, or soft_l1, which single points hardly move"
+    parser.add_argument("--loss", choices=LOSSES, default=LOSSES[0], help=about)
+    about = "relative standard uncertainties of R and h, such as R=2%% h=5%%"
+    parser.add_argument("--uncertainty", nargs="+", metavar="NAME=SHARE", default=[], help=about)
     about = "parameter that all curves of a folder have in common"
     parser.add_argument("--shared", metavar="NAME", help=about)
     parser.add_argument("--self-test", action="store_true", help="simulated data in place of DATA")
@@ -178,6 +202,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     content = read(options.scene)
     said = {key: value for key in MEASURED if (value := getattr(options, key)) is not None}
     given = built(options.scene, content | {"measured": content.get("measured", {}) | said})
+    uncertainties = dict(map(_uncertainty, options.uncertainty))
     files = many.curves(options.data, given.measured)
     if len(files) != 1 or options.data.is_dir():
         names = tuple(options.parameters)
@@ -188,16 +213,24 @@ def main(argv: Sequence[str] | None = None) -> int:
             alternatives=not quick,
             depth_range=tuple(options.range) if options.range else None,
             exclude=tuple(map(tuple, options.exclude)),
+            loss=options.loss,
+            uncertainties=tuple(uncertainties.items()),
         )
         name = f"{options.data.stem}_fits"
         return many.report(job, files, options.shared, given.title, name, out, options.jobs)
     if options.shared is not None:
         parser.error(f"--shared {options.shared}: one curve shares nothing; give a folder")
     curve = read_curve(options.data, given.measured)
-    chosen = {"depth_range": options.range, "exclude": options.exclude}
-    asked = not quick
     found = fit(
-        given.scene, curve, options.parameters, profiles=asked, alternatives=asked, **chosen
+        given.scene,
+        curve,
+        options.parameters,
+        profiles=not quick,
+        alternatives=not quick,
+        depth_range=options.range,
+        exclude=options.exclude,
+        loss=options.loss,
+        uncertainties=uncertainties,
     )
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]

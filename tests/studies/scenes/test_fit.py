@@ -62,7 +62,7 @@ def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_near
 
 @pytest.mark.slow
 def test_the_fit_does_not_depend_on_units():
-    depth, force, _ = curve_of(SCENE, share=0.01)
+    depth, force, *_ = curve_of(SCENE, share=0.01)
     here = fit(WRONG, Curve(depth, force), **FAST)
     # lengths and P per length 2¹⁰ times as large: by a power of two, which rounds nothing
     there = fit(rescaled(WRONG, 1024.0, 1.0), Curve(1024.0 * depth, 1024.0 * force), **FAST)
@@ -77,7 +77,7 @@ PUNCH = Scene(
 
 @pytest.mark.slow
 def test_a_pinned_line_does_not_feel_w_without_the_letting_go():
-    depth, force, _ = curve_of(PUNCH, share=0.005)
+    depth, force, *_ = curve_of(PUNCH, share=0.005)
     pressed = depth > -0.5 * PUNCH.critical_separation  # cut before the letting go
     found = fit(PUNCH, Curve(depth[pressed], force[pressed]), ENERGIES, alternatives=False)
     w, gamma1 = found.estimates
@@ -134,7 +134,7 @@ def test_unusable_parameters_scenes_and_curves_are_refused(capsys):
     few = Curve(curve.depth[[11, 12]], curve.force[[11, 12]])
     dry = replace(SCENE, surfaces=SurfaceEnergies.from_work(0.07, 0.0))
     for given, told in (
-        ((SCENE, curve, ("w", "nu")), "must be among w, gamma1, stiffness, offset"),
+        ((SCENE, curve, ("w", "nu")), "must be among w, gamma1, stiffness, E, offset"),
         ((SCENE, curve, ("w", "w")), "each once"),
         ((dry, curve), r"w = 0\.0 in the scene: start from a value > 0"),
         ((SCENE, few), "2 points with a force above the noise are too few"),

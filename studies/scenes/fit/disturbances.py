@@ -1,0 +1,123 @@
+"""What disturbs a measured force: noise, digits that are missing, spikes, interference."""
+
+import math
+
+import numpy as np
+from scipy import optimize
+from scipy.special import chdtri
+
+from energy.arrays import Array, Mask
+
+LINE, RARE = 1.5, 1e-4  # off a line, of the noise; and the chance of more than that on one
+STICKS_OUT = 8.0  # times the noise: a spike
+APART = 3.0  # times the range of its four neighbours: a spike, and no jump or kink
+WIDEST_SPIKE = 2  # points
+FEWEST = 24  # points that may tell waves
+GROWTH = 1.2  # of the number of points that are looked at
+PERIODS = 1.25  # at least, within the points that tell them
+POINTS_PER_WAVE = 6  # at least
+MOST_WAVES = 30
+FINELY = 4  # numbers of waves that are tried, between n and n + 1 waves
+LARGEST_WAVE = 0.2  # amplitude of waves over the range of all forces
+
+
+def noise(force: Array) -> float:
+    """Standard deviation of the noise on a smooth curve with few jumps, from third differences.
+
+    0 for fewer than 8 points, which do not tell.
+    """
+    if force.size < 8:
+        return 0.0
+    return float(np.median(np.abs(np.diff(force, 3)))) / (0.6745 * math.sqrt(20))
+
+
+def resolution(force: Array) -> float:
+    """The least difference of forces that are not equal: what digits are kept; 0 if all are."""
+    steps = np.diff(np.unique(force))
+    return float(steps.min(initial=math.inf)) if steps.size else 0.0
+
+
+def may_be_noise(residuals: Array, fitted: int, sigma: float) -> bool:
+    """Whether the residuals (n,) of so many fitted coefficients may be noise of this size.
+
+    Their squares are at most LINE² times what is expected, or what is exceeded as rarely as RARE.
+    """
+    spare = residuals.size - fitted
+    limit = max(LINE**2 * spare, chdtri(spare, RARE)) * sigma**2
+    return float(residuals @ residuals) <= limit
+
+
+def without_spikes(force: Array) -> tuple[Mask, Array]:
+    """Which points stick out, one or two at a time, and the forces with these replaced (n,).
+
+    A point sticks out where it is farther from the median of its two neighbours on either side
+    than STICKS_OUT times the noise and than APART times the range of these four: at a jump or a
+    kink their range is as large. Its force is replaced by that median.
+    """
+    spikes = np.zeros(force.size, bool)
+    smooth = force.copy()
+    clear = STICKS_OUT * noise(force)
+    for width in range(1, WIDEST_SPIKE + 1):
+        count = force.size - width - 3  # of places where four neighbours are known
+        if count < 1 or not clear > 0:
+            break
+        places = (0, 1, width + 2, width + 3)
+        neighbours = np.stack([force[place : place + count] for place in places])
+        middle = np.median(neighbours, axis=0)
+        least = np.maximum(clear, APART * np.ptp(neighbours, axis=0))
+        off = np.stack([force[place : place + count] - middle for place in range(2, width + 2)])
+        for at in np.flatnonzero(np.all(off > least, axis=0) | np.all(off < -least, axis=0)):
+            spikes[at + 2 : at + 2 + width] = True
+            smooth[at + 2 : at + 2 + width] = middle[at]
+    return spikes, smooth
+
+
+def wave_columns(depth: Array, number: float) -> Array:
+    """Cosine and sine with so many waves per length (n, 2)."""
+    phase = 2 * math.pi * number * depth
+    return np.stack([np.cos(phase), np.sin(phase)], axis=1)
+
+
+def wave_number(depth: Array, force: Array, least: int) -> tuple[float, int, Array]:
+    """Waves per length of the force at the first points, how many points, and coefficients (2,).
+
+    A line with a cosine and a sine is fitted to `least` points and more, as long as what it leaves
+    may be noise. (0, 0, zeros): no such waves, or too few of them.
+    """
+    sigma = noise(force)
+    n = max(least, FEWEST)
+    found = 0.0, 0, np.zeros(2)
+    while n <= force.size - 2:
+        extent = abs(float(depth[n - 1] - depth[0]))
+        tried = np.arange(FINELY, FINELY * min(MOST_WAVES, n // POINTS_PER_WAVE) + 1) / FINELY
+        if not extent > 0 or not tried.size:
+            break
+        left = [_leaves(depth[:n], force[:n], waves / extent)[0] for waves in tried]
+        near = tried[int(np.argmin(left))] / extent
+        step = 1 / (FINELY * extent)
+        number = optimize.minimize_scalar(
+            lambda number, n=n: _leaves(depth[:n], force[:n], number)[0],
+            bounds=(near - step, near + step),
+            method="bounded",
+            options={"xatol": 1e-4 * step},
+        ).x
+        _, off, line = _leaves(depth[:n], force[:n], number)
+        if not may_be_noise(off, 5, sigma):
+            break
+        found = float(number), n, line
+        n = int(GROWTH * n)
+    number, points, line = found
+    if not points:
+        return found
+    enough = number * abs(float(depth[points - 1] - depth[0])) >= PERIODS
+    small = float(np.hypot(*line)) <= LARGEST_WAVE * float(np.ptp(force))
+    return found if enough and small else (0.0, 0, np.zeros(2))
+
+
+def _leaves(depth: Array, force: Array, number: float) -> tuple[float, Array, Array]:
+    """Sum of squares that a line with waves leaves, its residuals, and cosine and sine (2,)."""
+    x = depth - depth[0]
+    columns = np.column_stack([np.ones(x.size), x / np.ptp(x), wave_columns(depth, number)])
+    line = np.linalg.lstsq(columns, force, rcond=None)[0]
+    off = force - columns @ line
+    return float(off @ off), off, line[2:]
