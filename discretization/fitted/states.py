@@ -62,7 +62,7 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     places = np.empty(0)
     for _ in range(LOOKS):
         motion = Motion.of(scene, resolve(scene, depth, places), depth)
-        adhered, hidden = _judged(motion, motion.adhered(depth), depth, branch)
+        adhered, hidden = judged(motion, motion.adhered(depth), depth, branch)
         if not hidden.size:
             break
         places = np.union1d(places, hidden)
@@ -149,13 +149,13 @@ def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) ->
     NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over;
     AccuracyWarning where there are features that the samples of the profile have missed.
     """
-    state, hidden = _judged(motion, lines, depth, branch)
+    state, hidden = judged(motion, lines, depth, branch)
     if hidden.size:
         warn_hidden(hidden, stacklevel=4)
     return state
 
 
-def _judged(
+def judged(
     motion: Motion | Alone, lines: Lines, depth: float, branch: str
 ) -> tuple[Equilibrium, Array]:
     """The certified state, and places of features that the samples of the profile have missed."""

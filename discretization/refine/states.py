@@ -7,6 +7,7 @@ none. Nodes are twice as close each time until two of them lead to the same stat
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,10 +17,10 @@ import numpy as np
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.motion import Motion
-from discretization.fitted.states import state_of
-from discretization.profile import Resolved, resolve, unknown
+from discretization.fitted.states import judged, state_of
+from discretization.profile import LOOKS, Resolved, resolve, unknown, warn_hidden
 from discretization.refine.equations import Equations, contact_lines, free_surfaces
-from discretization.refine.events import NotRefined
+from discretization.refine.events import Events, NotRefined
 from discretization.refine.nodes import FoundNodes
 from discretization.refine.plan import Refinement
 from discretization.refine.settle import settle
@@ -30,7 +31,8 @@ CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no state
 _GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
 _BESIDE = 1 / 64  # of δ₀: depths beside the imposed one, of which the lowest contacts are tried
 _SAME = 1e-9  # of the energy's scale: energies of the same state
-_FAR = 0.5  # of l: how far lines may be from their nodes
+_MOST_CHANGES = 1000  # of contacts on nodes, until those of the profile are found
+_PENETRATION = 1e-11  # of the size of depths: below what the certificate tolerates
 
 Lines = tuple[float, ...]
 
@@ -41,39 +43,107 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
     AccuracyWarning where the profile is not resolved, or closer nodes might lead to a lower state.
     """
-    profile = resolve(scene, depth)
-    motion = Motion.of(scene, profile, depth)
-    if not scene.opened.work_of_adhesion:
-        return _without_adhesion(motion, depth, branch)
-    lines = adhered(scene, profile, depth)
-    state = state_of(motion, lines, depth, branch)
+    find = _adhered_state if scene.opened.work_of_adhesion else _bare_state
+    places = np.empty(0)
+    for _ in range(LOOKS):
+        profile = resolve(scene, depth, places)
+        motion = Motion.of(scene, profile, depth)
+        state, hidden = find(motion, depth, branch)
+        if not hidden.size:
+            break
+        places = np.union1d(places, hidden)
+    if places.size:
+        warn_hidden(places, stacklevel=3)
     if branch == "adhered" or not scene.work_of_adhesion:
         return state
     return _Lowest(scene, profile, depth, motion).found(state)
 
 
-def _without_adhesion(motion: Motion, depth: float, branch: str) -> Equilibrium:
-    """The only state where nothing adheres, whatever the path: the contacts on nodes at rest."""
+def _adhered_state(motion: Motion, depth: float, branch: str) -> tuple[Equilibrium, Array]:
+    """The state at the end of the path from first touch, and places that samples have missed."""
+    return judged(motion, adhered(motion.scene, motion.profile, depth), depth, branch)
+
+
+def _bare_state(motion: Motion, depth: float, branch: str) -> tuple[Equilibrium, Array]:
+    """The only state where nothing adheres, whatever the path, and places that samples have missed.
+
+    Its contacts are those on nodes, brought to rest.
+    """
     if depth < motion.profile.touch:
-        return state_of(motion, (), depth, branch)
-    equations = Equations.of(motion.scene, motion.profile, depth)
+        return judged(motion, (), depth, branch)
+    search = _Bare(Events(Equations.of(motion.scene, motion.profile, depth)), depth)
     reason = "the lines near those of the nodes do not come to rest"
     for closer in CLOSER:
         nodes = FoundNodes.of(motion.scene, motion.profile, depth, closer)
-        surfaces = free_surfaces(nodes.lines(nodes.adhered(depth)))
-        count = len(surfaces)
-        found = settle(equations, surfaces, np.full(count, depth), np.ones(count))
-        apart = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
-        if not (found.at_rest.all() and apart):
+        lines = search.at_rest(nodes.lines(nodes.adhered(depth)))
+        if lines is None:
             continue
         try:
-            return state_of(motion, known_lines(equations, found.lines, depth), depth, branch)
+            return judged(motion, lines, depth, branch)
         except NotCertifiedError as why:
             reason = str(why)
     raise NotCertifiedError(
         f"the state at depth = {depth!r} was not found on nodes at most {CLOSER[-1]} times closer "
         f"than usual ({reason}); try another depth, or method='lattice'"
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Bare:
+    """The search for the contacts of a surface that nothing adheres to, near those of nodes."""
+
+    events: Events
+    depth: float
+
+    def at_rest(self, lines: Lines) -> Lines | None:
+        """Lines at rest near those of nodes, None where they are not found.
+
+        A contact whose lines meet is left out, a gap whose lines meet is closed, and where a
+        surface would pass through the profile there is another contact.
+        """
+        equations = self.events.equations
+        lowest = equations.profile.lowest
+        lines = lines or (lowest, lowest)
+        for _ in range(_MOST_CHANGES):
+            surfaces = free_surfaces(lines)
+            count = len(surfaces)
+            found = settle(equations, surfaces, np.full(count, self.depth), np.ones(count))
+            changed = _without_met(found.lines)
+            if changed is None and not found.at_rest.all():
+                return None
+            if changed is None:
+                changed = self._with_new(found.lines)
+            if changed is None:
+                return known_lines(equations, found.lines, self.depth)
+            lines = changed
+        return None
+
+    def _with_new(self, surfaces: Array) -> Lines | None:
+        """Lines with a contact where a surface passes furthest through the profile, None if none does."""
+        least = math.inf
+        where = math.nan
+        for row in surfaces:
+            clear, place = self.events.clearance(row, self.depth)
+            if clear < least:
+                least = clear
+                where = place
+        if least >= -_PENETRATION * self.events.equations.size:
+            return None
+        return tuple(sorted((*contact_lines(surfaces), where, where)))
+
+
+def _without_met(surfaces: Array) -> Lines | None:
+    """Lines without the contacts, or else the gaps, whose lines have met; None if none has."""
+    lines = contact_lines(surfaces)
+    contacts = np.array(lines).reshape(-1, 2)
+    kept = contacts[:, 0] <= contacts[:, 1]
+    if not kept.all():
+        return tuple(contacts[kept].ravel().tolist())
+    closed = np.flatnonzero(surfaces[:, 0] >= surfaces[:, 1])
+    if not closed.size:
+        return None
+    inner = [j for i in closed.tolist() for j in (2 * i - 1, 2 * i)]
+    return tuple(np.delete(lines, inner).tolist())
 
 
 def adhered(scene: Scene, profile: Resolved, depth: float) -> Lines:
