@@ -10,13 +10,19 @@ from discretization.layer.nodes import on_layer_nodes
 from discretization.layer.state import on_layer
 from discretization.paths.springs import on_springs
 from discretization.readings import resolution, tell
+from discretization.refine.states import on_refined_nodes
 from discretization.routes import LOWEST, route, usable
 from energy import Scene
 from energy.checks import finite, option
 
 METHODS = ("auto", "lattice", "fitted", "shortest_path", "oracle")
 BRANCHES = ("adhered", "global")
-ON_MESH = {"one contact": on_one_contact, "several contacts": on_several, "springs": on_springs}
+ON_MESH = {
+    "one contact": on_one_contact,
+    "refined contacts": on_refined_nodes,
+    "several contacts": on_several,
+    "springs": on_springs,
+}
 
 
 def minimise(

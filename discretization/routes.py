@@ -111,6 +111,11 @@ def one_contact(scene: Scene) -> bool:
     )
 
 
+def refined(scene: Scene) -> bool:
+    """Whether states of several contacts are found on nodes and refined (refine/states.py)."""
+    return not scene.axisymmetric and scene.slopes == "small" and scene.pattern is None
+
+
 def vectorised(scene: Scene) -> None:
     """ValueError unless many states of a scene can be found at once: those of one contact."""
     turned, body = scene.axisymmetric, scene.indenter
@@ -141,8 +146,11 @@ def route(scene: Scene, question: str, *, nodes: bool) -> str:
     if isinstance(scene.indenter, Plane):
         return "plane"
     if not nodes and scene.gamma1:
-        alone = question != "path" and one_contact(scene) and not held
-        return "one contact" if alone else "several contacts"
+        if question == "path":
+            return "several contacts"
+        if one_contact(scene) and not held:
+            return "one contact"
+        return "refined contacts" if refined(scene) else "several contacts"
     if not (scene.gamma1 and scene.hookean) or scene.slopes == "finite":
         return "plain" if nodes else "springs"
     lowest = question == "global" or not scene.work_of_adhesion

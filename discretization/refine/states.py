@@ -24,6 +24,7 @@ from discretization.refine.events import Events, NotRefined
 from discretization.refine.nodes import FoundNodes
 from discretization.refine.plan import Refinement
 from discretization.refine.settle import settle
+from discretization.refine.steady import steady_contacts
 from energy import Scene
 from energy.arrays import Array
 
@@ -31,6 +32,8 @@ CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no state
 _GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
 _BESIDE = 1 / 64  # of δ₀: depths beside the imposed one, of which the lowest contacts are tried
 _SAME = 1e-9  # of the energy's scale: energies of the same state
+_FAR = 0.5  # of l: how far lines may be from their nodes
+_REPEATED = 1e-8  # of l: lines found twice
 _MOST_CHANGES = 1000  # of contacts on nodes, until those of the profile are found
 _PENETRATION = 1e-11  # of the size of depths: below what the certificate tolerates
 
@@ -61,7 +64,7 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
 
 def _adhered_state(motion: Motion, depth: float, branch: str) -> tuple[Equilibrium, Array]:
     """The state at the end of the path from first touch, and places that samples have missed."""
-    return judged(motion, adhered(motion.scene, motion.profile, depth), depth, branch)
+    return judged(motion, adhered(motion, depth), depth, branch)
 
 
 def _bare_state(motion: Motion, depth: float, branch: str) -> tuple[Equilibrium, Array]:
@@ -146,8 +149,61 @@ def _without_met(surfaces: Array) -> Lines | None:
     return tuple(np.delete(lines, inner).tolist())
 
 
-def adhered(scene: Scene, profile: Resolved, depth: float) -> Lines:
+def adhered(motion: Motion, depth: float) -> Lines:
     """The lines at the end of the path from first touch to this depth."""
+    scene = motion.scene
+    at_corners = depth < motion.profile.touch and motion.profile.corners.size
+    if not (scene.hysteretic or at_corners):
+        lines = _steady(motion, depth)
+        if lines is not None:
+            return lines
+    return _followed(scene, motion.profile, depth)
+
+
+def _steady(motion: Motion, depth: float) -> Lines | None:
+    """Lines near contacts on nodes, where two rows of nodes lead to the same and no event is near.
+
+    None where they do not. With corners contacts narrower than any nodes may stay as the indenter
+    is pulled, and where two works of adhesion differ lines depend on where they have been.
+    """
+    profile = motion.profile
+    equations = Equations.of(motion.scene, profile, depth)
+    last: Lines | None = None
+    for closer in CLOSER:
+        nodes = FoundNodes.of(motion.scene, profile, depth, closer)
+        contacts = steady_contacts(nodes, depth, nodes.margin / closer)
+        if contacts is None:
+            continue
+        lines = _at_rest(equations, nodes.lines(contacts), depth)
+        if lines is None:
+            continue
+        if last is not None and _alike(last, lines, equations.length):
+            return lines
+        last = lines
+    return None
+
+
+def _at_rest(equations: Equations, lines: Lines, depth: float) -> Lines | None:
+    """Lines of nodes taken to rest, None where that fails or lines meet."""
+    surfaces = free_surfaces(lines)
+    count = len(surfaces)
+    reach = _FAR * equations.length
+    found = settle(equations, surfaces, np.full(count, depth), np.ones(count), reach=reach)
+    apart = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
+    if not (found.at_rest.all() and apart):
+        return None
+    return known_lines(equations, found.lines, depth)
+
+
+def _alike(one: Lines, other: Lines, length: float) -> bool:
+    """Whether lines are the same, found twice."""
+    if len(one) != len(other):
+        return False
+    return bool(np.abs(np.subtract(one, other)).max(initial=0.0) <= _REPEATED * length)
+
+
+def _followed(scene: Scene, profile: Resolved, depth: float) -> Lines:
+    """The same by following all lines from event to event (plan.py)."""
     reasons = list[str]()
     for closer in CLOSER:
         try:
