@@ -30,7 +30,7 @@ import numpy as np
 from discretization.certificate import EPSILON
 from discretization.nodes.lattice import Lattice, shares
 from discretization.nodes.spans import LONGEST, Spans
-from energy.arrays import Array
+from energy.arrays import Array, Indices
 
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
 _TIE = 64 * EPSILON  # of depths at which something happens
@@ -55,6 +55,19 @@ class Rules:
         if side < 0 and self.lattice.axis == 0:  # a contact around the axis is never opened there
             return np.full(np.shape(node), -math.inf)
         return self._passed(node, side, self.work[node - (side < 0)])
+
+    def along(self, nodes: Indices, side: int, other: int | None) -> tuple[Array, Array]:
+        """Depths (n,) at which a line at each of these nodes passes the next link, and touches it.
+
+        other: the node of the line that it faces, three links away or more; None: there is none.
+        """
+        own = self.f[nodes]
+        apart = math.inf if other is None else np.abs(other - nodes)
+        far, remainder, stiffness = self.lattice.beside(self.first + nodes, side, apart)
+        facing = own if other is None else self.f[other]
+        touches = own + (self.f[nodes + side] - own + far * (own - facing)) / remainder
+        adhesion = np.sqrt(2 * self.work[nodes - (side < 0)] / stiffness)
+        return np.asarray(touches - adhesion / remainder), np.asarray(touches)
 
     def _passed(self, node: Any, side: int, work: Any, other: int | None = None) -> Any:
         """Where lines at nodes pass the next link, or the last two to another one, of this work."""

@@ -14,6 +14,7 @@ from discretization.lattice.walk import paired
 from discretization.nodes.row import Contacts
 from discretization.refine.lives import CREEPING
 from discretization.refine.nodes import FoundNodes
+from discretization.refine.pressed import pressed
 
 _LINKS = 4  # of a contact at first touch: nodes lose narrower ones too early by a part of δ₀
 
@@ -41,8 +42,7 @@ def steady_contacts(nodes: FoundNodes, depth: float, margin: float) -> Contacts 
 def _pressed(nodes: FoundNodes, depth: float, margin: float) -> Contacts | None:
     """The contacts pressed to a depth of first touch or more; None where an event is near."""
     before = depth - margin
-    lone = ((nodes.row.touch, nodes.row.touch),)
-    known = nodes.walk.moved(lone, min(before, nodes.row.lowest), before)
+    known = pressed(nodes.walk, before)
     at_depth = _without_event(nodes, known, before, depth)
     if at_depth is None or _without_event(nodes, at_depth, depth, depth + margin) is None:
         return None
