@@ -29,6 +29,8 @@ from energy import Scene
 from energy.arrays import Array
 
 CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no state
+_STEADY_CLOSER = (1, 4, 16, 24)  # the same, of which two must lead to the same state
+_SOONER = 1.5  # the depths of events are off by less than this power of the spacing of nodes
 _GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
 _BESIDE = 1 / 64  # of δ₀: depths beside the imposed one, of which the lowest contacts are tried
 _SAME = 1e-9  # of the energy's scale: energies of the same state
@@ -169,9 +171,9 @@ def _steady(motion: Motion, depth: float) -> Lines | None:
     profile = motion.profile
     equations = Equations.of(motion.scene, profile, depth)
     last: Lines | None = None
-    for closer in CLOSER:
+    for closer in _STEADY_CLOSER:
         nodes = FoundNodes.of(motion.scene, profile, depth, closer)
-        contacts = steady_contacts(nodes, depth, nodes.margin / closer)
+        contacts = steady_contacts(nodes, depth, nodes.margin / closer**_SOONER)
         if contacts is None:
             continue
         lines = _at_rest(equations, nodes.lines(contacts), depth)
