@@ -255,7 +255,8 @@ def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
 def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool]:
     """x of samples of the pieces between cuts, and whether they resolve them."""
     count = np.maximum(1, np.ceil(np.diff(cuts) / np.ptp(cuts) * _FIRST)).astype(int)
-    t = np.concatenate([np.arange(n) / n for n in count.tolist()])
+    first = np.repeat(np.cumsum(count) - count, count)
+    t = (np.arange(first.size) - first) / np.repeat(count, count)
     x = np.append(np.repeat(cuts[:-1], count) + np.repeat(np.diff(cuts), count) * t, cuts[-1])
     noticed = _PART * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
     lo, hi, least = x[:-1], x[1:], _FINEST * float(np.ptp(cuts))

@@ -40,9 +40,20 @@ class FoundNodes:
     deepest: float
 
     @classmethod
-    def of(cls, scene: Scene, profile: Resolved, deepest: float, closer: float = 1) -> FoundNodes:
-        """For depths up to the deepest; closer: how many times closer than usual."""
-        spacing = usual_spacing(scene, profile) / closer
+    def of(
+        cls,
+        scene: Scene,
+        profile: Resolved,
+        deepest: float,
+        closer: float = 1,
+        *,
+        tips: bool = True,
+    ) -> FoundNodes:
+        """For depths up to the deepest.
+
+        closer: how many times closer than usual; tips: whether they resolve the lowest points.
+        """
+        spacing = usual_spacing(scene, profile, tips=tips) / closer
         spacing = max(spacing, float(np.ptp(profile.x)) / MOST_NODES)
         lattice = Lattice.of(scene, spacing)
         reach = scene.opened.critical_separation
@@ -92,13 +103,14 @@ class FoundNodes:
         return tuple(at.tolist())
 
 
-def usual_spacing(scene: Scene, profile: Resolved) -> float:
+def usual_spacing(scene: Scene, profile: Resolved, *, tips: bool = True) -> float:
     """Distance of nodes that resolve l, the waves of the profile and its lowest points."""
     length = scene.elastocapillary_length
     kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
     turns = slope_turns(profile.x, profile.slope, NOTICED * kink)
     waves = (turns[2:] - turns[:-2]) / PER_WAVE
-    return min([length / PER_LENGTH, *waves.tolist(), *_tips(profile, kink)])
+    lowest = _tips(profile, kink) if tips else []
+    return min([length / PER_LENGTH, *waves.tolist(), *lowest])
 
 
 def _tips(profile: Resolved, kink: float) -> list[float]:
@@ -115,10 +127,13 @@ def _tips(profile: Resolved, kink: float) -> list[float]:
 
 def slope_turns(x: Array, slope: Array, least: float) -> Array:
     """Where a slope turns round, having changed and then changing back by more than `least`."""
+    rises = np.sign(np.diff(slope))
+    inner = 1 + np.flatnonzero(rises[1:] != rises[:-1])
+    places = np.concatenate([[0], inner, [slope.size - 1]])  # between them it rises, or falls
     turns = list[float]()
     extreme = 0
     rising = 1
-    for i, value in enumerate(slope.tolist()):
+    for i, value in zip(places.tolist(), slope[places].tolist(), strict=True):
         beyond = rising * (value - slope[extreme])
         if beyond > 0:
             extreme = i

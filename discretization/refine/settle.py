@@ -24,6 +24,8 @@ _STILL = 8  # roundings of a position: a step that short is the last
 _QUADRATIC = 1e-15  # of l: the step that Newton's method would make next
 _NEAR = 1e-9  # of l: steps below which that is so
 _TREMBLING = 1e-12  # of l: steps that no longer shrink but are as short as this are rounding
+_NARROW = 1e-2  # of l: rooms within which F does not turn round
+_MOST_ROOMS = 4096  # that a line passes at once
 _FALLS = 1e-12  # by more than this F falls over a corner that a line jumps over
 
 
@@ -230,9 +232,52 @@ def _against_joints(equations: Equations, rows: _Rows, values: Array) -> tuple[M
             fell |= goes_on & (fall > _FALLS * np.maximum(1.0, np.abs(values[:, column])))
             rows.lines[goes_on, column] = beyond[goes_on, column]
             rows.rooms[goes_on, column] = next_room[goes_on, column]
+            for row in np.flatnonzero(goes_on).tolist():
+                fell[row] |= _through_narrow_rooms(equations, rows, row, column, outwards)
             values[goes_on] = equations.values(rows.lines, rows.depths, rows.directions)[goes_on]
             passed |= goes_on
     return held, passed, fell
+
+
+def _through_narrow_rooms(
+    equations: Equations, rows: _Rows, row: int, column: int, outwards: int
+) -> bool:
+    """Put a line at the far end of the last narrow room that it passes; whether F falls on the way.
+
+    outwards: 1 where it advances, -1 where it recedes. Between corners that are close to each other
+    F hardly changes, so that no line rests within a room at both ends of which it goes on.
+    """
+    lower, upper = equations.rooms
+    step = int(outwards * OUTWARDS[column])
+    first = int(rows.rooms[row, column])
+    line = rows.lines[row, column]
+    room = np.arange(first, first + step * _MOST_ROOMS, step)
+    room = room[(room >= 0) & (room < lower.size)]
+    near, far = (lower[room], upper[room]) if step > 0 else (upper[room], lower[room])
+    narrow = np.abs(far - near) <= _NARROW * equations.length
+    within = np.abs(far - line) <= _LONGEST * equations.length
+    facing = rows.lines[row, 1 - column]
+    apart = (facing - far) * OUTWARDS[column] > 0 if np.isfinite(facing) else True
+    usable = narrow & within & apart
+    count = int(usable.size if usable.all() else usable.argmin())
+    if not count:
+        return False
+    trial = np.repeat(rows.lines[row][None], 2 * count, axis=0)
+    trial[:count, column] = near[:count]
+    trial[count:, column] = far[:count]
+    depths = np.full(2 * count, rows.depths[row])
+    directions = np.full(2 * count, rows.directions[row])
+    values = outwards * equations.values(trial, depths, directions)[:, column]
+    at_near, at_far = values[:count], values[count:]
+    passes = (at_near < 0) & (at_far < 0)
+    passed = int(count if passes.all() else passes.argmin())
+    if not passed:
+        return False
+    rows.lines[row, column] = far[passed - 1]
+    rows.rooms[row, column] = room[passed - 1]
+    falls = at_far[: passed - 1] - at_near[1:passed]
+    least = _FALLS * np.maximum(1.0, np.abs(at_far[: passed - 1]))
+    return bool((falls > least).any())
 
 
 def _rests(

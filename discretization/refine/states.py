@@ -253,6 +253,7 @@ class _Lowest:
     def found(self, adhered: Equilibrium) -> Equilibrium:
         """The lowest of the adhered state, none, and those of the lowest contacts on nodes."""
         lowest = list[Equilibrium]()
+        same = False
         for candidates, count in self._candidates():
             states = [adhered]
             for lines in candidates:
@@ -264,17 +265,22 @@ class _Lowest:
             if len(lowest) < 2:
                 continue
             one, other = lowest[-2:]
-            alike = len(one.contacts) == len(other.contacts) == count
-            if alike and abs(one.energy - other.energy) <= _SAME * other.scales["energy"]:
-                return min(lowest, key=lambda state: state.energy)
+            alike = len(one.contacts) == len(other.contacts)
+            same = alike and abs(one.energy - other.energy) <= _SAME * other.scales["energy"]
+            if same and len(one.contacts) == count:
+                break
+        if not same:
+            self._warn()
+        return min(lowest, key=lambda state: state.energy)
+
+    def _warn(self) -> None:
         warnings.warn(
             f"the lowest energy at depth = {self.depth!r} is not the same on nodes each twice as "
             "close as the last: the state found may not be the lowest; give a spacing, or a "
             "smoother profile",
             AccuracyWarning,
-            stacklevel=4,
+            stacklevel=5,
         )
-        return min(lowest, key=lambda state: state.energy)
 
     def _candidates(self) -> Iterator[tuple[set[Lines], int]]:
         """Lines at rest near the lowest contacts of closer and closer nodes, and their number.
@@ -285,7 +291,7 @@ class _Lowest:
         equations = Equations.of(self.scene, self.profile, self.depth)
         beside = _BESIDE * self.scene.critical_separation
         for closer in _GLOBAL_CLOSER:
-            nodes = FoundNodes.of(self.scene, self.profile, self.depth, closer)
+            nodes = FoundNodes.of(self.scene, self.profile, self.depth, closer, tips=False)
             candidates: set[Lines] = {()}
             count = 0
             for depth in (self.depth - beside, self.depth + beside, self.depth):
