@@ -117,12 +117,14 @@ class Rules:
     @functools.cached_property
     def heights(self) -> list[float]:
         """Heights of the nodes as plain numbers."""
-        return [*map(float, self.f.tolist())]
+        heights: list[float] = self.f.tolist()
+        return heights
 
     @functools.cached_property
     def _works(self) -> list[float]:
         """Adhesion of the links as plain numbers."""
-        return [*map(float, self.work.tolist())]
+        works: list[float] = self.work.tolist()
+        return works
 
     @functools.cached_property
     def spans(self) -> Spans:
@@ -185,12 +187,12 @@ class Rules:
             node, reach = left, min(self.f.size - 1 - left, self.spans.count - 1)
             f = self.f[left + 1 : left + 1 + reach]
             beyond = left + 1 + reach
-            lowest = self._lowest_from[beyond]
+            lowest = float(self._lowest_from[beyond])
         elif right is not None:
             node, reach = right, min(right, self.spans.count - 1)
             f = self.f[right - reach : right][::-1]
             beyond = right - reach
-            lowest = self._lowest_before[beyond]
+            lowest = float(self._lowest_before[beyond])
         depths = (f - decays[:reach] * self.heights[node]) / -less[:reach]
         best = int(depths.argmin())
         depth = float(depths[best])
@@ -201,16 +203,14 @@ class Rules:
         return depth, node + 1 + best if right is None else node - 1 - best
 
     @functools.cached_property
-    def _lowest_from(self) -> list[float]:
+    def _lowest_from(self) -> Array:
         """The least height of all nodes from each one on; inf beyond the last."""
-        least = np.minimum.accumulate(self.f[::-1])[::-1]
-        return [*least.tolist(), math.inf]
+        return np.append(np.minimum.accumulate(self.f[::-1])[::-1], math.inf)
 
     @functools.cached_property
-    def _lowest_before(self) -> list[float]:
+    def _lowest_before(self) -> Array:
         """The least height of all nodes before each one; inf before the first."""
-        least = np.minimum.accumulate(self.f)
-        return [math.inf, *least.tolist()]
+        return np.append(math.inf, np.minimum.accumulate(self.f))
 
     def _surface(self, left: int | None, right: int | None, nodes: Any) -> tuple[Any, Any]:
         """1 - a - b and a f_i + b f_j at free nodes between two contacts."""

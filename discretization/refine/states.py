@@ -17,19 +17,21 @@ import numpy as np
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.motion import Motion
-from discretization.fitted.states import judged, state_of
+from discretization.fitted.states import judged, on_several, state_of
 from discretization.profile import LOOKS, Resolved, resolve, unknown, warn_hidden
 from discretization.refine.equations import Equations, contact_lines, free_surfaces
 from discretization.refine.events import Events, NotRefined
-from discretization.refine.nodes import FoundNodes
+from discretization.refine.nodes import FoundNodes, usual_spacing
 from discretization.refine.plan import Refinement
 from discretization.refine.settle import settle
 from discretization.refine.steady import steady_contacts
 from energy import Scene
 from energy.arrays import Array
 
+MOST_NODES = 20_000  # of the usual ones: lines of profiles with narrower features move by themselves
 CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no state
 _STEADY_CLOSER = (1, 4, 16, 24)  # the same, of which two must lead to the same state
+_TOLD_APART = 1.2  # times closer nodes are another row
 _SOONER = 1.5  # the depths of events are off by less than this power of the spacing of nodes
 _GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
 _BESIDE = 1 / 64  # of δ₀: depths beside the imposed one, of which the lowest contacts are tried
@@ -52,6 +54,8 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     places = np.empty(0)
     for _ in range(LOOKS):
         profile = resolve(scene, depth, places)
+        if np.ptp(profile.x) > MOST_NODES * usual_spacing(scene, profile):
+            return on_several(scene, depth, branch=branch)
         motion = Motion.of(scene, profile, depth)
         state, hidden = find(motion, depth, branch)
         if not hidden.size:
@@ -171,8 +175,12 @@ def _steady(motion: Motion, depth: float) -> Lines | None:
     profile = motion.profile
     equations = Equations.of(motion.scene, profile, depth)
     last: Lines | None = None
+    spacing = math.inf
     for closer in _STEADY_CLOSER:
         nodes = FoundNodes.of(motion.scene, profile, depth, closer)
+        if nodes.spacing > spacing / _TOLD_APART:
+            break  # there are as many nodes as are allowed
+        spacing = nodes.spacing
         contacts = steady_contacts(nodes, depth, nodes.margin / closer**_SOONER)
         if contacts is None:
             continue
