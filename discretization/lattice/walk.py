@@ -30,6 +30,7 @@ End = int | None  # the contact node on one side of a free surface; None: none t
 Part = tuple[int, ...]  # the nodes on which a next change depends
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
 _LOOKED = 1 << 9  # links whose depths are asked for at once
+_JUMPING = 6  # links that lines of one surface pass at one depth, before more are tried at once
 
 
 class Change(NamedTuple):
@@ -142,8 +143,22 @@ class Walk:
     def track(self, nodes: Contacts, start: float, end: float) -> Track:
         """The path to another depth, up to the first event."""
         sign = 1 if end >= start else -1
-        front = Front(self, nodes, sign)
+        return self._tracked(Front(self, nodes, sign), start, end)
+
+    def track_part(self, surfaces: Sequence[tuple[End, End]], start: float, end: float) -> Track:
+        """The same of neighbouring free surfaces alone, as far as they do not feel others.
+
+        Contacts next to them reach as far as their lines have come. Receding outermost lines stay.
+        """
+        sign = 1 if end >= start else -1
+        first, *inner, last = itertools.chain(*surfaces)
+        nodes = paired([end for end in inner if end is not None])
+        return self._tracked(Front(self, nodes, sign, (first, last)), start, end)
+
+    def _tracked(self, front: "Front", start: float, end: float) -> Track:
+        sign = front.sign
         trace, depth, changes = [(start, front.nodes)], start, 0
+        tried = 0  # changes at this depth, of a line that jumps, after which all were tried at once
         while True:
             change, place = front.first()
             last = change.depth > end if sign > 0 else change.depth <= end
@@ -156,14 +171,77 @@ class Walk:
                 if last:
                     return Track(trace, None, paired(after))
                 changes = 0
+                tried = 0
                 if slid := self._slid(after, depth, end):
                     trace += slid
                     depth, after = slid[-1]
                     front = Front(self, paired(after), sign)
                     continue
                 depth = change.depth
+            if changes - tried >= _JUMPING and place % 2 == 0:
+                tried = changes
+                change = change._replace(ends=self._jumped(front, place, depth) or change.ends)
             front.apply(change, place)
             changes += 1
+
+    def _jumped(self, front: "Front", place: int, depth: float) -> tuple[End, ...]:
+        """The ends of a free surface once its lines have passed all links they do at a depth.
+
+        One line passes all that it does while the other one stays, as long as no node touches, then
+        the other: what is in contact at the end does not depend on the order (nodes/rules.py). ()
+        where that is none. The last links of a surface, or of a contact, are left.
+        """
+        if self.row.clear or self.row.lattice.axis == 0:
+            return ()
+        ends = front.ends
+        left, right = ends[place], ends[place + 1]
+        rooms = front.rooms(place)
+        start = left, right
+        while True:
+            before = left, right
+            room = rooms[0] - (start[0] - left)
+            left += self._passed_at(left, right, 1, front.sign, depth, room)
+            room = rooms[1] - (right - start[1])
+            right -= self._passed_at(right, left, -1, front.sign, depth, room)
+            if (left, right) == before:
+                break
+        if (left, right) == start:
+            return ()
+        return _node(left, self.row.size), _node(right, self.row.size)
+
+    def _passed_at(
+        self, line: int, other: int, side: int, sign: int, depth: float, room: int
+    ) -> int:
+        """How many links one line passes in a direction at a depth; less than 0 if it recedes.
+
+        side: where the free surface is; room: links of the contact behind the line.
+        """
+        size = self.row.size
+        if line in (-1, size):
+            return 0
+        rules = self.closing if sign > 0 else self.opening
+        facing = _node(other, size)
+        links = abs(other - line) - 3 if sign > 0 else room - 2
+        links = min(links, _LOOKED)
+        if links < 1:
+            return 0
+        if sign > 0:
+            passed = rules.passed(line + side * np.arange(links), side, facing) <= depth
+        else:
+            passed = rules.passed(line - side * np.arange(1, links + 1), side, facing) > depth
+        count = links if passed.all() else int(passed.argmin())
+        if sign < 0:
+            return -count
+        return bisect_left(
+            range(1, count + 1),
+            True,
+            key=lambda moved: not self._clear_beyond(line + side * moved, side, facing, depth),
+        )
+
+    def _clear_beyond(self, line: int, side: int, facing: End, depth: float) -> bool:
+        """Whether the surface on a side of a line clears the indenter."""
+        pair = (line, facing) if side > 0 else (facing, line)
+        return self.closing.clears(*pair, depth)
 
     def _slid(
         self, nodes: tuple[int, ...], depth: float, end: float
@@ -297,11 +375,18 @@ class Front:
 
     ends: of all free surfaces, from left to right; -1 and the number of nodes: no contact there.
     Two of them from an even place on enclose a free surface, from an odd place on a contact.
+    outermost: lines, where only the surfaces between these are followed.
     """
 
-    def __init__(self, walk: Walk, nodes: Contacts, sign: int) -> None:
+    def __init__(
+        self, walk: Walk, nodes: Contacts, sign: int, outermost: tuple[End, End] = (None, None)
+    ) -> None:
         self.walk, self.sign, self.size = walk, sign, walk.row.size
-        self.ends = [-1, *itertools.chain(*nodes), self.size]
+        self.outermost = outermost
+        first, last = outermost
+        before = -1 if first is None else first
+        after = self.size if last is None else last
+        self.ends = [before, *itertools.chain(*nodes), after]
         self.heap: list[tuple[float, int, bool, int, Change, Part]] = []
         self.known: dict[tuple[int, bool], Part] = {}
         self.pushed = 0
@@ -309,8 +394,15 @@ class Front:
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """The first and last nodes of all contacts as they are now."""
-        return tuple(self.ends[1:-1])
+        """The first and last nodes of all contacts as they are now.
+
+        Of some neighbouring surfaces from where their outermost lines have been.
+        """
+        first, last = self.outermost
+        before = [] if first is None else [first]
+        after = [] if last is None else [last]
+        none = -1, self.size
+        return (*before, *(end for end in self.ends if end not in none), *after)
 
     @property
     def contacts(self) -> Contacts:
@@ -326,6 +418,13 @@ class Front:
                 return change, place
             heapq.heappop(self.heap)
         return Change(self.sign * math.inf, ()), 0
+
+    def rooms(self, place: int) -> tuple[int, int]:
+        """Links of the contacts on both sides of the free surface at a place; 0 if not followed."""
+        ends = self.ends
+        left = ends[place] - ends[place - 1] if place > 0 else 0
+        right = ends[place + 2] - ends[place + 1] if place + 2 < len(ends) else 0
+        return left, right
 
     def apply(self, change: Change, place: int) -> None:
         """The change happens to the part at a place."""
@@ -357,7 +456,7 @@ class Front:
 
     def _push(self, start: int, stop: int) -> None:
         """Find the next change of the parts between two places, where it is not known."""
-        if len(self.ends) == 2:  # detached
+        if self.ends == [-1, self.size]:  # detached
             return
         step = 2 if self.sign > 0 else 1
         for place in range(start, min(stop, len(self.ends) - 1), step):

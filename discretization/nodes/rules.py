@@ -76,6 +76,14 @@ class Rules:
         rise = self.f[node + side] - own + far * (own - (own if other is None else self.f[other]))
         return own + (rise - np.sqrt(2 * work / stiffness)) / remainder
 
+    def passed(self, nodes: Array, side: int, other: int | None) -> Array:
+        """Depths at which a line at each of these nodes passes the next link (see `passes`).
+
+        Of surfaces of at least three links.
+        """
+        works = self.work[nodes if side > 0 else nodes - 1]
+        return np.asarray(self._passed(nodes, side, works, other))
+
     @functools.cached_property
     def torn(self) -> Array:
         """Depth below which each node between two contact links is torn open; -inf at the ends."""

@@ -28,6 +28,7 @@ _FAR = 0.5  # of l: how far lines may be from their nodes
 _AHEAD = (0.0, 0.02, 0.1, 0.3, 1.0)  # margins beyond an event, from where lines are followed back
 _PENETRATION = 1e-9  # of the size of depths
 _LANDED = 0.2  # of l: how far lines on closer nodes may be from those after the event
+_NEIGHBOURS = 1  # surfaces on each side of an event of receding lines that are followed with it
 _PASSED = (0.1, 0.5)  # margins on both sides of an event, within which closer nodes have it
 
 
@@ -99,19 +100,22 @@ class Landings:
         if any(start > end for start, end in contacts):
             return True  # a contact narrower than the closer nodes are apart is all but closed
         on_nodes = pairs(contacts)
+        last = first + len(event.before)
         left = on_nodes[first][0]
-        right = on_nodes[first + len(event.before) - 1][1]
+        right = on_nodes[last - 1][1]
+        beside = 0 if event.direction > 0 else _NEIGHBOURS  # lines that recede share contacts
+        own = on_nodes[max(first - beside, 0) : last + beside]
         known = list[Pair]()
         for passed in _PASSED:
             reach = event.direction * passed * self.closer.margin
-            now = contacts
+            now = own
             at: float | None = event.depth - reach
             while at is not None:
-                track = self.closer.walk.track(now, at, event.depth + reach)
+                track = self.closer.walk.track_part(now, at, event.depth + reach)
                 known = _parts(paired(track.trace[-1][1]), left, right)
                 at = track.at
-                now = track.after
-                landed = _parts(now, left, right)
+                now = _between(track.after, own)
+                landed = _parts(track.after, left, right)
                 if at is not None and not _alike(known, landed):
                     return self._lands_at(landed, event)
         return self._lands_at(known, event)
@@ -162,6 +166,14 @@ class Landings:
                 if node is not None and abs(float(self.closer.positions[node]) - line) > near:
                     return False
         return True
+
+
+def _between(contacts: Contacts, surfaces: list[Pair]) -> list[Pair]:
+    """The surfaces between the outermost lines of these, after what has happened to them."""
+    found = pairs(contacts) or [(None, None)]
+    start = 0 if surfaces[0][0] is None else 1
+    end = len(found) if surfaces[-1][1] is None else -1
+    return found[start:end]
 
 
 def _parts(contacts: Contacts, left: End, right: End) -> list[Pair]:
