@@ -401,8 +401,9 @@ class Front:
         first, last = self.outermost
         before = [] if first is None else [first]
         after = [] if last is None else [last]
-        none = -1, self.size
-        return (*before, *(end for end in self.ends if end not in none), *after)
+        start = 1 if first is None else 0
+        stop = len(self.ends) - (1 if last is None else 0)
+        return (*before, *self.ends[start:stop], *after)
 
     @property
     def contacts(self) -> Contacts:

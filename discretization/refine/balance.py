@@ -139,7 +139,7 @@ class Balance:
         """Lines (p, j, 2), which are pinned, and whether parts are at rest (p,)."""
         lives = [part.life for part in parts]
         guess = np.array(
-            [[part.life.guess(d) for d in row] for part, row in zip(parts, depths, strict=True)]
+            [part.life.guesses(row) for part, row in zip(parts, depths, strict=True)]
         )
         length = self.events.equations.length
         found = self.events.rest(lives, guess, depths, reach=_FAR * length, rounds=_ROUNDS)

@@ -8,6 +8,7 @@ lines jump, and surfaces are joined where the contact between them is lost.
 from __future__ import annotations
 
 import bisect
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -56,6 +57,14 @@ class Life:
     def guess(self, depth: float) -> Array:
         """Lines (2,) at its nodes at a depth, or at those nearest to it on the way."""
         return self.lines_at(self.pair(depth))
+
+    def guesses(self, depths: Array) -> Array:
+        """Lines (n, 2) at its nodes at depths (n,), or at those nearest to them on the way."""
+        passed = np.array([self.direction * depth for depth, _ in self.trace])
+        last = np.searchsorted(passed, self.direction * depths, "right") - 1
+        known, which = np.unique(np.maximum(last, 0), return_inverse=True)
+        lines = np.array([self.lines_at(self.trace[i][1]) for i in known.tolist()])
+        return lines[which]
 
     def pair(self, depth: float) -> Pair:
         """Its contact nodes at a depth, or those nearest to it on the way."""
@@ -112,17 +121,16 @@ def walked(nodes: FoundNodes, contacts: Contacts, start: float, goal: float) -> 
     while alive:
         track = nodes.walk.track(contacts, depth, goal)
         at, after = track.at, track.after
-        trace = [(passed, paired(known)) for passed, known in track.trace]
-        for passed, known in trace:
-            _noted(alive, passed, pairs(known))
+        last = paired(track.trace[-1][1])
+        _noted(alive, track.trace)
         if at is None:
             break
-        if _creeps(trace[-1][1], after):
-            _noted(alive, at, pairs(after))
+        if _creeps(last, after):
+            _noted(alive, [(at, tuple(itertools.chain(*after)))])
             contacts = after
             depth = at
             continue
-        found = _divided(alive, pairs(trace[-1][1]), pairs(after), at)
+        found = _divided(alive, pairs(last), pairs(after), at)
         events += found
         alive = _alive(alive, found)
         contacts = after
@@ -151,11 +159,32 @@ def pairs(contacts: Contacts) -> list[Pair]:
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-def _noted(alive: list[Life], depth: float, now: list[Pair]) -> None:
-    """Write the nodes at which lines are now into the traces of their surfaces."""
-    for life, pair in zip(alive, now, strict=True):
-        if life.trace[-1][1] != pair:
-            life.trace.append((depth, pair))
+def _noted(alive: list[Life], trace: Sequence[tuple[float, tuple[int, ...]]]) -> None:
+    """Write the nodes at which lines are from depths on into the traces of their surfaces.
+
+    trace: these depths, and the first and last nodes of all contacts in one row.
+    """
+    first, nodes = trace[0]
+    for k, life in enumerate(alive):
+        _passed(life, first, _pair(nodes, k))
+    rows = np.array([nodes for _, nodes in trace])
+    for step, column in np.argwhere(np.diff(rows, axis=0)).tolist():
+        depth, nodes = trace[step + 1]
+        surface = (column + 1) // 2
+        _passed(alive[surface], depth, _pair(nodes, surface))
+
+
+def _passed(life: Life, depth: float, pair: Pair) -> None:
+    """Write into a surface between which nodes it is from a depth on."""
+    if life.trace[-1][1] != pair:
+        life.trace.append((depth, pair))
+
+
+def _pair(nodes: tuple[int, ...], surface: int) -> Pair:
+    """The contact nodes beside a free surface, of the first and last nodes of all contacts."""
+    left = nodes[2 * surface - 1] if surface > 0 else None
+    right = nodes[2 * surface] if 2 * surface < len(nodes) else None
+    return left, right
 
 
 def _divided(
