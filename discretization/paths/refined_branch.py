@@ -155,7 +155,7 @@ class RefinedBranch(Branch):
             end = goal
         if end != stretch.end:
             return RefinedLeg(self, point, self._at(way, index, end), None, False, way, index)
-        before = contact_lines(way.refinement.at_end(stretch))
+        before = contact_lines(stretch.before)
         last = Point(end, self._known(way, before, end), Place(way, index))
         if stretch.after is None:
             return RefinedLeg(self, point, last, None, False, way, index)

@@ -22,7 +22,7 @@ from discretization.refine.events import Events, NotRefined
 from discretization.refine.lives import Life, Piece
 from discretization.refine.totals import Totals
 from discretization.surfaces.network import rounded, to_legendre
-from energy.arrays import Array, Mask
+from energy.arrays import Array, Indices, Mask
 
 DEGREE = 12  # of the Lobatto rule in t
 TOLERANCE = 1e-10  # of the energy's scale: what a piece may be off by, or it is halved
@@ -53,16 +53,46 @@ def depths_of(start: float, end: float) -> Array:
     return depths
 
 
-def drawn(piece: Piece, depths: Array) -> Array:
-    """Lines (k, 2) at depths on a piece, by the polynomial of t through its points."""
-    start, end = piece.depths[[0, -1]]
+def drawn(pieces: Sequence[Piece], which: Indices, depths: Array) -> Array:
+    """Lines (..., 2) at depths, by the polynomials of t through the points of pieces.
+
+    which: the number of the piece on which each of the depths is.
+    """
+    ends = np.array([piece.depths[[0, -1]] for piece in pieces])[which]
+    nodal = np.array([piece.lines for piece in pieces])
+    start, end = ends[..., 0], ends[..., 1]
     left = np.clip((end - depths) / (end - start), 0.0, 1.0)
     t = 1 - 2 * np.sqrt(left)
-    finite = np.isfinite(piece.lines)
-    series = np.where(finite, piece.lines, 0.0).T @ to_legendre(DEGREE)
-    found = legendre.legval(t, series.T).T
-    found = np.clip(found, piece.lines.min(axis=0), piece.lines.max(axis=0))
-    return np.where(finite[0], found, piece.lines[0])
+    shares = legendre.legvander(t, DEGREE) @ to_legendre(DEGREE).T
+    finite = np.isfinite(nodal)
+    known = np.where(finite, nodal, 0.0)[which]
+    found = np.einsum("...i,...ij->...j", shares, known)
+    found = np.clip(found, nodal.min(axis=1)[which], nodal.max(axis=1)[which])
+    return np.where(finite[:, 0][which], found, nodal[:, 0][which])
+
+
+def drawn_lives(lives: Sequence[Life], depths: Array) -> Array:
+    """Lines (n, k, 2) of surfaces at depths (n, k) on their lives, by their pieces.
+
+    Of a life too short for pieces the first or last ones.
+    """
+    pieces = [piece for life in lives for piece in life.pieces]
+    counts = np.array([len(life.pieces) for life in lives])
+    found = np.empty((*depths.shape, 2))
+    short = np.flatnonzero(counts == 0)
+    for i in short.tolist():
+        life = lives[i]
+        early = life.direction * (depths[i] - (life.start + life.end) / 2) <= 0
+        found[i] = np.where(early[:, None], life.first, life.last)
+    others = np.flatnonzero(counts)
+    if others.size:
+        which = (np.cumsum(counts) - counts)[:, None] + np.zeros(depths.shape, int)
+        for i in np.flatnonzero(counts > 1).tolist():
+            direction = lives[i].direction
+            ends = [direction * float(piece.depths[-1]) for piece in lives[i].pieces[:-1]]
+            which[i] += np.searchsorted(ends, direction * depths[i])
+        found[others] = drawn(pieces, which[others], depths[others])
+    return found
 
 
 def work(totals: Totals, piece: Piece) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from discretization.nodes.row import Contacts
 from discretization.profile import Resolved
-from discretization.refine.balance import Balance
+from discretization.refine.balance import Balance, drawn_lives
 from discretization.refine.equations import Equations
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.landings import CLOSER, Landings
@@ -29,7 +29,7 @@ _LATE = 1e-12  # of the size of depths: a surface may end that much before it is
 class Stretch:
     """Smooth motion of all surfaces from one depth to another.
 
-    after: lines (n, 2) of the surfaces beyond the events at its end, None where there is none;
+    before: lines (n, 2) of the surfaces at its end. after: those of the surfaces beyond the events at its end, None where there is none;
     an empty array is detached. events: these.
     """
 
@@ -37,6 +37,7 @@ class Stretch:
     start: float
     end: float
     lives: list[Life]
+    before: Array = field(default_factory=lambda: np.empty((0, 2)))
     after: Array | None = None
     events: list[Happening] = field(default_factory=list)
 
@@ -113,6 +114,7 @@ class Refinement:
         self._end(alive, goal)
         every = {id(life): life for stretch in stretches for life in stretch.lives}
         self.balance.pieces(list(every.values()))
+        self._find_ends(stretches)
         for stretch in stretches:
             self._agreed(stretch)
         return stretches
@@ -269,27 +271,45 @@ class Refinement:
 
     def at(self, lives: list[Life], depth: float) -> Array:
         """Lines (n, 2) of surfaces at rest at a depth of their lives."""
-        depths = np.full((len(lives), 1), depth)
         guess = np.array([life.guess(depth) for life in lives])
-        found = self.events.rest(lives, guess[:, None], depths, reach=_FAR * self.equations.length)
+        return self._rest(lives, guess, np.full(len(lives), depth))
+
+    def _at(self, lives: list[Life], depths: Array) -> Array:
+        """The same of surfaces with known pieces at depths (n,) of their own."""
+        return self._rest(lives, drawn_lives(lives, depths[:, None])[:, 0], depths)
+
+    def _rest(self, lives: list[Life], guess: Array, depths: Array) -> Array:
+        reach = _FAR * self.equations.length
+        found = self.events.rest(lives, guess[:, None], depths[:, None], reach=reach)
         lines = found.lines
         good = found.at_rest
-        if not good.all():
+        for nearby in (self._guesses, self._firsts):
             lost = np.flatnonzero(~good)
-            first = np.array([lives[i].first for i in lost])
-            again = self.events.rest([lives[i] for i in lost], first[:, None], depths[lost])
+            if not lost.size:
+                break
+            first = nearby([lives[i] for i in lost], depths[lost])
+            again = self.events.rest(
+                [lives[i] for i in lost], first[:, None], depths[lost, None], reach=reach
+            )
             lines[lost] = again.lines
             good[lost] = again.at_rest
         if not good.all():
+            depth = float(depths[~good][0])
             raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest")
         return lines
+
+    def _guesses(self, lives: list[Life], depths: Array) -> Array:
+        return np.array([life.guess(d) for life, d in zip(lives, depths.tolist(), strict=True)])
+
+    def _firsts(self, lives: list[Life], depths: Array) -> Array:
+        return np.array([life.first for life in lives])
 
     def _agreed(self, stretch: Stretch) -> None:
         """Lines beyond the events of a stretch. NotRefined where closer nodes disagree."""
         if not stretch.events:
             return
         lives = list(stretch.lives)
-        lines = list(self.at_end(stretch))
+        lines = list(stretch.before)
         for event in stretch.events:
             first = next(i for i, life in enumerate(lives) if life is event.before[0])
             if not self.landings.agrees(event, np.array(lines), first):
@@ -301,16 +321,16 @@ class Refinement:
         if (stretch.after[:-1, 1] > stretch.after[1:, 0]).any():
             raise NotRefined(f"contacts overlap after the event at {stretch.end!r}")
 
-    def at_end(self, stretch: Stretch) -> Array:
-        """Lines (n, 2) of all surfaces at the end of a stretch, before its events."""
-        return np.array(self._lines(stretch.lives, stretch)).reshape(-1, 2)
+    def _find_ends(self, stretches: list[Stretch]) -> None:
+        """Find the lines of all surfaces at the ends of all stretches."""
+        lives = [life for stretch in stretches for life in stretch.lives]
+        depths = np.array([stretch.end for stretch in stretches for _ in stretch.lives])
+        lines = np.array([life.last for life in lives]).reshape(-1, 2)
+        ends = np.array([life.end for life in lives])
+        later = np.flatnonzero(ends != depths)
+        if later.size:
+            lines[later] = self._at([lives[i] for i in later], depths[later])
+        for stretch in stretches:
+            stretch.before = lines[: len(stretch.lives)]
+            lines = lines[len(stretch.lives) :]
 
-    def _lines(self, lives: list[Life], stretch: Stretch) -> list[Array]:
-        """Lines (2,) of the surfaces at the end of a stretch."""
-        ending = [life for life in lives if life.end == stretch.end]
-        others = [life for life in lives if life.end != stretch.end]
-        known = {id(life): life.last for life in ending}
-        if others:
-            found = self.at(others, stretch.end)
-            known |= {id(life): row for life, row in zip(others, found, strict=True)}
-        return [known[id(life)] for life in lives]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.nodes.row import Contacts
-from discretization.refine.balance import DEGREE, depths_of, drawn
+from discretization.refine.balance import DEGREE, depths_of, drawn, drawn_lives
 from discretization.refine.events import NotRefined
 from discretization.refine.lives import Life, Piece
 from discretization.refine.plan import Refinement, Stretch
@@ -64,7 +64,7 @@ class Way:
         roughly: as the polynomials of the pieces have them.
         """
         lives = self.stretches[index].lives
-        guess = np.array([self._drawn(life, depths) for life in lives])
+        guess = drawn_lives(lives, np.broadcast_to(depths, (len(lives), depths.size)))
         if roughly:
             return guess
         length = self.refinement.equations.length
@@ -92,21 +92,6 @@ class Way:
             depth = float(depths[row[0], column[0]])
             raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _drawn(self, life: Life, depths: Array) -> Array:
-        """Lines (k, 2) of a surface at depths on its life, by its pieces."""
-        found = np.empty((depths.size, 2))
-        if not life.pieces:
-            middle = (life.start + life.end) / 2
-            early = self.direction * (depths - middle) <= 0
-            return np.where(early[:, None], life.first, life.last)
-        ends = np.array([self.direction * float(piece.depths[-1]) for piece in life.pieces])
-        which = np.searchsorted(ends, self.direction * depths)
-        which = np.minimum(which, len(life.pieces) - 1)
-        for i in np.unique(which).tolist():
-            own = which == i
-            found[own] = drawn(life.pieces[i], depths[own])
-        return found
-
     def work(self, index: int, start: float, end: float) -> float:
         """∫P dd on a stretch from one depth to another."""
         points, weights, _ = rounded(DEGREE)
@@ -117,7 +102,8 @@ class Way:
                 if part is None:
                     continue
                 depths = depths_of(*part)
-                _, force = self.refinement.totals.of_surfaces(drawn(piece, depths), depths)
+                lines = drawn([piece], np.zeros(depths.size, int), depths)
+                _, force = self.refinement.totals.of_surfaces(lines, depths)
                 total += float(force @ (weights * (1 - points) / 2)) * (part[1] - part[0])
         return total
 
