@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from energy.arrays import Array, Indices
+from energy.arrays import Array, Indices, Mask
 
 Function = Callable[[float], float]
 Values = Callable[[Array], Array]
@@ -79,9 +79,20 @@ def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, A
 
     Those of the cubics through both: between which places, where, v'', v, and what v may be off by.
     """
+    return minima_between(x, v, v1, np.ones(x.size - 1, bool))[1:]
+
+
+def minima_between(
+    x: Array, v: Array, v1: Array, joined: Mask
+) -> tuple[Indices, Array, Array, Array, Array, Array, Array]:
+    """The same between those neighbours that are joined (n - 1,), first their numbers.
+
+    Each function has places of its own next to each other in x.
+    """
     lo, hi = np.arange(x.size - 1), np.arange(1, x.size)
     turns = (v1[lo] <= 0) & (v1[hi] >= 0)
-    lo[-1], hi[-1] = hi[-1], lo[-1]  # a slope of 0 at an end is no minimum
+    ends = np.flatnonzero(joined & ~np.append(joined[1:], False))
+    lo[ends], hi[ends] = hi[ends], lo[ends]  # a slope of 0 at an end is no minimum
     h, rise = x[hi] - x[lo], v[hi] - v[lo]
     c, end = v1[lo] * h, v1[hi] * h
     a, b = 3 * (c + end - 2 * rise), 6 * rise - 4 * c - 2 * end  # h v' = a t² + b t + c
@@ -89,14 +100,16 @@ def minima(x: Array, v: Array, v1: Array) -> tuple[Array, Array, Array, Array, A
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(b * b - 4 * a * c)
         t = np.where(b > 0, -2 * c / (b + root), (root - b) / (2 * a))
-        k = np.flatnonzero(turns | ((t > 0) & (t < 1) & (most > _CLOSE * np.abs(v).max())))
+        felt = most > _CLOSE * np.abs(v).max()
+        k = np.flatnonzero((turns | ((t > 0) & (t < 1) & felt)) & joined)
         a, b, c, h, t, end, start = (part[k] for part in (a, b, c, h, t, end, x[lo]))
         t, middle = np.clip([np.where(np.isnan(t), 0.5, t), -b / (2 * a)], 0.0, 1.0)
         bend = (2 * a * t + b) / (h * h)
     value = v[lo[k]] + t * (c + t * (b / 2 + t * a / 3))
     off = _UNSURE * (np.abs(c) + np.abs(end))
     one, other = start + h * np.where(c > 0, middle, 0), start + h * np.where(end < 0, middle, 1)
-    return np.minimum(one, other), np.maximum(one, other), start + h * t, bend, value, off
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    return k, low, high, start + h * t, bend, value, off
 
 
 def crossings(

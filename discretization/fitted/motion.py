@@ -15,6 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,9 +26,20 @@ from discretization.fitted.rest_depths import SIDES, TIE, ULPS, RestDepths, surf
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import Felt, Surfaces
 from energy import Scene
-from energy.arrays import Array
+from energy.arrays import Array, Mask
 
 _MOST = 100_000  # changes on one way: a profile of a million corners has fewer
+
+
+class FeltRows(NamedTuple):
+    """What judges the lines (n, 2) of free surfaces, as in `Felt`; stable (n,)."""
+
+    free: Mask
+    closing: Array
+    bare: Array
+    opening: Array
+    moved: Array
+    stable: Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +98,27 @@ class Motion:
         return False
 
     def felt(self, lines: Lines, depth: float) -> list[Felt]:
-        """What judges the lines of every free surface.
-
-        D of free lines is off by the rounding of their places, and by that of narrow gaps. Held are
-        those at corners, edges of the body, and beside those of a pattern.
-        """
-        rests, x, edges = self.rests, np.array(free_parts(lines)), self.profile.edges
+        """What judges the lines of every free surface."""
+        x = np.array(free_parts(lines))
         if self.scene.axisymmetric and not lines[0]:
             x[0, 1] = math.inf  # a contact around the axis has no line there
+        points = np.isin(x, [left for left, right in pairs(lines) if left == right])
+        lone = len(lines) == 2 and self.scene.indenter.convex
+        found = self.felt_by(x, points, lone=lone)
+        columns = np.broadcast_arrays(
+            x, found.free, found.closing, found.bare, found.opening, self.rests.size, found.moved,
+            found.stable[:, None],
+        )  # fmt: skip
+        rows = np.stack(columns, axis=-1).reshape(-1, len(columns)).tolist()
+        return [Felt(*row) for row in rows if math.isfinite(row[0])]
+
+    def felt_by(self, x: Array, points: Mask, *, lone: bool = False) -> FeltRows:
+        """The same of the lines of free surfaces (n, 2), those of contacts of one point marked.
+
+        D of free lines is off by the rounding of their places, and by that of narrow gaps. Held are
+        those at corners, edges of the body, and beside those of a pattern. lone: the only contact.
+        """
+        rests, edges = self.rests, self.profile.edges
         held = [*self.profile.corners, *self.profile.indenter.walls, *edges]
         loose = np.isfinite(x) & ~np.isin(x, [*held, *np.nextafter(edges, -math.inf)])
         with np.errstate(invalid="ignore"):
@@ -101,14 +126,15 @@ class Motion:
         noise, out = rests.noise(x)[:, None], x + off
         closing, behind = rests.ahead(out, 1) + noise, rests.ahead(x - off, -1) - noise
         bare = rests.beside(SIDES, out, out[:, ::-1], 1, 1, adheres=False) + noise
-        behind[np.isin(x, [left for left, right in pairs(lines) if left == right])] = -math.inf
+        behind[points] = -math.inf
         rates = rests.with_rates(x[:, None], rests.between_corners(x, 1), 1)[1]
         rates = np.where(np.isfinite(rates), rates, 0.0)
-        lone = len(lines) == 2 and self.scene.indenter.convex
-        (moved, firm), size = rests.condition(rates, loose, lone=lone), np.full_like(x, rests.size)
-        columns = np.broadcast_arrays(x, loose, closing, bare, behind, size, moved, firm[:, None])
-        rows = np.stack(columns, axis=-1).reshape(-1, len(columns)).tolist()
-        return [Felt(*row) for row in rows if math.isfinite(row[0])]
+        moved, firm = rests.condition(rates, loose, lone=lone)
+        return FeltRows(loose, closing, bare, behind, moved, firm)
+
+    def torn(self, corners: Array) -> Array:
+        """Forces that would open contacts at corners, beyond what lines hold there."""
+        return self.scene.gamma1 * (self.profile.falls(self.scene.slopes) - self.holds(corners))
 
     def opening(self, lines: Lines, depth: float) -> list[float]:
         """Forces that would open contacts: where they do not adhere, and at corners."""
@@ -117,8 +143,7 @@ class Motion:
         forces = [unit * self.free_part.search.pull(*part, depth).force for part in bare]
         if x.size and not scene.indenter.convex:
             inside = np.searchsorted(ends, x) & np.searchsorted(ends, x, "right")
-            over = profile.falls(scene.slopes) - self.holds(x)
-            forces += (scene.gamma1 * over[inside % 2 == 1]).tolist()
+            forces += self.torn(x)[inside % 2 == 1].tolist()
         return forces
 
     def first(self) -> Lines:

@@ -276,6 +276,11 @@ class Branch(Protocol):
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""
 
+    def certify_all(self, points: Sequence[Point]) -> None:
+        """The same of many points."""
+        for point in points:
+            self.certify(point)
+
 
 def snapshot_of(point: Point, energy: float, force: float, axisymmetric: bool) -> Snapshot:
     """A point with its energy and force."""

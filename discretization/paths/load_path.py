@@ -237,11 +237,11 @@ class LoadPath:
         return float(self.control.value(point.depth, force))
 
     def _record(self, kind: str, before: Point, after: Point) -> None:
-        self.branch.certify(after)
         self.happened.append((kind, self._value(before), before, after, self.step))
 
     def _settle(self) -> None:
         """The events of what has happened since the last time."""
+        self.branch.certify_all([after for _, _, _, after, _ in self.happened])
         points = [point for _, _, before, after, _ in self.happened for point in (before, after)]
         states = iter(self.branch.snapshots(points))
         for kind, value, before, after, step in self.happened:

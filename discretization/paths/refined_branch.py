@@ -15,14 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.motion import Motion
 from discretization.fitted.rest_depths import TIE
 from discretization.nodes import row
-from discretization.paths.branch import Branch, Leg, Pinned, Point
+from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, snapshot_of
 from discretization.profile import Resolved, resolve
 from discretization.refine.equations import contact_lines, free_surfaces
 from discretization.refine.events import NotRefined
+from discretization.refine.judged import Judge
 from discretization.refine.plan import Refinement
 from discretization.refine.states import CLOSER, known_lines
 from discretization.refine.way import Way
@@ -250,10 +250,24 @@ class RefinedBranch(Branch):
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""
-        if not point.lines:
-            return
-        contacts = Contacts(self.motion, point.lines, point.depth)
-        certify(contacts, contacts.totals()).demand(
-            f"the state at depth = {point.depth!r}",
-            "the path stops before it; try other depths, or method='lattice'",
-        )
+        self.certify_all([point])
+
+    def certify_all(self, points: Sequence[Point]) -> None:
+        """The same of many points."""
+        judge = Judge(self.refinement(0).equations, self.motion)
+        judged = [point for point in points if point.lines]
+        states = [(point.lines or (), point.depth) for point in judged]
+        for point, certificate in zip(judged, judge.certificates(states), strict=True):
+            certificate.demand(
+                f"the state at depth = {point.depth!r}",
+                "the path stops before it; try other depths, or method='lattice'",
+            )
+
+    def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
+        """Points beside events."""
+        energy, force = np.zeros((2, len(points)))
+        known = [i for i, point in enumerate(points) if point.lines is not None]
+        if known:
+            energy[known], force[known] = self.totals([points[i] for i in known])
+        turned = self.scene.axisymmetric
+        return [snapshot_of(*row, turned) for row in zip(points, energy.tolist(), force.tolist(), strict=True)]

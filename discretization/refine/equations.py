@@ -24,7 +24,7 @@ import numpy as np
 
 from discretization.profile import Resolved
 from energy import Scene
-from energy.arrays import Array, Mask, Nodes
+from energy.arrays import Array, Indices, Mask, Nodes
 
 OUTWARDS = np.array([1.0, -1.0])  # of the contacts of a left and of a right line of a free surface
 _ROUNDINGS = 4  # of a position: a line that is so near to a joint is read on one side of it
@@ -133,28 +133,37 @@ class Equations:
         return np.asarray(found.ground[:, None] * displaced + found.tie[:, None] * rise)
 
     def shape(self, places: Array, lines: Array, depths: Array) -> tuple[Array, Array]:
-        """Gap v = u - d + f and v' (n, j) at places (n, j) of free surfaces with lines (n, 2).
+        """Gap v = u - d + f and v' (n, j) at places (n, j) of free surfaces with lines (n, 2)."""
+        own = np.repeat(np.arange(len(lines)), places.shape[1])
+        u, slope = self.surface(places.ravel(), own, lines, depths)
+        profile_height = np.asarray(self.profile.indenter.height(places), float)
+        profile_slope = np.asarray(self.profile.indenter.slope(places), float)
+        gap = u.reshape(places.shape) - depths[:, None] + profile_height
+        return gap, slope.reshape(places.shape) + profile_slope
+
+    def surface(
+        self, places: Array, own: Indices, lines: Array, depths: Array
+    ) -> tuple[Array, Array]:
+        """u and u' (m,) at places (m,) of the free surfaces of these numbers, with lines (n, 2).
 
         u = [u_q sinh((p - y)/l) + u_p sinh((y - q)/l)]/sinh((p - q)/l), without overflow.
         """
-        _, height, _ = self._profile_at(lines)
-        has_line = np.isfinite(lines)
-        displaced = np.where(has_line, depths[:, None] - height, 0.0)
-        from_left = np.where(has_line[:, :1], (places - lines[:, :1]) / self.length, math.inf)
-        from_right = np.where(has_line[:, 1:], (lines[:, 1:] - places) / self.length, math.inf)
+        at_left, at_right = self.displaced(lines, depths)[own].T
+        from_left = (places - lines[own, 0]) / self.length
+        from_right = (lines[own, 1] - places) / self.length
         both = -np.expm1(-2 * (from_left + from_right))
         left = np.exp(-from_left)
         right = np.exp(-from_right)
         near = left * -np.expm1(-2 * from_right) / both
         far = right * -np.expm1(-2 * from_left) / both
-        surface = near * displaced[:, :1] + far * displaced[:, 1:]
-        falling = left * (1 + right**2) * displaced[:, :1]
-        rising = right * (1 + left**2) * displaced[:, 1:]
-        surface_slope = (rising - falling) / both / self.length
-        profile_height = np.asarray(self.profile.indenter.height(places), float)
-        profile_slope = np.asarray(self.profile.indenter.slope(places), float)
-        gap = surface - depths[:, None] + profile_height
-        return gap, surface_slope + profile_slope
+        falling = left * (1 + right**2) * at_left
+        rising = right * (1 + left**2) * at_right
+        return near * at_left + far * at_right, (rising - falling) / both / self.length
+
+    def displaced(self, lines: Array, depths: Array) -> Array:
+        """u = d - f at lines (n, 2), 0 where there is none."""
+        _, height, _ = self._profile_at(lines)
+        return np.where(np.isfinite(lines), depths[:, None] - height, 0.0)
 
     def rates(self, lines: Array, depths: Array, rooms: Nodes) -> Array:
         """∂F_i/∂x_j (n, 2, 2) of lines in these rooms; 0 where there is no line."""

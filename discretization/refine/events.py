@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 
 from discretization.refine import roots
+from discretization.refine.clearance import dips
 from discretization.refine.equations import Equations
 from discretization.refine.lives import CREEPING, Happening, Life
 from discretization.refine.settle import ROUNDS, Settled, settle
-from discretization.roots import crossings, minima
 from energy.arrays import Array, Indices, Mask
 
 PARTS = 15  # depths in a range, at which surfaces are taken to rest together
@@ -224,17 +224,17 @@ class Events:
 
         And where its nodes touch.
         """
-        places, gaps = self.minima(lines, depth)
-        chosen = places[np.argsort(gaps)[:_MINIMA]].tolist()
+        found = dips(self.equations, lines[None], np.array([depth]))
+        chosen = found.places[np.argsort(found.gaps)[:_MINIMA]].tolist()
         left, right = life.trace[-1][1]
         _, node = life.nodes.walk.closing.touches(left, right)
         if node >= 0:
             chosen.append(float(life.nodes.positions[node]))
-        found = [(place, False) for place in chosen]
+        places = [(place, False) for place in chosen]
         corners = np.append(self.equations.profile.corners, self.equations.edges)
         reach = _CORNERS * life.nodes.spacing
         near = {c for place in chosen for c in corners[np.abs(corners - place) <= reach].tolist()}
-        return [*found, *((corner, True) for corner in sorted(near))]
+        return [*places, *((corner, True) for corner in sorted(near))]
 
     def _touch_roots(
         self, lives: list[Life], lines: Array, low: Array, at: Array, places: Array, corner: Mask
@@ -521,41 +521,15 @@ class Events:
         return all(self.clearance(row, depth)[0] >= least for row in lines)
 
     def clearance(self, lines: Array, depth: float) -> tuple[float, float]:
-        """The least gap v of one surface away from its lines, and where; inf if there is none."""
-        places, gaps = self.minima(lines, depth)
-        if not places.size:
-            return math.inf, math.nan
-        least = int(np.argmin(gaps))
-        return float(gaps[least]), float(places[least])
+        """The least gap v of one surface away from its lines, and where; inf if there is none.
 
-    def minima(self, lines: Array, depth: float) -> tuple[Array, Array]:
-        """Places and values (n,) of the minima of the gap v of one surface.
-
-        Of the cubics through v and v' at the samples of the profile, the least of them exactly
-        (../roots.py); at the ends of the profile v itself.
+        Exactly where that is less than 0.
         """
-        profile = self.equations.profile
-        low, high = lines.tolist()
-        inside = profile.beyond(low, high)
-        x = profile.x[inside]
-        if not x.size:
-            return np.empty(0), np.empty(0)
-        shape = self.equations.shape
-        gap, slope = (part[0] for part in shape(x[None], lines[None], np.array([depth])))
-        slope = slope - np.asarray(profile.indenter.slope(x), float) + profile.slope[inside]
-        ends = [i for i, line in ((0, low), (-1, high)) if not math.isfinite(line)]
-        if np.unique(x).size < 2:
-            return x[ends], gap[ends]
-        lo, hi, where, bend, value, off = minima(x, gap, slope)
-        near = value - off <= (value + off).min(initial=math.inf)
-        near &= (lo < hi) & (bend > 0)
-        if near.any():
-            where[near] = crossings(
-                lambda z, _: shape(z[None], lines[None], np.array([depth]))[1][0],
-                lo[near], hi[near], where[near], bend[near], 0.0,
-            )  # fmt: skip
-            value[near] = shape(where[None, near], lines[None], np.array([depth]))[0][0]
-        return np.append(where, x[ends]), np.append(value, gap[ends])
+        found = dips(self.equations, lines[None], np.array([depth]))
+        if not found.gaps.size:
+            return math.inf, math.nan
+        least = int(np.argmin(found.gaps))
+        return float(found.gaps[least]), float(found.places[least])
 
 
 def _steps(event: Happening) -> Array:

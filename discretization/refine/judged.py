@@ -1,0 +1,130 @@
+"""The certificate of the states of a path, many of them at once (conditions: ../certificate.py).
+
+Without adhesion a contact may open inside: those states are judged one by one (fitted/contacts.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discretization.certificate import ROUNDING, Certificate
+from discretization.fitted.contacts import Contacts, certify
+from discretization.fitted.motion import Motion
+from discretization.fitted.rest_depths import displacement_scale
+from discretization.refine.clearance import least_gaps
+from discretization.refine.equations import Equations, free_surfaces
+from energy.arrays import Array, Mask, Nodes
+
+Lines = tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """What judges states with small slopes by the sizes of the whole path."""
+
+    equations: Equations
+    motion: Motion
+
+    def certificates(self, states: Sequence[tuple[Lines, float]]) -> list[Certificate]:
+        """Of the contacts with these lines, at least two of each, and depths."""
+        if not states:
+            return []
+        if not self.motion.scene.opened.work_of_adhesion:
+            found = [Contacts(self.motion, *state) for state in states]
+            return [certify(contacts, contacts.totals()) for contacts in found]
+        surfaces = [free_surfaces(lines) for lines, _ in states]
+        counts = np.array([len(rows) for rows in surfaces])
+        first = np.cumsum(counts) - counts
+        depth = np.array([depth for _, depth in states])
+        rows = np.concatenate(surfaces)
+        return self._of_rows(rows, first, np.repeat(depth, counts), depth)
+
+    def _of_rows(
+        self, rows: Array, first: Nodes, depths: Array, of_state: Array
+    ) -> list[Certificate]:
+        """Of states whose surfaces stand next to each other in rows (n, 2), the first ones here.
+
+        depths (n,); of_state: the same of each state.
+        """
+        scene = self.motion.scene
+        size = self.motion.rests.size
+        scale = np.array([displacement_scale(scene, depth, size) for depth in of_state.tolist()])
+        points = self._points(rows, first)
+        felt = self.motion.felt_by(rows, points)
+        at = np.where(np.isfinite(rows), depths[:, None], -np.inf)
+
+        def worst(values: Array) -> Array:
+            """Of each state, of values (n, 2) of its lines."""
+            return np.asarray(np.maximum.reduceat(values.max(axis=1), first))
+
+        closing = worst(at - felt.closing)
+        bare = worst(at - felt.bare)
+        opening = worst(np.where(np.isfinite(rows), felt.opening - depths[:, None], -np.inf))
+        through = np.where(closing > ROUNDING * size, bare, closing)
+        terms = scale + worst(self._steepness(rows))
+        beyond = np.maximum.reduceat(-least_gaps(self.equations, rows, depths), first)
+        # pinned by another work of adhesion than what moves them, or the energy is convex
+        kept = scene.hysteretic or not scene.work_of_adhesion
+        firm = np.logical_and.reduceat(felt.stable | kept, first)
+        neighbours = np.maximum(np.maximum(closing, opening) / terms, ~firm)
+        columns = (
+            np.maximum(through / terms, beyond / scale),
+            np.zeros(of_state.size),  # free surfaces are solved in closed form
+            self._tension(rows, first, depths, points) / scale,
+            neighbours,
+            self._off_force(rows, first, depths),
+        )
+        table = np.maximum(0.0, np.column_stack(columns))
+        return [Certificate(*row) for row in table.tolist()]
+
+    def _points(self, rows: Array, first: Nodes) -> Mask:
+        """Which lines (n, 2) are those of contacts of one point."""
+        found = np.zeros(rows.shape, bool)
+        lone = rows[:-1, 1] == rows[1:, 0]
+        found[:-1, 1] = lone
+        found[1:, 0] = lone
+        return found
+
+    def _steepness(self, rows: Array) -> Array:
+        """l |f'| at lines (n, 2), at corners the larger one."""
+        line = np.isfinite(rows)
+        at = np.where(line, rows, self.equations.profile.lowest)
+        beside = (-1, 1) if len(self.motion.scene.indenter.corners) else 0
+        slopes = self.motion.scene.indenter.slope_beside(at[..., None], beside)
+        steep = np.abs(slopes).reshape(*rows.shape, -1).max(axis=2)
+        return np.where(line, self.equations.length * steep, -np.inf)
+
+    def _tension(self, rows: Array, first: Nodes, depths: Array, points: Mask) -> Array:
+        """The largest force over kl that would open a contact of each state."""
+        pulls = self.equations.pulls(rows, depths)
+        lone = np.where(points[:-1, 1], -(pulls[:-1, 1] + pulls[1:, 0]), 0.0)
+        found = np.maximum.reduceat(np.append(lone, 0.0), first)
+        corners = self.equations.profile.corners
+        over = self.motion.torn(corners)
+        unit = self.motion.scene.stiffness * self.equations.length
+        for corner, force in zip(corners[over > 0], over[over > 0], strict=True):
+            inside = np.append(rows[:-1, 1], np.inf) < corner
+            inside &= corner < np.append(rows[1:, 0], -np.inf)
+            held = np.logical_or.reduceat(inside, first)
+            found = np.maximum(found, held * force / unit)
+        return np.asarray(found)
+
+    def _off_force(self, rows: Array, first: Nodes, depths: Array) -> Array:
+        """dU/dd against k∫u of each state, as γ₁ times the change of u' over its free surfaces.
+
+        Both with the same integral over contacts, over the size of what they are summed from.
+        """
+        equations = self.equations
+        pulls = equations.pulls(rows, depths)
+        line = np.isfinite(rows)
+        own = np.repeat(np.arange(len(rows)), 2)[line.ravel()]
+        slopes = np.zeros(rows.size)
+        slopes[line.ravel()] = equations.surface(rows[line], own, rows, depths)[1]
+        by_field = equations.length * (slopes.reshape(rows.shape) * (-1.0, 1.0)).sum(axis=1)
+        off = np.add.reduceat(pulls.sum(axis=1) - by_field, first)
+        of_contacts = np.abs(equations.displaced(rows, depths)).max(axis=1) * equations.length
+        size = np.add.reduceat(np.abs(pulls).sum(axis=1) + of_contacts, first)
+        return np.abs(off) / np.where(size > 0, size, 1.0)
