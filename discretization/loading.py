@@ -121,6 +121,9 @@ def load_path(
     path.go(values)
     branch.certify(path.point)
     history = history.extended(path, values)
+    unrefined = [one for one in history.validity if one.name == "parts on nodes"]
+    if unrefined:
+        warnings.warn(unrefined[0].consequence, AccuracyWarning, stacklevel=2)
     if spacing and (told := history.unresolved()):
         warnings.warn(told, AccuracyWarning, stacklevel=2)
     return history

@@ -18,6 +18,7 @@ state: an `Equilibrium`; history: a `History`. Both are built on this module, no
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 from typing import Any
@@ -109,7 +110,19 @@ def with_surface(state: Any, surface: float) -> dict[str, float]:
 def of_path(history: Any) -> tuple[Assumption, ...]:
     """What a load path assumes whatever its states are: of surfaces, samples and nodes."""
     nodes = resolution(history.scene, history.spacing or math.nan)
-    return (*assumptions(history.scene, None), *nodes)
+    return (*assumptions(history.scene, None), *nodes, *_left_to_nodes(history.on_nodes))
+
+
+def _left_to_nodes(ranges: Sequence[tuple[float, float]]) -> tuple[Assumption, ...]:
+    """What it means that parts of a refined path are those of nodes alone."""
+    if not ranges:
+        return ()
+    where = ", ".join(f"{start:.6g} to {end:.6g}" for start, end in ranges)
+    what = (
+        f"on the way between depths {where} contacts found on nodes could not be refined: states "
+        "and events there, and the energy lost, are those of nodes (see error_estimate)"
+    )
+    return (Assumption("parts on nodes", len(ranges), 0, what),)
 
 
 def violated(shown: Any) -> tuple[str, ...]:

@@ -116,6 +116,11 @@ def refined(scene: Scene) -> bool:
     return not scene.axisymmetric and scene.slopes == "small" and scene.pattern is None
 
 
+def refinable(scene: Scene) -> bool:
+    """Whether paths of several contacts are found on nodes and refined."""
+    return refined(scene) and scene.gamma1 > 0 and not one_contact(scene)
+
+
 def vectorised(scene: Scene) -> None:
     """ValueError unless many states of a scene can be found at once: those of one contact."""
     turned, body = scene.axisymmetric, scene.indenter

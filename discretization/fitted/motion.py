@@ -138,7 +138,7 @@ class Motion:
 
     def opening(self, lines: Lines, depth: float) -> list[float]:
         """Forces that would open contacts: where they do not adhere, and at corners."""
-        scene, profile, x, ends = self.scene, self.profile, self.profile.corners, np.array(lines)
+        scene, x, ends = self.scene, self.profile.corners, np.array(lines)
         unit, bare = scene.stiffness * scene.elastocapillary_length, self.bare(ends.reshape(-1, 2))
         forces = [unit * self.free_part.search.pull(*part, depth).force for part in bare]
         if x.size and not scene.indenter.convex:

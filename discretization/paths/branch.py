@@ -133,6 +133,11 @@ class Leg:
     jumps: bool
 
     @property
+    def smooth(self) -> bool:
+        """Whether P is a smooth function of d on the way."""
+        return bool(self.branch.smooth)
+
+    @property
     def pinned(self) -> Pinned:
         """What holds the outermost lines on the way."""
         if self.branch.pinned(self.start) == self.branch.pinned(self.end):

@@ -87,7 +87,7 @@ class Curve(NamedTuple):
     def of(cls, leg: Leg, control: Control) -> Curve:
         """Drawn by polynomials on parts of the leg, halved until they represent C."""
         rounding, todo = _rounding(leg, control), [(0.0, 1.0)]
-        if not leg.branch.smooth:
+        if not leg.smooth:
             t = at_changes(leg)
             return cls.sampled(leg, control, t, _values(leg, control, t))
         parts = list[tuple[Array, Array, Legendre]]()

@@ -8,7 +8,7 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -26,8 +26,9 @@ from discretization.paths.layer_branch import LayerBranch
 from discretization.paths.least_force import NOISE, Stretch, UnknownError, bounded, one_way
 from discretization.paths.load_path import LoadPath
 from discretization.paths.path_accuracy import QUANTITIES, estimated
+from discretization.paths.refined_branch import RefinedBranch
 from discretization.paths.springs import SpringsBranch
-from discretization.routes import route
+from discretization.routes import refinable, route
 from energy import Scene
 from energy.arrays import Array
 from energy.description import alike, described, rebuilt
@@ -41,8 +42,11 @@ _NOTES = (
     "lines left, right [length], nan: detached. event: kind, control, before, after (depth,",
     "force, energy, left, right, inner lines), energy released, step",
 )
-_HEADER = ("control", "machine_stiffness", "rtol", "spacing", "friction")
+_HEADER = ("control", "machine_stiffness", "rtol", "spacing", "friction", "on_nodes")
 _COLUMNS = ("control", "depth", "force", "energy", "left", "right", "inner")
+
+
+_DETACHED = Point(-math.inf, None)  # before any contact
 
 
 def _column(index: Any) -> functools.cached_property[Array]:
@@ -63,6 +67,9 @@ class History:
     contacts, inner : array (n, 2), and a tuple for each step
         The outermost lines, nan when detached, and those between, of several contacts.
     events : tuple of Event
+    on_nodes : tuple
+        First and last depths of parts of a path on the mesh that are those of nodes alone, as
+        contacts found there could not be refined.
     dissipated, friction : float
         Energy lost on the way, and by lines that moved without a jump under adhesion hysteresis.
     validity, warnings : tuple
@@ -91,6 +98,7 @@ class History:
     inner: tuple[tuple[float, ...], ...] = ()
     events: tuple[Event, ...] = ()
     friction: float = 0.0
+    on_nodes: tuple[tuple[float, float], ...] = ()
 
     values, depth, force, energy = map(_column, range(4))
     contacts = _column(slice(4, 6))
@@ -110,6 +118,7 @@ class History:
             inner=(*self.inner, *(point.inner for point in points)),
             events=(*self.events, *path.events),
             friction=self.friction + path.friction,
+            on_nodes=(*self.on_nodes, *merged(getattr(path.branch, "on_nodes", ()))),
         )
         vars(whole)["_branch"] = path.branch  # knows the work done between the states
         return whole
@@ -192,7 +201,8 @@ class History:
         events = (json.loads(line[8:]) for line in lines if line.startswith("# event "))
         return cls(
             rebuilt(header["scene"]) if scene is None else scene,
-            **{name: header[name] for name in _HEADER},
+            **{name: header[name] for name in _HEADER if name != "on_nodes"},
+            on_nodes=tuple((start, end) for start, end in header.get("on_nodes", ())),
             table=np.array([row[:6] for row in rows], float).reshape(-1, 6),
             inner=tuple(tuple(map(float, row[6].split())) for row in rows),
             events=tuple(
@@ -325,16 +335,19 @@ class History:
         the path and to the largest half-width, force and energy; that of the energy lost is
         relative to the sum of what the events release and friction. On nodes it is next to the
         same programme on half as many of them, which is followed when this is asked for;
-        see path_accuracy.py. On the fitted mesh it is `rtol`, which paths keep.
+        see path_accuracy.py. On the fitted mesh it is `rtol`, which paths keep; where a part of the
+        path is nodes' alone (`on_nodes`) that of the whole programme on the same nodes.
 
         AccuracyWarning, and infinite estimates where that programme cannot be followed.
         """
+        if self.spacing is None and self.on_nodes:
+            return self._estimate_on_nodes()
         if self.spacing is None:
             return dict.fromkeys(QUANTITIES, self.rtol)
         try:
             deepest = float(self.depth.max())
             branch = LatticeBranch.of(self.scene, _COARSER * self.spacing, deepest)
-            path = LoadPath(branch, self.hold, Point(-math.inf, None))
+            path = LoadPath(branch, self.hold, _DETACHED)
             path.go(self.values)
             empty = replace(self, table=np.empty((0, 6)), inner=(), events=(), friction=0.0)
             coarse = empty.extended(path, self.values)
@@ -348,6 +361,18 @@ class History:
             return dict.fromkeys(QUANTITIES, math.inf)
         own = LatticeBranch.of(self.scene, self.spacing, deepest).row.lattice.spacing
         return estimated(self, coarse, branch.row.lattice.spacing / own, stacklevel=3)
+
+    def _estimate_on_nodes(self) -> dict[str, float]:
+        """The errors of the same programme on nodes, of a refined path parts of which are theirs."""
+        deepest = float(self.depth.max())
+        spacing = RefinedBranch.of(self.scene, deepest).nodal.row.lattice.spacing
+        path = LoadPath(LatticeBranch.of(self.scene, spacing, deepest), self.hold, _DETACHED)
+        path.go(self.values)
+        empty = replace(
+            self, spacing=spacing, table=np.empty((0, 6)), inner=(), events=(), friction=0.0,
+            on_nodes=(),
+        )  # fmt: skip
+        return empty.extended(path, self.values).error_estimate
 
     plot = plots.plot_path
     to_dict = readings.path_columns
@@ -375,6 +400,17 @@ def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapsh
     return run
 
 
+def merged(ranges: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Ranges of depths that follow each other in one direction as one, in their order."""
+    found = list[tuple[float, float]]()
+    for start, end in ranges:
+        if found and found[-1][1] == start and (end - start) * (start - found[-1][0]) >= 0:
+            found[-1] = found[-1][0], end
+        elif (start, end) not in found:
+            found.append((start, end))
+    return found
+
+
 def branch_of(
     scene: Scene, rtol: float, spacing: float | None, deepest: Callable[[], float]
 ) -> Branch:
@@ -387,4 +423,8 @@ def branch_of(
     way = route(scene, "path", nodes=False)
     if way == "layer":
         return LayerBranch(scene, rtol)
-    return (SpringsBranch if way == "springs" else FittedMany).of(scene, deepest())
+    if way == "springs":
+        return SpringsBranch.of(scene, deepest())
+    if refinable(scene):
+        return RefinedBranch.of(scene, deepest())
+    return FittedMany.of(scene, deepest())

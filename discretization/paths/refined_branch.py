@@ -1,16 +1,18 @@
 """The metastable branch of several contacts of a line contact, found on nodes and refined.
 
-A way in one direction is refined as a whole (../refine/plan.py); legs are the parts of it between
-events and the depths at which a line becomes pinned or free. Ways that nodes of the usual distance
-do not lead along are followed on closer ones.
+A route in one direction is refined at once (../refine/plan.py); legs are the parts of it between
+events and the depths at which a line becomes pinned or free. Where nodes of the usual distance do
+not lead along it, closer ones are tried. Where these do not either, the part of the route next to
+where they fail keeps what nodes alone know (lattice_branch.py), and `on_nodes` says which depths.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,11 +21,13 @@ from discretization.fitted.motion import Motion
 from discretization.fitted.rest_depths import TIE
 from discretization.nodes import row
 from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, snapshot_of
-from discretization.profile import Resolved, resolve
+from discretization.paths.lattice_branch import LatticeBranch, Links
+from discretization.profile import Resolved, resolve, warn_hidden
 from discretization.refine.equations import contact_lines, free_surfaces
 from discretization.refine.events import NotRefined
 from discretization.refine.judged import Judge
 from discretization.refine.plan import Refinement
+from discretization.refine.settle import settle
 from discretization.refine.states import CLOSER, known_lines
 from discretization.refine.way import Way
 from energy import Scene
@@ -31,13 +35,16 @@ from energy.arrays import Array
 
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
+_ASIDE = 0.5  # margins of the depths of nodes: so far before a depth at which they fail is refined
+_BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
+_NEAR_NODES = 4.0  # spacings: so near to those of nodes lines must rest to be refined again
 
 
 class Place(NamedTuple):
     """Where a point is: on a stretch of a way.
 
     Or, before there is one, on nodes of this closeness: its contacts there and the depth at which
-    these are at rest.
+    these are at rest. nodal: the point on nodes alone, where it is not refined.
     """
 
     way: Way | None
@@ -45,6 +52,7 @@ class Place(NamedTuple):
     level: int = 0
     contacts: row.Contacts = ()
     on_nodes: float = 0.0
+    nodal: Point | None = None
 
 
 @dataclass(eq=False)
@@ -84,11 +92,42 @@ class RefinedLeg(Leg):
         return self.way.work(self.index, self.start.depth, self.end.depth)
 
 
+@dataclass(eq=False)
+class NodalLeg(Leg):
+    """A leg that is not refined; links: that of the nodes."""
+
+    links: Links
+    smooth = False
+
+    @property
+    def trace(self) -> Any:
+        """Depths at which lines pass links."""
+        return self.links.trace
+
+    def between(self, depths: Array) -> list[Point]:
+        """The contacts at depths on the leg (n,)."""
+        return [_kept(point) for point in self.links.between(depths)]
+
+    def external_work(self) -> float:
+        """∫P dd from the start to the end."""
+        return self.links.external_work()
+
+
+def _kept(point: Point) -> Point:
+    """A point of nodes alone as one of the refined branch."""
+    return Point(point.depth, point.lines, Place(None, nodal=point))
+
+
+def _is_nodal(point: Point) -> bool:
+    return point.memory is not None and point.memory.nodal is not None
+
+
 @dataclass(frozen=True, eq=False)
 class RefinedBranch(Branch):
     """Any number of contacts of a line contact with small slopes under a prescribed depth.
 
-    refinements: on nodes of each closeness, as far as they have been needed.
+    refinements: on nodes of each closeness, as far as they have been needed; known: points of the
+    path, by depth and lines; on_nodes: first and last depths of what is not refined.
     """
 
     scene: Scene
@@ -96,19 +135,32 @@ class RefinedBranch(Branch):
     motion: Motion
     deepest: float
     refinements: dict[int, Refinement] = field(default_factory=dict)
+    known: dict[tuple[float, tuple[float, ...]], Point] = field(default_factory=dict)
+    on_nodes: list[tuple[float, float]] = field(default_factory=list)
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> RefinedBranch:
         """deepest: the largest depth of the programme."""
         profile = resolve(scene, deepest)
-        return cls(scene, profile, Motion.of(scene, profile, deepest), deepest)
+        branch = cls(scene, profile, Motion.of(scene, profile, deepest), deepest)
+        hidden = branch.refinement(0).totals.integrals.hidden
+        if hidden.size:
+            warn_hidden(hidden, stacklevel=4)
+        return branch
 
     touch = property(lambda self: self.profile.touch)
 
     @property
     def resolution(self) -> float:
-        """The length by which lines may be off, by rounding."""
+        """The length by which lines may be off: by rounding, or more than a link of nodes."""
+        if self.on_nodes:
+            return self.nodal.resolution
         return _FELT * self.scene.elastocapillary_length
+
+    @functools.cached_property
+    def nodal(self) -> LatticeBranch:
+        """What nodes alone know."""
+        return LatticeBranch.of(self.scene, self.refinement(0).nodes.spacing, self.deepest)
 
     def refinement(self, level: int) -> Refinement:
         """On nodes of this closeness."""
@@ -120,38 +172,44 @@ class RefinedBranch(Branch):
     @functools.cached_property
     def first(self) -> Point:
         """The contacts at first touch."""
-        reasons = list[str]()
         for level in range(len(CLOSER)):
             try:
                 contacts, on_nodes, lines = self.refinement(level).touched()
-            except NotRefined as reason:
-                reasons.append(str(reason))
+            except NotRefined:
                 continue
             equations = self.refinement(level).equations
             known = known_lines(equations, lines, self.touch)
             return Point(self.touch, known, Place(None, 0, level, contacts, on_nodes))
-        raise NotCertifiedError(
-            f"the contacts at first touch, depth = {self.touch!r}, are not found: {reasons[-1]}; "
-            "try method='lattice'"
-        )
+        nodal = self.nodal.point(self.nodal.first.memory, self.touch, self.nodal.first)
+        self.on_nodes.append((self.touch, self.touch))
+        return _kept(nodal)
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point with these lines."""
+        if (depth, lines) in self.known:
+            return self.known[depth, lines]
         contacts = self.refinement(0).nodes.contacts(lines)
         return Point(depth, lines, Place(None, 0, 0, contacts, depth))
 
-    def leg(self, point: Point, goal: float) -> RefinedLeg:
-        """The way from a point towards another depth, up to the first event or cut."""
+    def leg(self, point: Point, goal: float) -> Leg:
+        """The route from a point towards another depth, up to the first event or cut."""
         direction = 1 if goal >= point.depth else -1
         way, index = point.memory.way, point.memory.stretch
         ahead = way is not None and way.direction == direction
         if ahead and index + 1 == len(way.stretches) and way.goal == point.depth:
             ahead = False
         if not ahead:
-            way, index = self._followed(point, goal), 0
+            found = self._followed(point, goal)
+            if not isinstance(found, Way):
+                return self._remembered(self._nodal_leg(point, found))
+            way, index = found, 0
+        return self._remembered(self._stretch(point, goal, way, index))
+
+    def _stretch(self, point: Point, goal: float, way: Way, index: int) -> RefinedLeg:
+        """The leg from a point on a stretch, up to its end or to where a line becomes pinned."""
         stretch = way.stretches[index]
         end = way.next_cut(index, point.depth)
-        if direction * (end - goal) > 0:
+        if way.direction * (end - goal) > 0:
             end = goal
         if end != stretch.end:
             return RefinedLeg(self, point, self._at(way, index, end), None, False, way, index)
@@ -165,6 +223,12 @@ class RefinedBranch(Branch):
             after = Point(end, lines, Place(way, index + 1))
         return RefinedLeg(self, point, last, after, self._jumps(last, after), way, index)
 
+    def _remembered(self, leg: Leg) -> Leg:
+        for point in (leg.end, leg.after):
+            if point is not None and point.lines:
+                self.known[point.depth, point.lines] = point
+        return leg
+
     def _at(self, way: Way, index: int, depth: float) -> Point:
         """The point at a depth inside a stretch."""
         try:
@@ -176,23 +240,95 @@ class RefinedBranch(Branch):
     def _known(self, way: Way, lines: tuple[float, ...], depth: float) -> tuple[float, ...]:
         return known_lines(way.refinement.equations, free_surfaces(lines), depth)
 
-    def _followed(self, point: Point, goal: float) -> Way:
-        """The way from a point to a depth, on nodes as close as needed."""
-        reasons = list[str]()
-        lines = free_surfaces(point.lines or ())
-        for level in range(self._level(point), len(CLOSER)):
-            refinement = self.refinement(level)
+    def _followed(self, point: Point, goal: float) -> Way | float:
+        """The route from a point to a depth, on nodes as close as needed, or as far as they lead.
+
+        Where they lead nowhere, the depth up to which the route is left to nodes alone.
+        """
+        direction = 1 if goal >= point.depth else -1
+        failed = list[float]()
+        start = self._start(point, direction)
+        if start is None:
+            return self._passed(point, goal, [])
+        for level in range(start.memory.level, len(CLOSER)):
             try:
-                contacts, on_nodes = self._on_nodes(point, level)
-                stretches = refinement.follow(contacts, on_nodes, lines, point.depth, goal)
-                return Way(refinement, stretches)
+                return self._way(start, goal, level)
             except NotRefined as reason:
-                reasons.append(str(reason))
-        raise NotCertifiedError(
-            f"the contacts between depth = {point.depth!r} and {goal!r} are not followed on nodes "
-            f"at most {CLOSER[-1]} times closer than usual: {reasons[-1]}; try other depths, or "
-            "method='lattice'"
-        )
+                failed.append(reason.depth)
+        beyond = [depth for depth in failed if not math.isnan(depth)]
+        for level in range(start.memory.level, len(CLOSER)):
+            before = self._before(point, beyond, direction)
+            if before is None:
+                break
+            try:
+                return self._way(start, before, level)
+            except NotRefined:
+                continue
+        return self._passed(point, goal, beyond)
+
+    def _way(self, start: Point, goal: float, level: int) -> Way:
+        """The route from a point on nodes of a closeness."""
+        refinement = self.refinement(level)
+        contacts, on_nodes = self._on_nodes(start, level)
+        lines = free_surfaces(start.lines or ())
+        return Way(refinement, refinement.follow(contacts, on_nodes, lines, start.depth, goal))
+
+    def _before(self, point: Point, failed: list[float], direction: int) -> float | None:
+        """A depth before the furthest one at which nodes of some closeness fail; None if none."""
+        if not failed:
+            return None
+        furthest = max(failed, key=lambda depth: direction * depth)
+        before = furthest - direction * _ASIDE * self.refinement(0).nodes.margin
+        return before if direction * (before - point.depth) > 0 else None
+
+    def _passed(self, point: Point, goal: float, failed: list[float]) -> float:
+        """A depth beyond those at which nodes fail, but not beyond the goal."""
+        direction = 1 if goal >= point.depth else -1
+        beyond = goal
+        if failed:
+            first = min(failed, key=lambda depth: direction * depth)
+            beyond = first + direction * _BEYOND * self.refinement(0).nodes.margin
+        if direction * (beyond - goal) > 0 or direction * (beyond - point.depth) <= 0:
+            beyond = goal
+        return beyond
+
+    def _start(self, point: Point, direction: int) -> Point | None:
+        """A point from where the route can be refined; None where lines near nodes do not rest."""
+        place = point.memory
+        if place.nodal is None:
+            return point._replace(memory=place._replace(level=self._level(point)))
+        if not self.scene.opened.work_of_adhesion or self.scene.hysteretic:
+            return None
+        equations = self.refinement(0).equations
+        rows = free_surfaces(point.lines or ())
+        count = len(rows)
+        reach = _NEAR_NODES * self.nodal.row.lattice.spacing
+        directions = np.full(count, float(direction))
+        found = settle(equations, rows, np.full(count, point.depth), directions, reach=reach)
+        if not found.at_rest.all() or (found.lines[:-1, 1] >= found.lines[1:, 0]).any():
+            return None
+        lines = contact_lines(found.lines)
+        (certificate,) = self._judge.certificates([(lines, point.depth)])
+        if not certificate.ok:
+            return None
+        contacts = self.refinement(0).nodes.contacts(lines)
+        return Point(point.depth, lines, Place(None, 0, 0, contacts, point.depth))
+
+    def _nodal_leg(self, point: Point, goal: float) -> NodalLeg:
+        """A leg on nodes alone."""
+        start = point.memory.nodal
+        if start is None:
+            start = self.nodal.contact(point.depth, *(point.lines or ()))
+        ends = np.ravel(start.memory)
+        if (np.diff(ends) < 0).any() or (np.diff(ends)[1::2] < 2).any():
+            raise NotCertifiedError(
+                f"the contacts at depth = {point.depth!r} are narrower than nodes see; try other "
+                "depths, or method='lattice' with a smaller spacing"
+            )
+        links = self.nodal.leg(start, goal)
+        self.on_nodes.append((point.depth, links.end.depth))
+        after = None if links.after is None else _kept(links.after)
+        return NodalLeg(self, point, _kept(links.end), after, links.jumps, links)
 
     def _level(self, point: Point) -> int:
         """How close the nodes are on which a point has been found."""
@@ -231,8 +367,23 @@ class RefinedBranch(Branch):
         far = apart > _SHORT * self.scene.elastocapillary_length
         return bool(far and energy[0] - energy[1] > noise)
 
+    def totals(self, points: Sequence[Point]) -> Array:
+        """U, with the work of adhesion of closing, and P (2, n) of points in contact."""
+        found = np.empty((2, len(points)))
+        nodal, refined = self._parted(points)
+        if nodal:
+            found[:, nodal] = self.nodal.totals([points[i].memory.nodal for i in nodal])
+        if refined:
+            found[:, refined] = super().totals([points[i] for i in refined])
+        return found
+
+    def _parted(self, points: Sequence[Point]) -> tuple[list[int], list[int]]:
+        """Which points are those of nodes alone, and which are refined."""
+        nodal = [i for i, point in enumerate(points) if _is_nodal(point)]
+        return nodal, [i for i, point in enumerate(points) if not _is_nodal(point)]
+
     def many(self, points: Sequence[Point]) -> Array:
-        """U and P (2, n) of points with as many lines as each other."""
+        """U and P (2, n) of refined points with as many lines as each other."""
         lines = np.array([free_surfaces(point.lines or ()) for point in points])
         depths = np.repeat([point.depth for point in points], lines.shape[1])
         totals = self.refinement(0).totals
@@ -254,14 +405,20 @@ class RefinedBranch(Branch):
 
     def certify_all(self, points: Sequence[Point]) -> None:
         """The same of many points."""
-        judge = Judge(self.refinement(0).equations, self.motion)
-        judged = [point for point in points if point.lines]
+        judged = [point for point in points if point.lines and not _is_nodal(point)]
         states = [(point.lines or (), point.depth) for point in judged]
-        for point, certificate in zip(judged, judge.certificates(states), strict=True):
+        for point, certificate in zip(judged, self._judge.certificates(states), strict=True):
             certificate.demand(
                 f"the state at depth = {point.depth!r}",
                 "the path stops before it; try other depths, or method='lattice'",
             )
+        for point in points:
+            if _is_nodal(point):
+                self.nodal.certify(point.memory.nodal)
+
+    @functools.cached_property
+    def _judge(self) -> Judge:
+        return Judge(self.refinement(0).equations, self.motion)
 
     def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
         """Points beside events."""
@@ -269,5 +426,21 @@ class RefinedBranch(Branch):
         known = [i for i, point in enumerate(points) if point.lines is not None]
         if known:
             energy[known], force[known] = self.totals([points[i] for i in known])
-        turned = self.scene.axisymmetric
-        return [snapshot_of(*row, turned) for row in zip(points, energy.tolist(), force.tolist(), strict=True)]
+        nodal, _ = self._parted(points)
+        found = [
+            snapshot_of(point, *of_point, self.scene.axisymmetric)
+            for point, *of_point in zip(points, energy.tolist(), force.tolist(), strict=True)
+        ]
+        known = self.nodal.snapshots([points[i].memory.nodal for i in nodal]) if nodal else []
+        for i, state in zip(nodal, known, strict=True):
+            found[i] = state
+        return found
+
+    def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
+        """Outermost lines (n, 2), P and U (n,) to report of points in contact."""
+        nodal, _ = self._parted(points)
+        lines, force, energy = super().recorded(points)
+        if nodal:
+            known = self.nodal.recorded([points[i].memory.nodal for i in nodal])
+            lines[nodal], force[nodal], energy[nodal] = known
+        return lines, force, energy

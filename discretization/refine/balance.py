@@ -152,7 +152,8 @@ class Balance:
             elif short:
                 raise NotRefined(
                     f"between depth = {part.start!r} and {part.end!r} energy and work differ by "
-                    f"{off[i]:.1e} of their scale"
+                    f"{off[i]:.1e} of their scale",
+                    part.start,
                 )
             elif good[i] and not same[i].all():
                 j = int(np.argmin(same[i]))
@@ -168,9 +169,7 @@ class Balance:
     def _at_rest(self, parts: list[_Part], depths: Array) -> tuple[Array, Mask, Mask]:
         """Lines (p, j, 2), which are pinned, and whether parts are at rest (p,)."""
         lives = [part.life for part in parts]
-        guess = np.array(
-            [part.life.guesses(row) for part, row in zip(parts, depths, strict=True)]
-        )
+        guess = np.array([part.life.guesses(row) for part, row in zip(parts, depths, strict=True)])
         length = self.events.equations.length
         found = self.events.rest(lives, guess, depths, reach=_FAR * length, rounds=_ROUNDS)
         lines = found.lines.reshape(guess.shape)

@@ -45,7 +45,14 @@ _CORNERS = 2.5  # spacings of nodes from where a surface touches to a corner tha
 
 
 class NotRefined(Exception):
-    """What nodes have found could not be taken to the continuum; the message says what."""
+    """What nodes have found could not be taken to the continuum; the message says what.
+
+    depth: where that was.
+    """
+
+    def __init__(self, message: str, depth: float = math.nan) -> None:
+        super().__init__(message)
+        self.depth = depth
 
 
 @dataclass(eq=False)

@@ -48,7 +48,8 @@ class Landings:
             todo = self._landed(todo, ahead)
         if todo:
             raise NotRefined(
-                f"no equilibrium is found after the event at depth = {todo[0].depth!r}"
+                f"no equilibrium is found after the event at depth = {todo[0].depth!r}",
+                todo[0].depth,
             )
 
     def _landed(self, todo: Sequence[Happening], ahead: float) -> list[Happening]:

@@ -29,8 +29,8 @@ _LATE = 1e-12  # of the size of depths: a surface may end that much before it is
 class Stretch:
     """Smooth motion of all surfaces from one depth to another.
 
-    before: lines (n, 2) of the surfaces at its end. after: those of the surfaces beyond the events at its end, None where there is none;
-    an empty array is detached. events: these.
+    before: lines (n, 2) of the surfaces at its end. after: those beyond the events there, None
+    where there is none; an empty array is detached. events: these.
     """
 
     direction: int
@@ -104,7 +104,7 @@ class Refinement:
             beyond = on_nodes
         way = walked(self.nodes, contacts, on_nodes, beyond)
         if len(way.first) != len(lines):
-            raise NotRefined(f"nodes at depth = {start!r} have other contacts")
+            raise NotRefined(f"nodes at depth = {start!r} have other contacts", start)
         for life, row in zip(way.first, lines, strict=True):
             life.direction = direction
             life.start = start
@@ -128,8 +128,9 @@ class Refinement:
             ready = unknown
             if self.scene.hysteretic:  # lines stay where they are born
                 ready = [e for e in unknown if not any(math.isnan(b.start) for b in e.before)]
-            if any(not event.before for event in ready):
-                raise NotRefined("a contact is torn open")
+            torn = [event.at for event in ready if not event.before]
+            if torn:
+                raise NotRefined(f"a contact is torn open near depth = {torn[0]!r}", torn[0])
             if ready:
                 self.events.enclose(ready)
             enclosed += ready
@@ -183,7 +184,7 @@ class Refinement:
                 continue
             late = [known[i] for i in births if direction * (event.at - known[i].depth) < 0]
             if len(late) != 1:
-                raise NotRefined(f"the event near depth = {event.at!r} is not found")
+                raise NotRefined(f"the event near depth = {event.at!r} is not found", event.at)
             return late[0], event
         return None
 
@@ -249,14 +250,18 @@ class Refinement:
             life.end = at
             life.last = row
             if event.direction * (life.end - life.start) < -late:
-                raise NotRefined(f"events near depth = {at!r} are not in the order of the nodes")
+                raise NotRefined(
+                    f"events near depth = {at!r} are not in the order of the nodes", at
+                )
         for life in event.after:
             life.start = at
 
     def _replaced(self, alive: list[Life], event: Happening) -> list[Life]:
         """The surfaces after an event, from left to right."""
         if any(not any(life is other for other in alive) for life in event.before):
-            raise NotRefined(f"events near depth = {event.depth!r} are not in the nodes' order")
+            raise NotRefined(
+                f"events near depth = {event.depth!r} are not in the nodes' order", event.depth
+            )
         first = next(i for i, life in enumerate(alive) if life is event.before[0])
         return [*alive[:first], *event.after, *alive[first + len(event.before) :]]
 
@@ -295,7 +300,7 @@ class Refinement:
             good[lost] = again.at_rest
         if not good.all():
             depth = float(depths[~good][0])
-            raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest")
+            raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest", depth)
         return lines
 
     def _guesses(self, lives: list[Life], depths: Array) -> Array:
@@ -313,13 +318,15 @@ class Refinement:
         for event in stretch.events:
             first = next(i for i, life in enumerate(lives) if life is event.before[0])
             if not self.landings.agrees(event, np.array(lines), first):
-                raise NotRefined(f"closer nodes land elsewhere after the event at {event.depth!r}")
+                raise NotRefined(
+                    f"closer nodes land elsewhere after the event at {event.depth!r}", event.depth
+                )
             own = slice(first, first + len(event.before))
             lives[own] = event.after
             lines[own] = list(event.lines_after)
         stretch.after = np.array(lines).reshape(-1, 2)
         if (stretch.after[:-1, 1] > stretch.after[1:, 0]).any():
-            raise NotRefined(f"contacts overlap after the event at {stretch.end!r}")
+            raise NotRefined(f"contacts overlap after the event at {stretch.end!r}", stretch.end)
 
     def _find_ends(self, stretches: list[Stretch]) -> None:
         """Find the lines of all surfaces at the ends of all stretches."""
@@ -333,4 +340,3 @@ class Refinement:
         for stretch in stretches:
             stretch.before = lines[: len(stretch.lives)]
             lines = lines[len(stretch.lives) :]
-

@@ -46,7 +46,7 @@ class Way:
         nodes = [end for end in ends if end is not None]
         contacts = tuple(zip(nodes[::2], nodes[1::2], strict=True))
         if any(first > last for first, last in contacts):
-            raise NotRefined(f"contacts on nodes overlap at depth = {depth!r}")
+            raise NotRefined(f"contacts on nodes overlap at depth = {depth!r}", depth)
         births = [self.direction * life.trace[0][0] for life in lives]
         return contacts, self.direction * max([self.direction * depth, *births])
 
@@ -90,7 +90,7 @@ class Way:
         slope = equations.size / equations.length
         if (np.abs(np.where(pinned, 0.0, values)) > _NEAR * slope).any():
             depth = float(depths[row[0], column[0]])
-            raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest")
+            raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest", depth)
 
     def work(self, index: int, start: float, end: float) -> float:
         """∫P dd on a stretch from one depth to another."""
