@@ -240,8 +240,8 @@ class Walk:
 
     def _clear_beyond(self, line: int, side: int, facing: End, depth: float) -> bool:
         """Whether the surface on a side of a line clears the indenter."""
-        pair = (line, facing) if side > 0 else (facing, line)
-        return self.closing.clears(*pair, depth)
+        left, right = (line, facing) if side > 0 else (facing, line)
+        return self.closing.clears(left, right, depth)
 
     def _slid(
         self, nodes: tuple[int, ...], depth: float, end: float

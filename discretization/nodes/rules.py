@@ -30,7 +30,7 @@ import numpy as np
 from discretization.certificate import EPSILON
 from discretization.nodes.lattice import Lattice, shares
 from discretization.nodes.spans import LONGEST, Spans
-from energy.arrays import Array, Indices
+from energy.arrays import Array, Indices, Nodes
 
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
 _TIE = 64 * EPSILON  # of depths at which something happens
@@ -76,7 +76,7 @@ class Rules:
         rise = self.f[node + side] - own + far * (own - (own if other is None else self.f[other]))
         return own + (rise - np.sqrt(2 * work / stiffness)) / remainder
 
-    def passed(self, nodes: Array, side: int, other: int | None) -> Array:
+    def passed(self, nodes: Nodes, side: int, other: int | None) -> Array:
         """Depths at which a line at each of these nodes passes the next link (see `passes`).
 
         Of surfaces of at least three links.

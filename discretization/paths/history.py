@@ -363,7 +363,7 @@ class History:
         return estimated(self, coarse, branch.row.lattice.spacing / own, stacklevel=3)
 
     def _estimate_on_nodes(self) -> dict[str, float]:
-        """The errors of the same programme on nodes, of a refined path parts of which are theirs."""
+        """The errors of the same programme on nodes alone."""
         deepest = float(self.depth.max())
         spacing = RefinedBranch.of(self.scene, deepest).nodal.row.lattice.spacing
         path = LoadPath(LatticeBranch.of(self.scene, spacing, deepest), self.hold, _DETACHED)

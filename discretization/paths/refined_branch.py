@@ -193,6 +193,9 @@ class RefinedBranch(Branch):
 
     def leg(self, point: Point, goal: float) -> Leg:
         """The route from a point towards another depth, up to the first event or cut."""
+        if goal > point.depth >= self.deepest:
+            raise ValueError(f"depth = {goal!r} is deeper than the programme, {self.deepest!r}")
+        goal = min(goal, self.deepest)  # the profile is known so far
         direction = 1 if goal >= point.depth else -1
         way, index = point.memory.way, point.memory.stretch
         ahead = way is not None and way.direction == direction
@@ -428,11 +431,11 @@ class RefinedBranch(Branch):
             energy[known], force[known] = self.totals([points[i] for i in known])
         nodal, _ = self._parted(points)
         found = [
-            snapshot_of(point, *of_point, self.scene.axisymmetric)
-            for point, *of_point in zip(points, energy.tolist(), force.tolist(), strict=True)
+            snapshot_of(point, stored, pushed, self.scene.axisymmetric)
+            for point, stored, pushed in zip(points, energy.tolist(), force.tolist(), strict=True)
         ]
-        known = self.nodal.snapshots([points[i].memory.nodal for i in nodal]) if nodal else []
-        for i, state in zip(nodal, known, strict=True):
+        of_nodes = self.nodal.snapshots([points[i].memory.nodal for i in nodal]) if nodal else []
+        for i, state in zip(nodal, of_nodes, strict=True):
             found[i] = state
         return found
 
