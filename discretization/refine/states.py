@@ -28,7 +28,9 @@ from discretization.refine.steady import steady_contacts
 from energy import Scene
 from energy.arrays import Array
 
-MOST_NODES = 20_000  # of the usual ones: lines of profiles with narrower features move by themselves
+MOST_NODES = (
+    20_000  # of the usual ones: lines of profiles with narrower features move by themselves
+)
 CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no state
 _STEADY_CLOSER = (1, 4, 16, 24)  # the same, of which two must lead to the same state
 _TOLD_APART = 1.2  # times closer nodes are another row
