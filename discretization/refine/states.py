@@ -1,7 +1,8 @@
-"""States of several contacts, found on nodes and refined.
+"""States of several contacts: those on nodes, with their lines brought to rest.
 
-"adhered" is the end of the path that touches first and then moves to the depth (plan.py). "global"
-is what has the least energy of: the lowest contacts of nodes taken to rest, the adhered state, and
+"adhered" is the end of the path that touches first and then moves to the depth: where nodes have no
+event near the depth (steady.py) and two rows of them lead to the same lines, these. "global" is
+what has the least energy of: the lowest contacts of nodes brought to rest, the adhered state, and
 none. Nodes are twice as close each time until two of them lead to the same state.
 """
 
@@ -17,22 +18,18 @@ import numpy as np
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.motion import Motion
-from discretization.fitted.states import judged, on_several, state_of
-from discretization.profile import LOOKS, Resolved, resolve, unknown, warn_hidden
+from discretization.fitted.states import judged, state_of
+from discretization.profile import LOOKS, Resolved, resolve, warn_hidden
 from discretization.refine.equations import Equations, contact_lines, free_surfaces
-from discretization.refine.events import Events, NotRefined
+from discretization.refine.events import Events
 from discretization.refine.nodes import FoundNodes, usual_spacing
-from discretization.refine.plan import Refinement
 from discretization.refine.settle import settle
 from discretization.refine.steady import steady_contacts
 from energy import Scene
 from energy.arrays import Array
 
-MOST_NODES = (
-    20_000  # of the usual ones: lines of profiles with narrower features move by themselves
-)
-CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no state
-_STEADY_CLOSER = (1, 4, 16, 24)  # the same, of which two must lead to the same state
+_MOST_NODES = 20_000  # of the usual ones: profiles with narrower features have too many
+_CLOSER = (1, 4, 16, 24)  # times closer nodes, of which two must lead to the same state
 _TOLD_APART = 1.2  # times closer nodes are another row
 _SOONER = 1.5  # the depths of events are off by less than this power of the spacing of nodes
 _GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
@@ -52,14 +49,11 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
     AccuracyWarning where the profile is not resolved, or closer nodes might lead to a lower state.
     """
-    find = _adhered_state if scene.opened.work_of_adhesion else _bare_state
     places = np.empty(0)
     for _ in range(LOOKS):
         profile = resolve(scene, depth, places)
-        if np.ptp(profile.x) > MOST_NODES * usual_spacing(scene, profile):
-            return on_several(scene, depth, branch=branch)
         motion = Motion.of(scene, profile, depth)
-        state, hidden = find(motion, depth, branch)
+        state, hidden = _adhered(motion, depth, branch)
         if not hidden.size:
             break
         places = np.union1d(places, hidden)
@@ -70,33 +64,45 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     return _Lowest(scene, profile, depth, motion).found(state)
 
 
-def _adhered_state(motion: Motion, depth: float, branch: str) -> tuple[Equilibrium, Array]:
-    """The state at the end of the path from first touch, and places that samples have missed."""
-    return judged(motion, adhered(motion, depth), depth, branch)
+def _adhered(motion: Motion, depth: float, branch: str) -> tuple[Equilibrium, Array]:
+    """The state at the end of the path from first touch, and places that samples have missed.
 
-
-def _bare_state(motion: Motion, depth: float, branch: str) -> tuple[Equilibrium, Array]:
-    """The only state where nothing adheres, whatever the path, and places that samples have missed.
-
-    Its contacts are those on nodes, brought to rest.
+    Lines for which nodes are no guide move from first touch on (../fitted/motion.py).
     """
-    if depth < motion.profile.touch:
-        return judged(motion, (), depth, branch)
-    search = _Bare(Events(Equations.of(motion.scene, motion.profile, depth)), depth)
-    reason = "the lines near those of the nodes do not come to rest"
-    for closer in CLOSER:
-        nodes = FoundNodes.of(motion.scene, motion.profile, depth, closer)
-        lines = search.at_rest(nodes.lines(nodes.adhered(depth)))
-        if lines is None:
-            continue
+    lines = _at_once(motion, depth)
+    if lines is not None:
         try:
             return judged(motion, lines, depth, branch)
-        except NotCertifiedError as why:
-            reason = str(why)
-    raise NotCertifiedError(
-        f"the state at depth = {depth!r} was not found on nodes at most {CLOSER[-1]} times closer "
-        f"than usual ({reason}); try another depth, or method='lattice'"
-    )
+        except NotCertifiedError:
+            pass  # nodes have missed something, such as a narrow gap
+    return judged(motion, motion.adhered(depth), depth, branch)
+
+
+def _at_once(motion: Motion, depth: float) -> Lines | None:
+    """The same lines from contacts on nodes at this depth; None where these do not tell them.
+
+    With corners contacts narrower than any nodes may stay as the indenter is pulled, and where two
+    works of adhesion differ lines depend on where they have been.
+    """
+    scene = motion.scene
+    profile = motion.profile
+    if depth < profile.touch and not scene.opened.work_of_adhesion:
+        return ()
+    if np.ptp(profile.x) > _MOST_NODES * usual_spacing(scene, profile):
+        return None
+    if not scene.opened.work_of_adhesion:
+        return _bare(motion, depth)
+    if scene.hysteretic or (depth < profile.touch and profile.corners.size):
+        return None
+    return _steady(motion, depth)
+
+
+def _bare(motion: Motion, depth: float) -> Lines | None:
+    """Lines where nothing adheres, so that there is one state, whatever the path."""
+    scene = motion.scene
+    nodes = FoundNodes.of(scene, motion.profile, depth)
+    search = _Bare(Events(Equations.of(scene, motion.profile, depth)), depth)
+    return search.at_rest(nodes.lines(nodes.adhered(depth)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,12 +131,12 @@ class _Bare:
             if changed is None:
                 changed = self._with_new(found.lines)
             if changed is None:
-                return known_lines(equations, found.lines, self.depth)
+                return _known(equations, found.lines)
             lines = changed
         return None
 
     def _with_new(self, surfaces: Array) -> Lines | None:
-        """Lines with a contact where a surface passes furthest through the profile, None if none does."""
+        """Lines with a contact where a surface is deepest in the profile; None if none is."""
         least = math.inf
         where = math.nan
         for row in surfaces:
@@ -157,28 +163,16 @@ def _without_met(surfaces: Array) -> Lines | None:
     return tuple(np.delete(lines, inner).tolist())
 
 
-def adhered(motion: Motion, depth: float) -> Lines:
-    """The lines at the end of the path from first touch to this depth."""
-    scene = motion.scene
-    at_corners = depth < motion.profile.touch and motion.profile.corners.size
-    if not (scene.hysteretic or at_corners):
-        lines = _steady(motion, depth)
-        if lines is not None:
-            return lines
-    return _followed(scene, motion.profile, depth)
-
-
 def _steady(motion: Motion, depth: float) -> Lines | None:
     """Lines near contacts on nodes, where two rows of nodes lead to the same and no event is near.
 
-    None where they do not. With corners contacts narrower than any nodes may stay as the indenter
-    is pulled, and where two works of adhesion differ lines depend on where they have been.
+    None where they do not.
     """
     profile = motion.profile
     equations = Equations.of(motion.scene, profile, depth)
     last: Lines | None = None
     spacing = math.inf
-    for closer in _STEADY_CLOSER:
+    for closer in _CLOSER:
         nodes = FoundNodes.of(motion.scene, profile, depth, closer)
         if nodes.spacing > spacing / _TOLD_APART:
             break  # there are as many nodes as are allowed
@@ -204,7 +198,7 @@ def _at_rest(equations: Equations, lines: Lines, depth: float) -> Lines | None:
     apart = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
     if not (found.at_rest.all() and apart):
         return None
-    return known_lines(equations, found.lines, depth)
+    return _known(equations, found.lines)
 
 
 def _alike(one: Lines, other: Lines, length: float) -> bool:
@@ -214,40 +208,12 @@ def _alike(one: Lines, other: Lines, length: float) -> bool:
     return bool(np.abs(np.subtract(one, other)).max(initial=0.0) <= _REPEATED * length)
 
 
-def _followed(scene: Scene, profile: Resolved, depth: float) -> Lines:
-    """The same by following all lines from event to event (plan.py)."""
-    reasons = list[str]()
-    for closer in CLOSER:
-        try:
-            return _adhered(Refinement.of(scene, profile, depth, closer), depth)
-        except NotRefined as reason:
-            reasons.append(str(reason))
-    raise NotCertifiedError(
-        f"the state at depth = {depth!r} was not found on nodes at most {CLOSER[-1]} times closer "
-        f"than usual ({reasons[-1]}); try another depth: this one may be that of an event, or "
-        "method='lattice'"
-    )
-
-
-def _adhered(refinement: Refinement, depth: float) -> Lines:
-    contacts, on_nodes, lines = refinement.touched()
-    touch = refinement.equations.profile.touch
-    if depth == touch:
-        return known_lines(refinement.equations, lines, depth)
-    stretches = refinement.follow(contacts, on_nodes, lines, touch, depth)
-    last = stretches[-1]
-    if not last.lives:
-        return ()
-    return known_lines(refinement.equations, np.array([life.last for life in last.lives]), depth)
-
-
-def known_lines(equations: Equations, surfaces: Array, depth: float) -> Lines:
-    """The lines of contacts; ValueError where they leave the known profile."""
+def _known(equations: Equations, surfaces: Array) -> Lines | None:
+    """The lines of contacts; None where they leave the known profile."""
     lines = contact_lines(surfaces)
     low, high = equations.joints[[0, -1]].tolist()
-    for line in lines:
-        if line in (low, high) and line not in equations.edges:
-            raise unknown(depth, line)
+    if any(line in (low, high) and line not in equations.edges for line in lines):
+        return None
     return lines
 
 
@@ -322,7 +288,7 @@ class _Lowest:
             closed = np.flatnonzero(rest[:-1, 1] > rest[1:, 0])
             if not closed.size:
                 at_rest = found.at_rest.all()
-                return known_lines(equations, rest, self.depth) if at_rest else None
+                return _known(equations, rest) if at_rest else None
             kept = [i for i in range(len(lines) // 2) if i not in set(closed.tolist())]
             lines = tuple(x for i in kept for x in lines[2 * i : 2 * i + 2])
         return ()

@@ -1,14 +1,13 @@
 """Contacts found on nodes and refined: lines at rest, events, landings, states and paths."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, rough
+from scenes import DELTA0, L, adhesive
 from scipy.optimize import brentq
 
-from discretization import load_path, minimise
+from discretization import load_path
 from discretization.paths.branch import Point
 from discretization.paths.control import Control
 from discretization.paths.history import History
@@ -20,9 +19,8 @@ from discretization.refine.equations import Equations, contact_lines, free_surfa
 from discretization.refine.events import NotRefined
 from discretization.refine.plan import Refinement
 from discretization.refine.settle import settle
-from discretization.refine.states import on_refined_nodes
 from discretization.refine.totals import Totals
-from energy import FlatPunch, Parabola, Profile, SurfaceEnergies, Wedge
+from energy import FlatPunch, Parabola, Profile, Wedge
 from tests.truth.paths.path_scenes import path_case
 
 R = 0.02
@@ -115,28 +113,6 @@ def test_force_is_the_derivative_of_the_energy():
         energies.append(energy.sum())
     _, force = totals.of_surfaces(lines, np.full(3, 0.2 * DELTA0))
     assert (energies[1] - energies[0]) / (2 * step) == pytest.approx(force.sum(), rel=1e-9)
-
-
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("branch", ["adhered", "global"])
-def test_states_are_those_of_the_lines_followed_one_by_one(seed, branch):
-    scene = rough(seed)
-    depth = float(np.random.default_rng(seed).uniform(-0.6, 1.5)) * DELTA0
-    state = on_refined_nodes(scene, depth, branch=branch)
-    known = minimise(scene, depth, branch=branch)
-    assert state.certificate.ok and state.contacts.shape == known.contacts.shape
-    assert abs(state.force - known.force) <= 1e-9 * known.scales["force"]
-    assert abs(state.energy - known.energy) <= 1e-9 * known.scales["energy"]
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_states_without_adhesion_are_found_at_once(seed):
-    scene = rough(seed)
-    scene = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
-    depth = resolve(scene, 0.0).touch + 1.5 * DELTA0
-    state, known = on_refined_nodes(scene, depth, branch="adhered"), minimise(scene, depth)
-    assert state.certificate.ok and state.contacts.shape == known.contacts.shape
-    assert abs(state.force - known.force) <= 1e-9 * known.scales["force"]
 
 
 def test_a_loop_loses_what_its_events_release():

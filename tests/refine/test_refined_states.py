@@ -1,0 +1,138 @@
+"""States of several contacts: contacts on nodes near no event, and their lines at rest."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import DELTA0, L, adhesive, rough, wavy
+
+from discretization import minimise
+from discretization.fitted.states import on_several
+from discretization.profile import resolve
+from discretization.refine import states
+from discretization.refine.nodes import FoundNodes, slope_turns
+from discretization.refine.pressed import pressed
+from discretization.refine.steady import steady_contacts
+from energy import Profile, Sampled, SurfaceEnergies
+from tests.truth.scenes import case_of
+
+
+def nodes_of(scene, depth, closer=1):
+    """Nodes for depths up to this one."""
+    return FoundNodes.of(scene, resolve(scene, depth), depth, closer)
+
+
+def agree(state, known):
+    """Whether two states have the same contacts, force and energy."""
+    assert state.certificate.ok and state.contacts.shape == known.contacts.shape
+    assert np.abs(state.contacts - known.contacts).max(initial=0.0) <= 1e-9 * L
+    assert abs(state.force - known.force) <= 1e-9 * known.scales["force"]
+    assert abs(state.energy - known.energy) <= 1e-9 * known.scales["energy"]
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("branch", ["adhered", "global"])
+def test_states_are_those_of_lines_that_move_one_by_one(seed, branch):
+    scene = rough(seed)
+    depth = float(np.random.default_rng(seed).uniform(-0.6, 1.5)) * DELTA0
+    agree(minimise(scene, depth, branch=branch), on_several(scene, depth, branch=branch))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_states_without_adhesion_are_found_at_once(seed):
+    scene = rough(seed)
+    scene = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
+    depth = resolve(scene, 0.0).touch + 1.5 * DELTA0
+    agree(minimise(scene, depth), on_several(scene, depth, branch="adhered"))
+
+
+@pytest.mark.parametrize("factor", [1.5, 4.0])
+def test_states_with_two_works_of_adhesion_stand_where_they_are_pinned(factor):
+    scene = rough(2)
+    opening = SurfaceEnergies.from_work(scene.gamma1, factor * scene.work_of_adhesion)
+    scene = replace(scene, opening=opening)
+    for depth in (-0.5 * DELTA0, 0.8 * DELTA0):
+        agree(minimise(scene, depth), on_several(scene, depth, branch="adhered"))
+
+
+@pytest.mark.parametrize("kind", ["small", "edges"])
+@pytest.mark.parametrize("seed", [6000, 6004, 6010])
+def test_contacts_pressed_at_once_are_those_of_the_walk(kind, seed):
+    case = case_of(kind, seed)
+    nodes = nodes_of(case.scene, case.depth)
+    depth = max(case.depth, nodes.row.lowest)
+    assert pressed(nodes.walk, depth) == nodes.walk.touched(depth)
+
+
+def test_contacts_next_to_an_event_are_not_believed():
+    """On either side of a jump on the nodes, and where the contact is lost."""
+    scene = wavy(0.002, crests=4)
+    nodes = nodes_of(scene, 3 * DELTA0)
+    walk, lowest = nodes.walk, nodes.row.lowest
+    event = walk.track(walk.touched(lowest), lowest, 3 * DELTA0)
+    assert event.at is not None and len(event.after) > len(event.trace[-1][1]) // 2
+    margin = 0.01 * DELTA0
+    for beside in (-0.9, 0.9):
+        assert steady_contacts(nodes, event.at + beside * margin, margin) is None
+    before = steady_contacts(nodes, event.at - 1.1 * margin, margin)
+    assert before is not None and len(before) == len(event.trace[-1][1]) // 2
+    lost = walk.track(walk.touched(lowest), lowest, -3 * DELTA0)
+    while lost.after:
+        lost = walk.track(lost.after, lost.at, -3 * DELTA0)
+    assert steady_contacts(nodes, lost.at + 0.5 * margin, margin) is None
+    assert steady_contacts(nodes, lost.at - 2 * margin, margin) == ()
+
+
+def test_lines_move_from_first_touch_on_where_nodes_are_no_guide(monkeypatch):
+    scene = rough(1)
+    known = minimise(scene, 0.7 * DELTA0)
+    monkeypatch.setattr(states, "steady_contacts", lambda *_: None)
+    agree(minimise(scene, 0.7 * DELTA0), known)
+
+
+def rippled(kind, samples):
+    """A wide parabola with ripples, measured at many places."""
+    x = np.linspace(-8 * L, 8 * L, samples)
+    ripples = 0.3 * DELTA0 * (1 - np.cos(2 * math.pi * x / (1.3 * L)))
+    return adhesive(Sampled(x, x**2 + ripples, kind=kind))
+
+
+def test_lines_pass_many_facets_of_a_measured_profile():
+    straight, smooth = (
+        minimise(rippled(kind, 100_001), 0.75 * DELTA0) for kind in ("linear", "smooth")
+    )
+    assert len(straight.contacts) == len(smooth.contacts) == 3
+    assert straight.force == pytest.approx(smooth.force, rel=1e-4)
+    assert np.abs(straight.contacts - smooth.contacts).max() <= 2 * 16 * L / 100_000
+
+
+def test_profiles_of_narrow_features_do_not_need_as_many_nodes(monkeypatch):
+    """Nodes that resolve a spike of 1e-3 l on 18 l would be too many."""
+    scene = adhesive(
+        Profile(
+            lambda x: (
+                np.asarray(x) ** 2
+                - 0.2 * DELTA0 * np.exp(-(((np.asarray(x) - L) / (1e-3 * L)) ** 2))
+            ),
+            lambda x: (
+                2 * np.asarray(x)
+                + 0.4
+                * DELTA0
+                * (np.asarray(x) - L)
+                / (1e-3 * L) ** 2
+                * np.exp(-(((np.asarray(x) - L) / (1e-3 * L)) ** 2))
+            ),
+            extent=(-9 * L, 9 * L),
+            knots=(L,),
+        )
+    )
+    monkeypatch.setattr(states, "FoundNodes", None)
+    assert minimise(scene, 0.5 * DELTA0).certificate.ok
+
+
+def test_slopes_turn_where_they_have_changed_and_change_back():
+    x = np.linspace(0.0, 4 * math.pi, 2001)
+    noise = 1e-3 * np.random.default_rng(0).uniform(-1, 1, x.size)
+    turns = slope_turns(x, np.sin(x) + noise, 0.1)
+    assert np.abs(turns - math.pi * (0.5 + np.arange(4))).max() <= 0.1
