@@ -19,7 +19,7 @@ from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.motion import Motion
 from discretization.fitted.states import judged, state_of
-from discretization.profile import LOOKS, Resolved, resolve, warn_hidden
+from discretization.profile import LOOKS, Resolved, resolve, unknown, warn_hidden
 from discretization.refine.equations import Equations, contact_lines, free_surfaces
 from discretization.refine.events import Events
 from discretization.refine.nodes import FoundNodes, usual_spacing
@@ -29,6 +29,7 @@ from energy import Scene
 from energy.arrays import Array
 
 _MOST_NODES = 20_000  # of the usual ones: profiles with narrower features have too many
+CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no path
 _CLOSER = (1, 4, 16, 24)  # times closer nodes, of which two must lead to the same state
 _TOLD_APART = 1.2  # times closer nodes are another row
 _SOONER = 1.5  # the depths of events are off by less than this power of the spacing of nodes
@@ -211,10 +212,21 @@ def _alike(one: Lines, other: Lines, length: float) -> bool:
 def _known(equations: Equations, surfaces: Array) -> Lines | None:
     """The lines of contacts; None where they leave the known profile."""
     lines = contact_lines(surfaces)
-    low, high = equations.joints[[0, -1]].tolist()
-    if any(line in (low, high) and line not in equations.edges for line in lines):
-        return None
+    return None if _unknown(equations, lines) else lines
+
+
+def known_lines(equations: Equations, surfaces: Array, depth: float) -> Lines:
+    """The lines of contacts; ValueError where they leave the known profile."""
+    lines = contact_lines(surfaces)
+    for line in _unknown(equations, lines):
+        raise unknown(depth, line)
     return lines
+
+
+def _unknown(equations: Equations, lines: Lines) -> list[float]:
+    """Lines at an end of the profile that is not an edge of the body."""
+    ends = equations.joints[[0, -1]].tolist()
+    return [line for line in lines if line in ends and line not in equations.edges]
 
 
 @dataclass(frozen=True, eq=False)
