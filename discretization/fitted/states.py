@@ -1,10 +1,12 @@
 """States of the fitted mesh, with one contact or any number.
 
 Where there can be only one contact its lines are bracketed at once (alone.py), and only what is
-next to them is judged. Any other profile is resolved on its own scale first. "adhered" is the end
-of the path from first touch (motion.py), and "global" what has the least energy of: the lowest
-contacts of a lattice, moved to rest on the fitted mesh, the adhered state, and none. Lattices are
-halved until two of them lead to the same state.
+next to them is judged. Any other profile is resolved on its own scale first. Line contacts with
+small slopes are found on nodes (../refine/states.py). Of others, around an axis, with finite slopes
+or under a pattern, "adhered" is the end of the path from first touch (motion.py), and around an
+axis "global" what has the least energy of: the lowest rings of a lattice, moved to rest on the
+fitted mesh, the adhered state, and none. Lattices are halved until two of them lead to the same
+state.
 """
 
 import contextlib
@@ -22,6 +24,7 @@ from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
 from discretization.profile import LOOKS, resolve, warn_hidden
+from discretization.refine.nodes import slope_turns
 from energy import Scene
 from energy.arrays import Array
 
@@ -30,8 +33,7 @@ _PER_WAVE = 16  # and per wave: from where the slope turns round to where it doe
 _NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count
 _FINER = 4  # lattices, each with half the spacing of the last
 _BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
-_MOST_NODES = 400_000  # of a lattice of which only the topology is taken
-_MOST_RINGS = 6000  # the same around an axis
+_MOST_RINGS = 6000  # of a lattice of which only the topology is taken
 _SAME = 1e-9  # of the energy's scale: energies of the same state
 _UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once
 
@@ -54,7 +56,7 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
 
 
 def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
-    """Certified equilibrium of a profile that may have several contacts, and its error estimate.
+    """Certified equilibrium with lines that move from first touch on, and its error estimate.
 
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
     AccuracyWarning where the profile is not resolved, or a finer lattice might lead to a lower one.
@@ -94,18 +96,16 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
 
 
 def _lowest(motion: Motion, depth: float) -> Iterator[tuple[set[Lines], int]]:
-    """The lowest contacts of finer and finer lattices, moved to rest, and how many there were.
+    """The lowest rings of finer and finer lattices, moved to rest, and how many there were.
 
     Those of depths a little less and more are among them: two states may have so nearly the same
     energy that a lattice takes one for the other.
     """
     scene, profile, length = motion.scene, motion.profile, motion.scene.elastocapillary_length
     noticed = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-    turns = np.array(_turns(profile.x, profile.slope, noticed))
+    turns = slope_turns(profile.x, profile.slope, noticed)
     spacing = min([length / _PER_LENGTH, *((turns[2:] - turns[:-2]) / _PER_WAVE).tolist()])
-    least = float(np.ptp(profile.x)) / _MOST_NODES
-    if scene.axisymmetric:
-        least = scene.indenter.extent[1] / (_MOST_RINGS - 1)
+    least = scene.indenter.extent[1] / (_MOST_RINGS - 1)
     beside = _BESIDE * scene.critical_separation
     for i in range(_FINER):
         lattice = Lattice.of(scene, max(spacing / 2**i, least))
@@ -130,17 +130,6 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
     ends = x[1:][(beyond[:-1] < depth) & (beyond[1:] >= depth)]
     found = {motion.settled((0.0, end), depth) for end in ends.tolist()}
     return {(), *found}
-
-
-def _turns(x: Array, slope: Array, least: float) -> list[float]:
-    """Where a slope turns round, having changed and then changing back by more than `least`."""
-    found, top, way = list[float](), 0, 1
-    for i, value in enumerate(slope.tolist()):
-        if way * (value - slope[top]) > 0:
-            top = i
-        elif way * (slope[top] - value) > least:
-            found, top, way = [*found, float(x[top])], i, -way
-    return found
 
 
 def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) -> Equilibrium:

@@ -6,6 +6,7 @@ way are found at once (events.py). What has the last word: landings are repeated
 (landings.py), and between its own events the energy of every surface must balance (balance.py).
 
 For line contacts with small slopes and γ₁ > 0 under a uniform work of adhesion of closing and of
-opening. `minimise` and `load_path` do not use this package yet: see states.py and
-../paths/refined_branch.py for what they will call.
+opening. `minimise` calls states.py, which needs no events: contacts on nodes pressed to
+one depth (pressed.py), where no event is near (steady.py). `load_path` does not use this package
+yet: see ../paths/refined_branch.py for what it will call.
 """

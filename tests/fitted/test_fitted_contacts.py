@@ -10,7 +10,6 @@ from scipy.interpolate import CubicHermiteSpline
 
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted.states import on_several
 from discretization.roots import minima
 from discretization.surfaces import small
 from discretization.surfaces.network import Line
@@ -45,7 +44,7 @@ def test_many_contacts_are_those_of_a_higher_degree(case, monkeypatch):
     assert len(state.contacts) >= 7 and state.method == "fitted"
     assert state.certificate.ok and max(state.error_estimate.values()) <= 1e-8
     monkeypatch.setitem(small._NETS, "line", Line(16))
-    exact = on_several(state.scene, state.depth, branch=case[1])
+    exact = minimise(state.scene, state.depth, branch=case[1])
     for name, error in errors(state, exact).items():
         assert error <= 1e-13
         if name in state.error_estimate:

@@ -31,12 +31,11 @@ def agree(state, known):
     assert abs(state.energy - known.energy) <= 1e-9 * known.scales["energy"]
 
 
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("branch", ["adhered", "global"])
-def test_states_are_those_of_lines_that_move_one_by_one(seed, branch):
+@pytest.mark.parametrize("seed", range(8))
+def test_states_are_those_of_lines_that_move_one_by_one(seed):
     scene = rough(seed)
     depth = float(np.random.default_rng(seed).uniform(-0.6, 1.5)) * DELTA0
-    agree(minimise(scene, depth, branch=branch), on_several(scene, depth, branch=branch))
+    agree(minimise(scene, depth), on_several(scene, depth, branch="adhered"))
 
 
 @pytest.mark.parametrize("seed", range(4))
