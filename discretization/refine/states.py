@@ -103,7 +103,15 @@ def _bare(motion: Motion, depth: float) -> Lines | None:
     scene = motion.scene
     nodes = FoundNodes.of(scene, motion.profile, depth)
     search = _Bare(Events(Equations.of(scene, motion.profile, depth)), depth)
-    return search.at_rest(nodes.lines(nodes.adhered(depth)))
+    lines = search.at_rest(nodes.lines(nodes.adhered(depth)))
+    return None if lines is None or _opens(motion, lines, depth) else lines
+
+
+def _opens(motion: Motion, lines: Lines, depth: float) -> bool:
+    """Whether the profile pulls in a contact, so that there is a gap narrower than nodes see."""
+    pulls = motion.free_part.search.pulls
+    contacts = zip(lines[::2], lines[1::2], strict=True)
+    return any(left < right and pulls(left, right, depth) for left, right in contacts)
 
 
 @dataclass(frozen=True, eq=False)
