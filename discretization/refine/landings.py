@@ -41,7 +41,7 @@ class Landings:
 
     def land(self, happened: Sequence[Happening]) -> None:
         """Find the lines (n, 2) after events of known depths. NotRefined where that fails."""
-        todo = [event for event in happened if event.after]
+        todo = [event for event in happened if event.after and not len(event.lines_after)]
         for ahead in _AHEAD:
             if not todo:
                 return

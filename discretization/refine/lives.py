@@ -87,12 +87,14 @@ class Life:
 class Happening:
     """An event on the nodes: the surfaces before it, from left to right, and those after it.
 
-    at: its depth on the nodes. What refinement finds: depth, and the lines (n, 2) before and after.
+    at: its depth on the nodes; smooth: whether no line jumps, as where a gap is as narrow as one
+    likes. What refinement finds: depth, and the lines (n, 2) before and after.
     """
 
     at: float
     before: list[Life]
     after: list[Life]
+    smooth: bool = False
     depth: float = math.nan
     lines_before: Array = field(default_factory=lambda: np.empty((0, 2)))
     lines_after: Array = field(default_factory=lambda: np.empty((0, 2)))

@@ -10,6 +10,7 @@ import numpy as np
 from discretization.nodes.row import Contacts
 from discretization.profile import Resolved
 from discretization.refine.balance import Balance, drawn_lives
+from discretization.refine.crests import Crests
 from discretization.refine.equations import Equations
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.landings import CLOSER, Landings
@@ -128,11 +129,14 @@ class Refinement:
             ready = unknown
             if self.scene.hysteretic:  # lines stay where they are born
                 ready = [e for e in unknown if not any(math.isnan(b.start) for b in e.before)]
-            torn = [event.at for event in ready if not event.before]
+            crests = Crests(self.equations).find(ready)
+            others = [event for event in ready if not any(event is known for known in crests)]
+            torn = [e.at for e in others if not e.before and direction * (e.at - goal) < 0]
             if torn:
                 raise NotRefined(f"a contact is torn open near depth = {torn[0]!r}", torn[0])
-            if ready:
-                self.events.enclose(ready)
+            others = [event for event in others if event.before]
+            if others:
+                self.events.enclose(others)
             enclosed += ready
             unknown = [event for event in unknown if not any(event is r for r in ready)]
             now = self._happen(enclosed, happened, direction, goal)
@@ -209,7 +213,7 @@ class Refinement:
                 after.append(life)
             elif not any(one is new for one in after for new in second.after):
                 after += second.after
-        event = Happening(second.at, before, after, first.depth, np.array(lines))
+        event = Happening(second.at, before, after, False, first.depth, np.array(lines))
         for life in before:
             life.dies = event
         for life in after:
@@ -262,7 +266,7 @@ class Refinement:
             raise NotRefined(
                 f"events near depth = {event.depth!r} are not in the nodes' order", event.depth
             )
-        first = next(i for i, life in enumerate(alive) if life is event.before[0])
+        first = _place(alive, event)
         return [*alive[:first], *event.after, *alive[first + len(event.before) :]]
 
     def _end(self, alive: list[Life], goal: float) -> None:
@@ -316,8 +320,8 @@ class Refinement:
         lives = list(stretch.lives)
         lines = list(stretch.before)
         for event in stretch.events:
-            first = next(i for i, life in enumerate(lives) if life is event.before[0])
-            if not self.landings.agrees(event, np.array(lines), first):
+            first = _place(lives, event)
+            if not event.smooth and not self.landings.agrees(event, np.array(lines), first):
                 raise NotRefined(
                     f"closer nodes land elsewhere after the event at {event.depth!r}", event.depth
                 )
@@ -340,3 +344,11 @@ class Refinement:
         for stretch in stretches:
             stretch.before = lines[: len(stretch.lives)]
             lines = lines[len(stretch.lives) :]
+
+
+def _place(lives: list[Life], event: Happening) -> int:
+    """The place of the first surface of an event among others, or of one that begins."""
+    if event.before:
+        return next(i for i, life in enumerate(lives) if life is event.before[0])
+    (begins,) = event.lines_after
+    return sum(bool(life.guess(event.depth)[1] <= begins[0]) for life in lives)

@@ -24,8 +24,9 @@ _STILL = 8  # roundings of a position: a step that short is the last
 _QUADRATIC = 1e-15  # of l: the step that Newton's method would make next
 _NEAR = 1e-9  # of l: steps below which that is so
 _TREMBLING = 1e-12  # of l: steps that no longer shrink but are as short as this are rounding
-_NARROW = 1e-2  # of l: rooms within which F does not turn round
+_NARROW_ROOM = 1e-2  # of l: rooms within which F does not turn round
 _MOST_ROOMS = 4096  # that a line passes at once
+_NARROW = 0.1  # of l: in narrower gaps the rise of the profile over their width loses digits
 _FALLS = 1e-12  # by more than this F falls over a corner that a line jumps over
 
 
@@ -254,7 +255,7 @@ def _through_narrow_rooms(
     room = np.arange(first, first + step * _MOST_ROOMS, step)
     room = room[(room >= 0) & (room < lower.size)]
     near, far = (lower[room], upper[room]) if step > 0 else (upper[room], lower[room])
-    narrow = np.abs(far - near) <= _NARROW * equations.length
+    narrow = np.abs(far - near) <= _NARROW_ROOM * equations.length
     within = np.abs(far - line) <= _LONGEST * equations.length
     facing = rows.lines[row, 1 - column]
     apart = (facing - far) * OUTWARDS[column] > 0 if np.isfinite(facing) else True
@@ -289,6 +290,9 @@ def _rests(
     rounding = _STILL * np.spacing(length + furthest)
     still = moved <= rounding
     squared = (moved < _NEAR * length) & (moved * moved <= _QUADRATIC * length * before)
-    trembling = (moved < _TREMBLING * length) & (before < 100 * _TREMBLING * length)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        narrow = _NARROW * length / (lines[:, 1] - lines[:, 0])
+    trembles = _TREMBLING * length * np.maximum(1.0, np.where(narrow > 0, narrow, 0.0) ** 2)
+    trembling = (moved < trembles) & (before < 100 * trembles)
     trembling &= moved > before / 2
     return np.asarray((still | squared | trembling) & ~cut & ~passed)
