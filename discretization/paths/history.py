@@ -20,7 +20,7 @@ from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.lattice.accuracy import LEAST
 from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot
 from discretization.paths.control import Control, Curve
-from discretization.paths.fitted_many import FittedMany
+from discretization.paths.one_contact import OneContactBranch
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.layer_branch import LayerBranch
 from discretization.paths.least_force import NOISE, Stretch, UnknownError, bounded, one_way
@@ -427,4 +427,4 @@ def branch_of(
         return SpringsBranch.of(scene, deepest())
     if refinable(scene):
         return RefinedBranch.of(scene, deepest())
-    return FittedMany.of(scene, deepest())
+    return OneContactBranch.of(scene, deepest())

@@ -1,0 +1,269 @@
+"""The metastable branch of one contact on the mesh: a disc, a ring, or a line contact.
+
+Its lines do not feel each other (single_line.py). Of a convex indenter there is no other contact;
+of others a path is followed up to where a second one begins.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discretization.certificate import TOLERANCE, NotCertifiedError
+from discretization.fitted.alone import Alone
+from discretization.fitted.contacts import Contacts, certify
+from discretization.fitted.motion import Motion, free_parts
+from discretization.fitted.rest_depths import LEAST, TIE
+from discretization.following.lone import LoneTrack
+from discretization.paths.branch import Branch, Leg, Pinned, Point
+from discretization.paths.single_line import Arc, SingleLine
+from discretization.profile import resolve, unknown, warn_hidden
+from discretization.quadrature import Integrals
+from discretization.roots import bracketed
+from discretization.routes import one_contact
+from energy import Scene
+from energy.arrays import Array
+
+_SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
+_FELT = 1e-9  # of l: lines that jump less far do so by rounding
+
+Lines = tuple[float, ...]
+
+
+@dataclass(eq=False)
+class OneContactLeg(Leg):
+    """A leg on which every line moves one way or stays; or that of a contact that is alone."""
+
+    arcs: tuple[Arc, ...] = ()
+    lone: LoneTrack | None = None
+
+    def lines(self, depths: Array) -> Array:
+        """Lines (k, 2) of the contact at depths (k,)."""
+        if self.lone is not None:
+            return self.lone.lines(depths).reshape(depths.size, -1)[:, 1:-1]
+        found = np.zeros((depths.size, 2))
+        moving = self.branch.moving(self.start.lines)
+        for arc, (column, line) in zip(self.arcs, moving, strict=True):
+            found[:, column] = line.places(arc, depths)
+        return found
+
+    def between(self, depths: Array) -> list[Point]:
+        """The contacts at depths on the leg (n,)."""
+        rows = self.lines(depths).tolist()
+        return [Point(d, tuple(row)) for d, row in zip(depths.tolist(), rows, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class OneContactBranch(Branch):
+    """One contact under a prescribed depth; alone: what finds it where there can be no other."""
+
+    scene: Scene
+    motion: Motion
+    alone: dict[int, Alone]
+
+    @classmethod
+    def of(cls, scene: Scene, deepest: float) -> OneContactBranch:
+        """deepest: the largest depth of the programme."""
+        alone = {}
+        if one_contact(scene) and scene.pattern is None:
+            alone = {1: Alone.of(scene), -1: Alone.of(scene.opened)}
+        branch = cls(scene, Motion.of(scene, resolve(scene, deepest), deepest), alone)
+        if not (scene.indenter.convex or scene.indenter.complete):
+            hidden = branch.integrals.hidden
+            if hidden.size:
+                warn_hidden(hidden, stacklevel=4)
+        return branch
+
+    @property
+    def resolution(self) -> float:
+        """The length by which lines may be off, by rounding."""
+        return _FELT * self.scene.elastocapillary_length
+
+    touch = property(lambda self: self.motion.profile.touch)
+
+    @functools.cached_property
+    def integrals(self) -> Integrals:
+        """What contacts cost up to a line."""
+        rests = self.motion.rests
+        level = rests.size + max(rests.size, self.touch)
+        return Integrals.of(self.scene, self.motion.profile, level)
+
+    def moving(self, lines: Lines) -> list[tuple[int, SingleLine]]:
+        """Which lines of a contact move, of a disc only the right one, and how."""
+        both = self.both
+        return both[1:] if self.scene.axisymmetric and not lines[0] else both
+
+    @functools.cached_property
+    def both(self) -> list[tuple[int, SingleLine]]:
+        """The left and the right line of a contact."""
+        return [(0, SingleLine(self.motion.rests, -1)), (1, SingleLine(self.motion.rests, 1))]
+
+    @functools.cached_property
+    def first(self) -> Point:
+        """The contact at first touch."""
+        lowest = self.motion.profile.lowest
+        lines = self._landed((lowest, lowest), self.touch, 1)
+        assert lines is not None, "a line that is pressed rests somewhere"
+        if alone := self._beside_apex(lines):
+            lines = alone.lines(self.touch)
+        self._refuse_others(lines, self.touch)
+        return Point(self.touch, lines)
+
+    def _beside_apex(self, lines: Lines) -> Alone | None:
+        """What finds lines closer to the apex of a lone contact than the samples of the profile."""
+        alone, near = self.alone.get(1), LEAST * self.scene.elastocapillary_length
+        if alone is None or not alone.tip or not lines:
+            return None
+        return alone if max(abs(x - alone.apex) for x in lines) <= near else None
+
+    def leg(self, point: Point, goal: float) -> OneContactLeg:
+        """The route from a point to another depth, up to where a line jumps or becomes pinned."""
+        lines = point.lines or ()
+        way = 1 if goal >= point.depth else -1
+        alone = self.alone.get(way)
+        if alone and (track := LoneTrack.of(alone, lines, point.depth, goal)):
+            there = (0.0, *track.last.tolist())[-2:]
+            after = None if track.end == goal else Point(track.end, None)
+            jumps = after is not None and not self.motion.gradual
+            return OneContactLeg(self, point, Point(track.end, there), after, jumps, lone=track)
+        moving = self.moving(lines)
+        arcs = [line.arc(lines[column], point.depth, goal) for column, line in moving]
+        ends = [goal, *(arc.last for arc in arcs)]
+        end = min(ends, key=lambda depth: way * depth)
+        lost = False
+        if way < 0:
+            end, lost = self._lost(lines, point.depth, arcs, end)
+        there = self._there(lines, arcs, end)
+        leg = OneContactLeg(self, point, Point(end, there), None, False, tuple(arcs))
+        if lost:
+            leg.after = Point(end, None)
+            leg.jumps = not self.motion.gradual
+            return leg
+        tie = TIE * self.motion.rests.size
+        jumping = [arc.how == "jump" and abs(arc.last - end) <= tie for arc in arcs]
+        self._refuse_others(there, end)
+        if any(jumping):
+            landed = self._landed(there, end, way, jumping)
+            if landed is not None:
+                self._refuse_others(landed, end)
+            leg.after = Point(end, landed)
+            leg.jumps = self._jumps(leg.end, leg.after)
+        return leg
+
+    def _there(self, lines: Lines, arcs: Sequence[Arc], depth: float) -> Lines:
+        found = list(lines)
+        for arc, (column, line) in zip(arcs, self.moving(lines), strict=True):
+            found[column] = float(line.places(arc, np.array([depth]))[0])
+        return tuple(found)
+
+    def _lost(
+        self, lines: Lines, start: float, arcs: Sequence[Arc], end: float
+    ) -> tuple[float, bool]:
+        """Where the contact is lost before a depth, if it is: its lines meet, or one is pulled."""
+
+        def width(depth: float) -> float:
+            left, right = self._there(lines, arcs, depth)
+            return right - left
+
+        if lines[0] == lines[1] and len(arcs) == 2:
+            lowest = float(self.scene.indenter.height(np.array(lines[0])))
+            return (lowest, True) if end < lowest <= start else (end, end < lowest)
+        if width(end) > 0:
+            return end, False
+        if width(end) == 0 and all(arc.start == arc.end for arc in arcs):
+            return end, False
+        met = bracketed(lambda depth: -width(depth), start, end) if width(end) < 0 else end
+        left, right = self._there(lines, arcs, met)
+        corner = left == right and left in self.motion.profile.corners
+        return met, not corner
+
+    def _landed(
+        self, lines: Lines, depth: float, way: int, jumping: Sequence[bool] = (True, True)
+    ) -> Lines | None:
+        """The lines after those that jump have come to rest; None where the contact is lost.
+
+        ValueError where one leaves the known profile.
+        """
+        found = list(lines)
+        for (column, line), jumps in zip(self.moving(lines), jumping, strict=False):
+            if not jumps:
+                continue
+            place = line.landing(lines[column], depth, way)
+            if place is None and way > 0 and self.scene.axisymmetric and column == 0:
+                place = 0.0
+            if place is None and way > 0:
+                raise unknown(depth, lines[column])
+            closed = place == 0 and column == 1 and self.scene.axisymmetric
+            if place is None or closed:
+                return None
+            found[column] = place
+        return (found[0], found[1]) if found[0] <= found[1] else None
+
+    def _refuse_others(self, lines: Lines, depth: float) -> None:
+        """NotCertifiedError where there are contacts besides these lines, or it opens inside."""
+        if self.scene.indenter.convex and self.scene.pattern is None:
+            return
+        scale = TOLERANCE * self.motion.rests.size
+        unit = self.scene.stiffness * self.scene.elastocapillary_length
+        torn = max([0.0, *self.motion.opening(lines, depth)]) > unit * scale
+        if torn or self.motion.penetration(lines, depth) > scale:
+            what = "a gap opens inside the contact" if torn else "another contact begins"
+            raise NotCertifiedError(
+                f"{what} at or before depth = {depth!r}: several contacts about an axis, or with "
+                "slopes='finite', are not followed; use other depths, or a line contact with "
+                "slopes='small'"
+            )
+
+    def pinned(self, point: Point) -> Pinned:
+        """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""
+        tip, held = self.motion.profile.lowest, super().pinned(point)
+        if not self.motion.gradual or tip not in self.scene.indenter.corners:
+            return held
+        first, last = (edge or "tip" * (x == tip) for edge, x in zip(held, point.ends, strict=True))
+        return first, last
+
+    def _jumps(self, before: Point, after: Point) -> bool:
+        """Whether lines jump; not by what the energy changes within the rounding of a depth."""
+        if not after.lines or not before.lines:
+            return not self.motion.gradual
+        apart = np.abs(np.subtract(before.lines, after.lines)).max()
+        energy, force = self.totals([before, after])
+        noise = TIE * self.motion.rests.size * float(np.abs(force).sum())
+        far = apart > _SHORT * self.scene.elastocapillary_length
+        return bool(far and energy[0] - energy[1] > noise)
+
+    def many(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n) of points with as many lines as each other."""
+        lines = np.array([free_parts(point.lines or ()) for point in points])
+        depths = np.array([point.depth for point in points])
+        total = np.zeros((2, len(points)))
+        for column, sign in ((0, -1.0), (1, 1.0)):
+            line = lines[:, column, 1 - column]
+            contact = self.integrals.contact(line, depths, self.scene.work_of_adhesion)
+            total += sign * contact[::2]
+            at = self.motion.rests.at(line)
+            ends = (None, at) if column == 0 else (at, None)
+            total += np.array(self.motion.surfaces.stored(*ends, depths))
+        return total
+
+    def opened(self, before: Point, after: Point) -> float:
+        """The length that opens between two points, weighted with the pattern's factor."""
+        if not before.lines or not after.lines:
+            return 0.0
+        bound = [self.integrals.at(np.array(point.lines))[4] for point in (before, after)]
+        return float(np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0).sum())
+
+    def certify(self, point: Point) -> None:
+        """NotCertifiedError unless the contacts are in equilibrium."""
+        if not point.lines:
+            return
+        judge = self._beside_apex(point.lines) or self.motion  # by the sizes of the whole path
+        contacts = Contacts(judge, point.lines, point.depth)
+        certify(contacts, contacts.totals()).demand(
+            f"the state at depth = {point.depth!r}",
+            "the path stops before it; try other depths, or method='lattice'",
+        )

@@ -1,0 +1,162 @@
+"""How one contact line moves with the depth where it feels no other line.
+
+D(x), the depth at which a line rests at x, is then a function of its own place alone. As the depth
+grows a line advances to the first place at which D is not less; as it falls, the line recedes to
+the first place at which D is not greater. So it stays at a corner, past which D jumps, moves along
+a part on which D is monotone, or jumps from where D turns back to the next place that holds it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization.fitted.rest_depths import TIE, RestDepths
+from discretization.profile import unknown
+from discretization.roots import bracketed, crossings, least
+from energy.arrays import Array, Indices
+
+_KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need not be known better
+
+
+class Arc(NamedTuple):
+    """A line that moves one way, or stays, from one place and depth to others.
+
+    how: "goal" where the depth that was asked is reached, "free" where it comes to a corner or is
+    free of one, "jump" where D turns back.
+    """
+
+    start: float
+    end: float
+    first: float
+    last: float
+    how: str
+
+
+@dataclass(frozen=True, eq=False)
+class SingleLine:
+    """A line whose contact is on its left (side 1) or on its right (-1)."""
+
+    rests: RestDepths
+    side: int
+
+    def rest_depth(self, x: Array, aside: Array | int, way: int) -> Array:
+        """D at x (n,), read outwards (aside 1) or inwards (-1) of corners.
+
+        way: 1 with the adhesion of a contact that closes, -1 of one that opens.
+        """
+        none = np.full(x.shape, math.copysign(math.inf, self.side))
+        return self.rests.beside(self.side, x, none, aside, way)
+
+    def _at(self, x: float, aside: int, way: int) -> float:
+        return float(self.rest_depth(np.array([x]), aside, way)[0])
+
+    def arc(self, x: float, depth: float, goal: float) -> Arc:
+        """What a line at rest does first on the way to another depth.
+
+        ValueError where it leaves the known profile.
+        """
+        way = 1 if goal >= depth else -1
+        ahead = self._at(x, way, way)
+        tie = TIE * self.rests.size
+        if way * (ahead - depth) > tie:
+            if way * (ahead - goal) >= 0:
+                return Arc(x, x, depth, goal, "goal")
+            return Arc(x, x, depth, ahead, "free")
+        if way * (ahead - depth) < -tie:
+            return Arc(x, x, depth, depth, "jump")
+        places = self._ahead(x, way)
+        if not places.size:  # beyond the last joint
+            raise unknown(depth, x)
+        values = way * self.rest_depth(places, -way, way)
+        before = np.append(way * depth, values[:-1])
+        turn = _first(values < before - tie)
+        reached = _first(values >= way * goal)
+        if reached < min(turn, values.size):
+            start = x if reached == 0 else float(places[reached - 1])
+            return Arc(x, self._where(goal, start, float(places[reached]), way), depth, goal, "goal")
+        if turn == values.size:
+            return Arc(x, float(places[-1]), depth, way * float(values[-1]), "free")
+        around = np.concatenate([[x, x], places])[turn : turn + 3 : 2]
+        top, value = self._turn(float(around[0]), float(around[1]), way)
+        if value < way * depth:
+            return Arc(x, x, depth, depth, "jump")
+        if value >= way * goal:
+            return Arc(x, self._where(goal, x, top, way), depth, goal, "goal")
+        return Arc(x, top, depth, way * value, "jump")
+
+    def landing(self, x: float, depth: float, way: int) -> float | None:
+        """The first place ahead at which a line rests, None where there is none."""
+        if way * (self._at(x, way, way) - depth) > TIE * self.rests.size:
+            return x
+        while True:
+            places = self._ahead(x, way)
+            if not places.size:
+                return None
+            values = way * (self.rest_depth(places, -way, way) - depth)
+            rests = _first(values >= 0)
+            if rests < values.size:
+                start = x if rests == 0 else float(places[rests - 1])
+                return self._where(depth, start, float(places[rests]), way)
+            x = float(places[-1])
+            if way * (self._at(x, way, way) - depth) >= 0:
+                return x
+
+    def places(self, arc: Arc, depths: Array) -> Array:
+        """Where the line is at depths (n,) on an arc."""
+        if arc.start == arc.end:
+            return np.full(depths.shape, arc.start)
+        way = 1 if arc.last >= arc.first else -1
+        inside = np.clip(depths, min(arc.first, arc.last), max(arc.first, arc.last))
+
+        def off(x: Array, own: Indices) -> Array:
+            aside = np.where(x == arc.start, way, np.where(x == arc.end, -way, 0))
+            return self.rest_depth(x, aside, way) - inside[own]
+
+        share = (inside - arc.first) / (arc.last - arc.first)
+        guess = arc.start + (arc.end - arc.start) * share
+        rise = np.full(depths.shape, (arc.last - arc.first) / (arc.end - arc.start))
+        low, high = sorted((arc.start, arc.end))
+        count = depths.size
+        found = crossings(
+            off, np.full(count, low), np.full(count, high), guess, rise, _KNOWN * self.rests.size
+        )
+        found = np.where(inside == arc.last, arc.end, found)
+        return np.where(inside == arc.first, arc.start, found)
+
+    def _ahead(self, x: float, way: int) -> Array:
+        """Samples of the profile ahead of a line, up to the next corner, in the order of its way."""
+        profile = self.rests.profile
+        direction = self.side * way
+        joints = profile.joints
+        ahead = joints[direction * (joints - x) > 0]
+        if not ahead.size:
+            return ahead
+        joint = float(ahead[0] if direction > 0 else ahead[-1])
+        between = profile.x[profile.beyond(x, joint)][::direction]
+        return np.append(between, joint)
+
+    def _where(self, depth: float, inside: float, outside: float, way: int) -> float:
+        """Where D is a depth between two places, at the second of which it is past it."""
+
+        def off(x: float) -> float:
+            aside = -way if x == outside else way if x == inside else 0
+            return way * (self._at(x, aside, way) - depth)
+
+        if off(outside) == 0:
+            return outside
+        return bracketed(off, inside, outside)
+
+    def _turn(self, start: float, end: float, way: int) -> tuple[float, float]:
+        """Where way · D has a maximum between two places, and its value."""
+        low, high = sorted((start, end))
+        place, value = least(lambda x: -way * self.rest_depth(x, 0, way), low, high, -math.inf)
+        return place, -value
+
+
+def _first(mask: Array) -> int:
+    """The first place where a mask is true, its length if nowhere."""
+    return int(np.argmax(mask)) if mask.any() else mask.size
