@@ -10,16 +10,14 @@
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
 minimise.py finds one state, many.py arrays of states of one contact, loading.py a path of states;
-routes.py says which solver serves a scene, or why none does. Eight packages do the work, each
+routes.py says which solver serves a scene, or why none does. Seven packages do the work, each
 importing only those above it in this list:
 
 nodes/      fixed nodes in a row: the lattice, its energy, what they see of the indenter
 lattice/    contacts on these nodes: their states, certificates, the lowest of all
 surfaces/   free surfaces on spectral meshes anchored at contact lines, which the lattice never sees
 fitted/     contact lines as unknowns beside these surfaces
-following/  these lines on their way from one depth to another
-refine/     several contacts found on nodes, their lines refined by Newton's method: meant to take
-            the place of following/, compared with it in tests/refine, not used by anything yet
+refine/     several contacts found on nodes, their lines refined by Newton's method
 layer/      one contact of a layer with its exact response, on the mesh and on nodes
 paths/      states followed in depth, load or the position of a machine
 

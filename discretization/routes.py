@@ -42,6 +42,10 @@ _ENDLESS = (
     "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, such as a "
     "punch, wedge, parabola, power law, or a sum of these"
 )
+_MANY_PATCHES = (
+    "pattern = {scene.pattern!r} under an indenter that is not convex: paths of several contacts "
+    "over a pattern are followed on nodes; use method='lattice'"
+)
 _LAYER = (
     ": response = 'layer' answers one contact of a convex indenter, mirror-symmetric or turned "
     "about an axis, with small slopes, gamma1 > 0 and branch = 'adhered'; "
@@ -192,6 +196,7 @@ def _of_springs(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
     steep, few = scene.slopes == "finite" and tense, question in ("search", "path")
     unsure = tense and scene.work_of_adhesion > 0 and not one_contact(scene)
     searched, path = question == "global" and unsure, question == "path"
+    patched = tense and scene.pattern is not None
     simple = nodes and tense and not (steep or turned or held or plane) and question == "adhered"
     one_disc = convex and scene.pattern is None and not (steep or searched or question == "search")
     return {
@@ -203,4 +208,5 @@ def _of_springs(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
         _BENT: steep and searched and (nodes or not (turned and convex)),
         _ENDLESS: plane and path,
         _UNEVEN: path and not tense and scene.pattern is not None,
+        _MANY_PATCHES: path and patched and not (nodes or turned or convex),
     }

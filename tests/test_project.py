@@ -62,12 +62,11 @@ def test_imports_run_down_only(package):
 @pytest.mark.parametrize(
     ("package", "never"),
     [
-        ("nodes", {"lattice", "surfaces", "fitted", "following", "paths", "minimise", "loading"}),
-        ("lattice", {"surfaces", "fitted", "following", "paths", "minimise", "loading"}),
-        ("following", {"lattice", "paths", "minimise", "loading"}),
-        ("refine", {"following", "paths", "minimise", "loading"}),
-        ("fitted", {"following", "paths", "minimise", "loading"}),
-        ("surfaces", {"nodes", "lattice", "fitted", "following", "paths", "minimise", "loading"}),
+        ("nodes", {"lattice", "surfaces", "fitted", "paths", "minimise", "loading"}),
+        ("lattice", {"surfaces", "fitted", "paths", "minimise", "loading"}),
+        ("refine", {"paths", "minimise", "loading"}),
+        ("fitted", {"paths", "minimise", "loading"}),
+        ("surfaces", {"nodes", "lattice", "fitted", "paths", "minimise", "loading"}),
         ("paths", {"minimise", "loading"}),
     ],
 )

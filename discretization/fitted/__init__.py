@@ -4,5 +4,5 @@ The depths at which lines rest beside the free surfaces of ../surfaces (rest_dep
 they come to rest (zeros.py, line_search.py) -> states (tension.py, free_part.py, motion.py) ->
 energy and force, certificate and error estimate (contacts.py) -> Equilibrium, by states.py, which
 reads the contacts of "global" off a lattice; where γ₁ = 0 by ../paths/springs.py alone. Where there
-can be only one contact its lines are bracketed at once (alone.py). Paths: ../following.
+can be only one contact its lines are bracketed at once (alone.py). Paths: ../paths.
 """

@@ -20,11 +20,11 @@ from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.lattice.accuracy import LEAST
 from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot
 from discretization.paths.control import Control, Curve
-from discretization.paths.one_contact import OneContactBranch
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.layer_branch import LayerBranch
 from discretization.paths.least_force import NOISE, Stretch, UnknownError, bounded, one_way
 from discretization.paths.load_path import LoadPath
+from discretization.paths.one_contact import OneContactBranch
 from discretization.paths.path_accuracy import QUANTITIES, estimated
 from discretization.paths.refined_branch import RefinedBranch
 from discretization.paths.springs import SpringsBranch

@@ -18,8 +18,8 @@ from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import LEAST, TIE
-from discretization.following.lone import LoneTrack
 from discretization.paths.branch import Branch, Leg, Pinned, Point
+from discretization.paths.lone import LoneTrack
 from discretization.paths.single_line import Arc, SingleLine
 from discretization.profile import resolve, unknown, warn_hidden
 from discretization.quadrature import Integrals
@@ -140,6 +140,9 @@ class OneContactBranch(Branch):
         there = self._there(lines, arcs, end)
         leg = OneContactLeg(self, point, Point(end, there), None, False, tuple(arcs))
         if lost:
+            if there[0] == there[1] and lines[0] != lines[1]:  # the last state before is wider
+                wider = [math.nextafter(x, before) for x, before in zip(there, lines, strict=True)]
+                leg.end = Point(end, (wider[0], wider[1]))
             leg.after = Point(end, None)
             leg.jumps = not self.motion.gradual
             return leg
@@ -178,8 +181,8 @@ class OneContactBranch(Branch):
             return end, False
         met = bracketed(lambda depth: -width(depth), start, end) if width(end) < 0 else end
         left, right = self._there(lines, arcs, met)
-        corner = left == right and left in self.motion.profile.corners
-        return met, not corner
+        pressed = left == right and met >= float(self.scene.indenter.height(np.array(left)))
+        return met, not pressed
 
     def _landed(
         self, lines: Lines, depth: float, way: int, jumping: Sequence[bool] = (True, True)
@@ -197,7 +200,7 @@ class OneContactBranch(Branch):
                 place = 0.0
             if place is None and way > 0:
                 raise unknown(depth, lines[column])
-            closed = place == 0 and column == 1 and self.scene.axisymmetric
+            closed = way < 0 and place == 0 and column == 1 and self.scene.axisymmetric
             if place is None or closed:
                 return None
             found[column] = place
@@ -246,8 +249,8 @@ class OneContactBranch(Branch):
             contact = self.integrals.contact(line, depths, self.scene.work_of_adhesion)
             total += sign * contact[::2]
             at = self.motion.rests.at(line)
-            ends = (None, at) if column == 0 else (at, None)
-            total += np.array(self.motion.surfaces.stored(*ends, depths))
+            left, right = (None, at) if column == 0 else (at, None)
+            total += np.array(self.motion.surfaces.stored(left, right, depths))
         return total
 
     def opened(self, before: Point, after: Point) -> float:

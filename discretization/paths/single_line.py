@@ -17,7 +17,7 @@ import numpy as np
 from discretization.fitted.rest_depths import TIE, RestDepths
 from discretization.profile import unknown
 from discretization.roots import bracketed, crossings, least
-from energy.arrays import Array, Indices
+from energy.arrays import Array, Indices, Mask
 
 _KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need not be known better
 
@@ -77,7 +77,8 @@ class SingleLine:
         reached = _first(values >= way * goal)
         if reached < min(turn, values.size):
             start = x if reached == 0 else float(places[reached - 1])
-            return Arc(x, self._where(goal, start, float(places[reached]), way), depth, goal, "goal")
+            end = self._where(goal, start, float(places[reached]), way)
+            return Arc(x, end, depth, goal, "goal")
         if turn == values.size:
             return Arc(x, float(places[-1]), depth, way * float(values[-1]), "free")
         around = np.concatenate([[x, x], places])[turn : turn + 3 : 2]
@@ -107,8 +108,8 @@ class SingleLine:
 
     def places(self, arc: Arc, depths: Array) -> Array:
         """Where the line is at depths (n,) on an arc."""
-        if arc.start == arc.end:
-            return np.full(depths.shape, arc.start)
+        if arc.start == arc.end or arc.first == arc.last:
+            return np.full(depths.shape, arc.end)
         way = 1 if arc.last >= arc.first else -1
         inside = np.clip(depths, min(arc.first, arc.last), max(arc.first, arc.last))
 
@@ -128,7 +129,7 @@ class SingleLine:
         return np.where(inside == arc.first, arc.start, found)
 
     def _ahead(self, x: float, way: int) -> Array:
-        """Samples of the profile ahead of a line, up to the next corner, in the order of its way."""
+        """Samples of the profile ahead of a line, up to the next corner, in their order."""
         profile = self.rests.profile
         direction = self.side * way
         joints = profile.joints
@@ -157,6 +158,6 @@ class SingleLine:
         return place, -value
 
 
-def _first(mask: Array) -> int:
+def _first(mask: Mask) -> int:
     """The first place where a mask is true, its length if nowhere."""
     return int(np.argmax(mask)) if mask.any() else mask.size

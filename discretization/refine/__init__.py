@@ -6,7 +6,6 @@ way are found at once (events.py). What has the last word: landings are repeated
 (landings.py), and between its own events the energy of every surface must balance (balance.py).
 
 For line contacts with small slopes and γ₁ > 0 under a uniform work of adhesion of closing and of
-opening. `minimise` calls states.py, which needs no events: contacts on nodes pressed to
-one depth (pressed.py), where no event is near (steady.py). `load_path` does not use this package
-yet: see ../paths/refined_branch.py for what it will call.
+opening. `minimise` calls states.py, which needs no events: contacts on nodes pressed to one depth
+(pressed.py), where no event is near (steady.py). `load_path` calls ../paths/refined_branch.py.
 """

@@ -142,13 +142,13 @@ def test_a_gap_opens_and_closes_over_a_smooth_crest(crest):
     assert {len(path.at(i).lines) for i in (1, 2, 3)} & {4}
 
 
-KINDS_BALANCE = ("plain", "opening", "pattern", "both", "finite")
+KINDS_BALANCE = ("plain", "opening", "pattern", "both")
 UNBALANCED = 1e-9  # of the loop's size
 
 
 def scene_of(kind, dice, seed):
     """A random profile that is not convex; with what holds its lines."""
-    case = case_of("finite" if kind == "finite" else "small", seed)
+    case = case_of("small", seed)
     scene, length = case.scene, case.scene.elastocapillary_length
     if kind in ("opening", "both"):
         more = scene.work_of_adhesion * dice.uniform(1.1, 3.0)
@@ -162,8 +162,6 @@ def scene_of(kind, dice, seed):
 def loop(spacing, seed):
     """What a loop is unbalanced by, relative to its size, and how many contacts it had."""
     dice, kind = np.random.default_rng(seed), KINDS_BALANCE[seed % len(KINDS_BALANCE)]
-    if kind == "finite" and spacing is not None:
-        kind = "plain"  # nodes have no load paths with finite slopes
     case, scene = scene_of(kind, dice, seed)
     up, down = case.above + dice.uniform(0.3, 2.0) * case.scale, case.above - 6 * case.scale
     depths = np.r_[down, np.linspace(case.above, up, 8), np.linspace(up, down, 16)]

@@ -8,7 +8,7 @@ import pytest
 from scenes import ALPHA, DELTA0, L, adhesive, dimple, exact, plain, rippled, steep, turned, wavy
 from truth.paths.path_scenes import envelope
 
-from discretization import History, load_path
+from discretization import History, NotCertifiedError, load_path
 from energy import Circle, FlatPunch, Parabola, Patches, Profile, Sampled, SurfaceEnergies, Wedge
 
 pytestmark = pytest.mark.filterwarnings("ignore:the pull-off force")  # of few links, for some
@@ -115,7 +115,9 @@ PATCHES = Patches(np.array([-1.3, -0.45, 0.15, 0.8]) * L, (1.0, 0.5, 0.9, 0.4, 1
 RINGS = Patches(np.array([0.4, 0.9, 1.5]) * L, (1.0, 0.3, 1.4, 0.6))
 CRESTS = adhesive(rippled(0.03, 0.6 * L, 0.17 * DELTA0, (-8 * L, 8 * L)))
 SPHERE = turned(Parabola(A / (0.9 * ALPHA)))
-RIPPLED_SPHERE = turned(rippled(0.9, 2 * L, 0.7 * DELTA0, (0, 12 * L)))
+RIPPLED_SPHERE = turned(rippled(0.9, 2 * L, 0.7 * DELTA0, (0, 12 * L)))  # several rings
+STEEP_CRESTS = replace(wavy(crests=3), slopes="finite")
+PATTERNED = ("ripples, pattern", "ripples, both")  # several contacts over a pattern: on nodes alone
 SPHERE_OPENING = SurfaceEnergies.from_work(0.07, 0.004)
 SCENES = {
     "parabola": adhesive(Parabola(0.02)),
@@ -143,12 +145,9 @@ SCENES = {
     "cone": turned(Wedge(math.atan(0.6 * ALPHA))),
     "arc": turned(Circle(A / (0.9 * ALPHA))),
     "cylinder": turned(FlatPunch(A)),
-    "rings": RIPPLED_SPHERE,
-    "rings, opening": replace(RIPPLED_SPHERE, opening=SPHERE_OPENING),
     "rings of a pattern": replace(turned(Parabola(0.17)), pattern=RINGS),
     "dimple": turned(dimple()),
     "steep parabola": steep(Parabola(0.02), 0.3),
-    "steep crests": replace(wavy(crests=3), slopes="finite"),
     "steep opening": adhesive(Parabola(0.02), opening=0.005, slopes="finite"),
 }
 LOOP = np.r_[np.linspace(-0.1, 1.8, 8), np.linspace(1.5, -3.5, 18)] * DELTA0
@@ -166,15 +165,13 @@ ON_NODES = {  # with the options of nodes: a tip lets go while links are as wide
     for name, scene in SCENES.items()
     if scene.gamma1 and name[:5] not in ("steep", "rings", "dimpl", "layer")
 }
-LOADED = ("parabola", "opening", "crests", "ripples, both", "sphere", "rings", "dimple", "layer")
+LOADED = ("parabola", "opening", "crests", "sphere", "dimple", "layer")
 LOADED = [(name, control) for name in LOADED for control in ("load", "machine")]
-LOADED += [(name, "depth") for name in SCENES]
-LOADED.remove(("rings", "machine"))  # which takes long, and the dimple is held by one, too
-LONG = {("rings", "load"), ("rings, opening", "depth")}
-LONG |= {("steep crests", "depth"), ("rings", "depth"), ("rings of a pattern", "depth")}
-LONG |= {("ripples, both", "depth"), ("crests", "machine"), ("layer", "load"), ("layer", "machine")}
+LOADED += [(name, "depth") for name in SCENES if name not in PATTERNED]
+LONG = {("rings of a pattern", "depth")}
+LONG |= {("crests", "machine"), ("layer", "load"), ("layer", "machine")}
 LOADED = [pytest.param(*one, marks=[pytest.mark.slow] * (one in LONG)) for one in LOADED]
-BOTH = [*((name, {}) for name in SCENES), *ON_NODES.items()]
+BOTH = [*((name, {}) for name in SCENES if name not in PATTERNED), *ON_NODES.items()]
 
 
 def programme(scene, control):
@@ -185,6 +182,19 @@ def programme(scene, control):
     if control == "machine":
         return {"drives": np.r_[3 * LOOP, -60 * DELTA0], "machine_stiffness": K}
     return {"forces": K * DELTA0 * np.r_[np.linspace(0, 3, 7), np.linspace(3, -60, 15)]}
+
+
+@pytest.mark.parametrize("scene", [RIPPLED_SPHERE, STEEP_CRESTS], ids=["rings", "steep"])
+def test_a_second_contact_about_an_axis_or_with_finite_slopes_is_refused(scene):
+    with pytest.raises(NotCertifiedError, match="another contact begins"):
+        load_path(scene, depths=LOOP)
+
+
+@pytest.mark.parametrize("name", PATTERNED)
+def test_several_contacts_over_a_pattern_are_followed_on_nodes(name):
+    with pytest.raises(ValueError, match="use method='lattice'"):
+        load_path(SCENES[name], depths=LOOP, method="fitted")
+    assert load_path(SCENES[name], depths=LOOP[:2]).spacing is not None
 
 
 def lines(state):
@@ -242,9 +252,8 @@ def assert_balanced(path, name, control):
         assert lines(path.at(step)) == number, step
 
 
-RINGED = ("rings", "rings, opening")  # take more time than a dimple and a pattern
 ONE_OF_A_KIND = ("parabola", "punch", "ripples, both", "sphere, opening", "cylinder")
-ONE_OF_A_KIND += ("rings of a pattern", "dimple", "steep crests", "layer, sphere")
+ONE_OF_A_KIND += ("rings of a pattern", "dimple", "layer, sphere")
 
 
 @pytest.mark.slow
@@ -263,9 +272,7 @@ def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(name, nodes, tm
     assert list(map(len, again.inner)) == list(map(len, whole.inner))
 
 
-@pytest.mark.parametrize(
-    ("name", "nodes"), [pytest.param(*b, marks=[pytest.mark.slow] * (b[0] in RINGED)) for b in BOTH]
-)
+@pytest.mark.parametrize(("name", "nodes"), BOTH)
 def test_there_and_back_without_an_event_costs_nothing(name, nodes):
     """On a smooth branch, or with all lines held."""
     scene = SCENES[name]

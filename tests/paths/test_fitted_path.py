@@ -9,9 +9,7 @@ from truth.paths.path_scenes import envelope
 from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
-from discretization.fitted.motion import Motion, free_parts
-from discretization.following import trials
-from discretization.following.trials import Enclosing
+from discretization.paths.single_line import SingleLine
 from discretization.profile import resolve
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies
 
@@ -34,8 +32,8 @@ def test_without_adhesion_a_path_begins_with_less_than_rounding():
 def test_one_contact_of_a_smooth_profile_is_followed_without_a_search(
     indenter, w, geometry, monkeypatch
 ):
-    searches, run = [], Enclosing.run
-    monkeypatch.setattr(Enclosing, "run", lambda *given: searches.append(1) or run(*given))
+    searches, arc = [], SingleLine.arc
+    monkeypatch.setattr(SingleLine, "arc", lambda *given: searches.append(1) or arc(*given))
     surfaces = SurfaceEnergies.from_work(0.07, w)
     scene = Scene(ElasticLayer(2.5e3, 0.3, 5e-6), surfaces, indenter, geometry=geometry)
     depths = np.r_[np.linspace(0.0, 4e-7, 40), np.linspace(4e-7, -8e-7, 80)]
@@ -112,25 +110,6 @@ def test_springs_pull_hardest_where_a_gap_opens_between_readings():
     least = min(pulled), crests[np.argmin(pulled)] - DELTA0
     assert path.pull_off[:2] == pytest.approx(least, rel=1e-5, abs=0)
     assert [event.kind for event in path.events] == ["touch", "jump", "jump", "pull-off"]
-
-
-def test_a_trial_of_no_length_keeps_the_way_before_it():
-    """Lines in between would be read as those of its start."""
-    scene = wavy(crests=3)
-    motion = Motion.of(scene, resolve(scene, DELTA0), DELTA0)
-    begin = trials.Tried(0.5 * DELTA0, np.array(free_parts(motion.adhered(0.5 * DELTA0))))
-    low = trials.Trials(motion).tried(begin, {0, 1}, 0.6 * DELTA0)
-    assert low.pieces and trials.Trials(motion).tried(low, {0, 1}, low.depth).pieces == low.pieces
-
-
-def test_what_is_used_up_is_foreseen_by_the_nearer_secant():
-    """2 is left at the depth 1; where it is not known to be used up, by what has been used."""
-    near, nearer, unknown = ((0, 3), (5, -2)), ((0, 3), (1.5, -2)), ((-9, 4), (2, math.nan))
-    for (one, two), found in ((near, 3), (nearer, 1.25), (unknown, 11)):
-        tried = (
-            trials.Tried(at, np.empty(0), np.full((1, 4), left)) for at, left in (one, (1, 2), two)
-        )
-        assert trials.runs_out(*tried) == pytest.approx(found, rel=1e-14)
 
 
 def test_contacts_many_decay_lengths_apart_are_single_ones():
