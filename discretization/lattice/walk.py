@@ -226,9 +226,9 @@ class Walk:
         if links < 1:
             return 0
         if sign > 0:
-            passed = rules.passed(line + side * np.arange(links), side, facing) <= depth
+            passed = rules.advances(line + side * np.arange(links), side, facing) <= depth
         else:
-            passed = rules.passed(line - side * np.arange(1, links + 1), side, facing) > depth
+            passed = rules.advances(line - side * np.arange(1, links + 1), side, facing) > depth
         count = links if passed.all() else int(passed.argmin())
         if sign < 0:
             return -count
@@ -273,11 +273,11 @@ class Walk:
         depth, node = rules.touches(left, right)
         found, moves = Change(depth, _free((left, node), (node, right))), []
         if left is not None:
-            moves.append((rules.passes(left, 1, right), (left + 1, right)))
+            moves.append((rules.advance(left, 1, right), (left + 1, right)))
         if right is not None:
-            moves.append((rules.passes(right, -1, left), (left, right - 1)))
+            moves.append((rules.advance(right, -1, left), (left, right - 1)))
         if left is not None and right is not None:
-            moves.append((rules.passes_both(left, right), (left + 1, right - 1)))
+            moves.append((rules.advance_both(left, right), (left + 1, right - 1)))
         for depth, part in moves:
             if depth < found.depth and rules.clears(*part, depth):
                 found = Change(depth, _free(part))
@@ -307,12 +307,12 @@ class Walk:
         """The first move of the lines of a free part as the depth falls, but of lone nodes."""
         rules, found = self.opening, [_NEVER]
         if not left_lone:
-            found.append(Change(rules.passes(left - 1, 1, right), (left - 1, right)))
+            found.append(Change(rules.advance(left - 1, 1, right), (left - 1, right)))
         if not right_lone:
-            found.append(Change(rules.passes(right + 1, -1, left), (left, right + 1)))
+            found.append(Change(rules.advance(right + 1, -1, left), (left, right + 1)))
         if len(found) == 3:
             both = left - 1, right + 1
-            depth = min(rules.passes_both(*both), rules.touches(*both)[0])
+            depth = min(rules.advance_both(*both), rules.touches(*both)[0])
             found.append(Change(depth, both))
         return max(found, key=lambda change: change.depth)
 
@@ -332,7 +332,7 @@ class Walk:
             return _NEVER
         wider = (first, last), (first - 1, last), (first, last + 1), (first - 1, last + 1)
         node = next((self.weakest[one] for one in wider if one in self.weakest), -1)
-        torn = self.opening.torn
+        torn = self.opening.open
         if not first < node < last:
             node = first + 1 + int(torn[first + 1 : last].argmax())
         self.weakest[first, last] = node

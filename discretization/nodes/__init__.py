@@ -6,7 +6,6 @@ at which something happens to contacts (rules.py), and the surface without adhes
 What is in contact at a depth is found and judged by ../lattice, which asks these.
 """
 
-from discretization.nodes.lattice import Lattice
-from discretization.nodes.radial import RadialLattice
+from discretization.nodes.lattice import Lattice, RadialLattice
 
-__all__ = ["Lattice", "RadialLattice"]  # `Lattice.of` chooses among them
+__all__ = ["Lattice", "RadialLattice"]  # `Lattice.of` chooses one of them

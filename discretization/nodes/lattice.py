@@ -14,37 +14,58 @@ contact link wΔx becomes wΔx√(1+s²): plain.py.
 
 Adhesion is counted per link: a lone node has none. With γ₁ = 0 there are no links and the springs
 are independent, so it is counted per node, and a contact reaches half a node past its last one.
+
+With rotational symmetry nodes and links have weights, and the surface outside is that of radial.py.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
+import scipy
 
+from discretization.nodes.radial import outer_pull
 from energy import Scene, terms
 from energy.arrays import Array
+from energy.axis import Radial
 from energy.checks import positive
 
 PIECE = 1 << 16  # nodes at a time, few enough for the processor's cache
-np.empty((1 << 22) - 1024)  # freed at once: glibc keeps up to twice as much for reuse from now on
+_AXIS_WEIGHT = 1 / 8  # of the node on the axis: π(Δr/2)² over 2πΔr²
+_ON_NODE = 1e-9  # spacings by which a place may be off a node that counts as on it
+# δ of `Lattice.deepest_contact` over δ₀; 1.88 is the bound worked out there.
+_DEEPEST = 1.9
 
 
 def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
-    """a, b and 1 - a - b of the free surface u = a left + b right, p from left and q from right.
+    """The free surface u = a left + b right between two ends, at distances p and q from them.
 
-    a = sinh(rate·q)/sinh(rate·(p+q)), b = sinh(rate·p)/sinh(rate·(p+q)),
-    1 - a - b = 2 sinh(rate·p/2) sinh(rate·q/2)/cosh(rate·(p+q)/2);
+        a = sinh(rate·q)/sinh(rate·(p+q)),  b = sinh(rate·p)/sinh(rate·(p+q)),
+        1 - a - b = 2 sinh(rate·p/2) sinh(rate·q/2)/cosh(rate·(p+q)/2)
 
-    p and q may be inf. A tail decays by exp(-rate): μ per link, μ/Δx per length on the lattice.
+    Parameters
+    ----------
+    rate : float
+        A tail decays by exp(-rate): μ per link, μ/Δx per length on the lattice.
+    p, q : float or ndarray
+        Distances in these units; one may be infinite.
+
+    Returns
+    -------
+    a, b, 1 - a - b : ndarray
     """
-    ep, eq, both = np.exp(-rate * p), np.exp(-rate * q), np.expm1(-2 * rate * (p + q))
-    one, other = np.expm1(-rate * p), np.expm1(-rate * q)  # that of twice as much is x (2 + x)
-    near, far = ep * other * (2 + other) / both, eq * one * (2 + one) / both
-    return near, far, one * other / (1 + ep * eq)
+    decay_p = np.exp(-rate * p)
+    decay_q = np.exp(-rate * q)
+    less_p = np.expm1(-rate * p)  # decay - 1; that of twice the distance is less (2 + less)
+    less_q = np.expm1(-rate * q)
+    both = np.expm1(-2 * rate * (p + q))
+    near = decay_p * less_q * (2 + less_q) / both
+    far = decay_q * less_p * (2 + less_p) / both
+    return near, far, less_p * less_q / (1 + decay_p * decay_q)
 
 
 @dataclass(frozen=True)
@@ -54,40 +75,88 @@ class LatticeTail:
     rate: float
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
-        """u and u' between two contact lines at x, where the profile has the height f; or None.
+        """Displacement and slope between two contact lines.
 
-        [u_left sinh(rate·q) + u_right sinh(rate·p)]/sinh(rate·(p + q)), p from left, q from right.
+            u = [u_left sinh(rate·q) + u_right sinh(rate·p)]/sinh(rate·(p + q))
+
+        Parameters
+        ----------
+        z : ndarray (n,)
+            Positions [length].
+        left, right : At or None
+            Lines with the heights of the profile there; None is infinitely far away.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        u, slope : ndarray (n,)
         """
-        p, u = (math.inf, 0.0) if left is None else (z - left.x, depth - left.f)
-        q, v = (math.inf, 0.0) if right is None else (right.x - z, depth - right.f)
+        p: Any = math.inf
+        q: Any = math.inf
+        u = v = 0.0
+        if left is not None:
+            p = z - left.x
+            u = depth - left.f
+        if right is not None:
+            q = right.x - z
+            v = depth - right.f
         near, far, _ = shares(self.rate, p, q)
-        once, other = np.exp(-self.rate * p), np.exp(-self.rate * q)
-        steep = once * (1 + other * other) * u - other * (1 + once * once) * v
-        return near * u + far * v, self.rate * steep / np.expm1(-2 * self.rate * (p + q))
+        decay_p = np.exp(-self.rate * p)
+        decay_q = np.exp(-self.rate * q)
+        slope = decay_p * (1 + decay_q * decay_q) * u - decay_q * (1 + decay_p * decay_p) * v
+        return near * u + far * v, self.rate * slope / np.expm1(-2 * self.rate * (p + q))
+
+
+@dataclass(frozen=True)
+class RadialTail(LatticeTail):
+    """The free surface outside a contact as a function of r, in between the nodes, too."""
+
+    def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
+        """u_a K₀(r/l)/K₀(a/l) and its slope outside a line; nothing inside, on the axis."""
+        if left is None:
+            return np.zeros_like(z), np.zeros_like(z)
+        r = self.rate * z
+        a = self.rate * left.x
+        u = (depth - left.f) * np.exp(a - r) / scipy.special.k0e(a)
+        return u * scipy.special.k0e(r), -self.rate * u * scipy.special.k1e(r)
 
 
 @dataclass(frozen=True)
 class Lattice:
-    """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
-
-    spring: kΔx; link: t; log_decay: -ln λ, by which a free tail decays per node; end_stiffness:
-    t(1-λ), what a half-infinite free tail does to its first node; cell: Δx, what a link covers.
-
-    Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
-    shape; energies [energy/length] and forces [force/length] per length of the contact line.
-
-    slopes: "finite" if U is of finite slopes; stored: by springs per area, and its derivatives, as
-    `Scene.spring`; linear: neither, else only `NodalEnergy` knows the free surfaces.
+    """Nodes under a line contact: spacing, origin, and the scene's k, γ₁ and w.
 
     A line that advances over a link to the free node beside it, with gap v = A u + B u' - g there,
     changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, so that the line stops at
     v = √(2wΔx/S), and the force by -S (1 - A - B) v. If nothing is faced B = 0, A = λ, S = t/λ.
 
-    A line contact; its subclass for rotational symmetry (radial.py) answers the same questions of a
-    contact around the axis: nodes and links have weights, and a surface depends on its place.
+    `RadialLattice` has the same methods for rotational symmetry: nodes and links have weights
+    there, and a surface depends on its place. Displacements u, heights f of the profile and depths
+    [length] are numbers or arrays of one shape; energies [energy/length] and forces [force/length]
+    are per length of the contact line.
+
+    Parameters
+    ----------
+    spacing, origin : float
+        Δx, and the position of node 0 [length].
+    k, gamma1, w : float
+        Stiffness per area [stress/length], surface tension [force/length], and work of adhesion
+        [energy/area].
+    slopes : {"small", "finite"}
+        Those of U.
+    stored : callable, optional
+        What springs store per area and its derivatives, as `Scene.spring`; by default they are
+        linear.
+
+    Examples
+    --------
+    >>> from discretization import Lattice
+    >>> lattice = Lattice(spacing=0.5, origin=0.0, k=2.0, gamma1=8.0, w=0.1)
+    >>> lattice.spring, lattice.link
+    (1.0, 16.0)
     """
 
-    axis: ClassVar[float] = math.nan
+    axis: ClassVar[float] = math.nan  # number of the node on the axis, if there is one
     spacing: float
     origin: float
     k: float
@@ -95,42 +164,83 @@ class Lattice:
     w: float
     slopes: str = "small"
     stored: Any = None
-    spring: float = field(init=False)
-    link: float = field(init=False)
-    log_decay: float = field(init=False)
-    end_stiffness: float = field(init=False)
-    cell: float = field(init=False)
-    linear: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.stored is None:
+            object.__setattr__(self, "stored", functools.partial(terms.spring, k=self.k))
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
-        """Lattice for a scene with nodes `spacing` [length] apart, one of them on `origin`.
+        """The lattice for a scene, with rotational symmetry a `RadialLattice`.
 
-        By default that is the axis, or the indenter's `apex`, x = 0 where it is not known. Edges of
-        a body are nodes, at most that far apart, unless its tip or more of its corners are nodes
-        without that. ValueError unless spacing > 0.
+        Parameters
+        ----------
+        scene : Scene
+        spacing : float
+            Of the nodes [length], > 0. Edges of a body are nodes, at most that far apart, unless
+            its tip or more of its corners are nodes without that.
+        origin : float, optional
+            Position of a node [length]; by default the axis, or the indenter's `apex`, x = 0 where
+            that is not known.
+
+        Returns
+        -------
+        Lattice
+
+        Raises
+        ------
+        ValueError
+            Unless spacing > 0.
         """
         spacing = positive("spacing", spacing)
         if origin is None:
             spacing, origin = _placed(scene, spacing)
-        slopes = scene.slopes if scene.gamma1 else "small"
-        kinds: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
-        kind = next(kind for kind in kinds if (kind.axis == 0) == scene.axisymmetric)
-        scales = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-        return kind(spacing, origin, *scales, slopes, scene.spring)
+        kind = RadialLattice if scene.axisymmetric else Lattice
+        return kind(
+            spacing,
+            origin,
+            k=scene.stiffness,
+            gamma1=scene.gamma1,
+            w=scene.work_of_adhesion,
+            slopes=scene.slopes if scene.gamma1 else "small",
+            stored=scene.spring,
+        )
 
-    def __post_init__(self) -> None:
-        dx, k, gamma1 = self.spacing, self.k, self.gamma1
-        spring, link = k * dx, gamma1 / dx
-        log_decay = 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf
-        vars(self).update(spring=spring, link=link, cell=dx, log_decay=log_decay)
-        vars(self).update(end_stiffness=-link * math.expm1(-log_decay))
-        vars(self).update(stored=self.stored or functools.partial(terms.spring, k=k))
-        hookean = self.stored(np.zeros(2)).quadratic
-        vars(self).update(linear=self.slopes == "small" and hookean)
+    @functools.cached_property
+    def cell(self) -> float:
+        """Length that a link covers, Δx."""
+        return self.spacing
+
+    @functools.cached_property
+    def spring(self) -> float:
+        """Stiffness kΔx of a node's spring [stress]."""
+        return self.k * self.cell
+
+    @functools.cached_property
+    def link(self) -> float:
+        """Stiffness t = γ₁/Δx of a link [stress]."""
+        return self.gamma1 / self.spacing
+
+    @functools.cached_property
+    def log_decay(self) -> float:
+        """μ = -ln λ, by which a free tail of a line contact decays per node; ∞ without tension."""
+        if not self.gamma1:
+            return math.inf
+        kappa = self.k * self.spacing / (self.gamma1 / self.spacing)
+        return 2 * math.asinh(math.sqrt(kappa) / 2)
+
+    @functools.cached_property
+    def end_stiffness(self) -> float:
+        """t(1 - λ): a tail pulls at the contact node that it begins at with this times u."""
+        return -(self.gamma1 / self.spacing) * math.expm1(-self.log_decay)
+
+    @functools.cached_property
+    def linear(self) -> bool:
+        """Whether free nodes obey linear equations; else `NodalEnergy` alone knows them."""
+        return self.slopes == "small" and bool(self.stored(np.zeros(2)).quadratic)
 
     def seen(self, scene: Scene) -> Scene:
-        """The scene as far as it has nodes."""
+        """The part of a scene that has nodes."""
         return scene
 
     def weight(self, at: Any) -> Any:
@@ -138,20 +248,43 @@ class Lattice:
         return 1.0
 
     def sizes(self, first: float, count: int, unit: float = 1.0) -> Array:
-        """Of nodes from the first on (n,), or links by their middles: length or area times unit."""
-        if self.axis == 0:
-            return np.asarray(unit * self.cell * self.weight(first + np.arange(count)))
-        return np.ndarray(count, buffer=np.float64(unit * self.cell).tobytes(), strides=(0,))
+        """Lengths, or areas, of cells times a unit.
+
+        Parameters
+        ----------
+        first : float
+            Number of the first node, or middle of the first link.
+        count : int
+            n.
+        unit : float
+            What they are multiplied by.
+
+        Returns
+        -------
+        ndarray (n,)
+        """
+        return np.full(count, unit * self.cell)
 
     def pull(self, nodes: Any, side: int) -> Any:
-        """Force of tails beyond these nodes on them over u, their springs' own being the same."""
+        """Force of tails beyond these nodes on them over u; their springs' own is not counted."""
         return self.pair(math.inf, nodes, side)[1]
 
     def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
-        """tB and t(1 - A - B) of a free surface of so many links between two contact nodes.
+        """Stiffnesses of a free surface of so many links between two contact nodes.
 
         It pulls at an end displaced by u, the other one by u', with tB (u - u') + t(1 - A - B) u.
-        Where the weights depend on the place, the surface is that on one side of this node.
+
+        Parameters
+        ----------
+        links : float or ndarray
+            Infinite for a tail.
+        node, side : int or ndarray
+            The surface is on this side of this node; only with rotational symmetry that matters.
+
+        Returns
+        -------
+        tie, ground : float or ndarray
+            tB and t(1 - A - B) [stress].
         """
         if isinstance(links, float) and links == math.inf:
             return 0.0, self.end_stiffness
@@ -159,15 +292,26 @@ class Lattice:
         return self.link * far, self.link * remainder
 
     def beside(self, node: Any, side: Any, apart: Any = math.inf) -> tuple[Any, Any, Any]:
-        """B, 1 - A - B and S of the free node next to lines at these nodes.
+        """Response of the free node next to lines.
 
-        apart: how many links from there the line is that they face, if any.
+        Parameters
+        ----------
+        node, side : int or ndarray
+            Contact nodes at the lines, and the side on which the free node is.
+        apart : float or ndarray
+            How many links from there the line is that they face, if any.
+
+        Returns
+        -------
+        B, 1 - A - B, S : float or ndarray
+            The last is its stiffness [stress].
         """
         after = node + side
         tie, ground = self.pair(apart - 1.0, after, side)
-        spring, link = self.spring * self.weight(after), self.link * self.weight(node + side / 2)
-        whole = spring + link + tie + ground
-        return tie / whole, (spring + ground) / whole, whole
+        spring = self.spring * self.weight(after)
+        link = self.link * self.weight(node + side / 2)
+        total = spring + link + tie + ground
+        return tie / total, (spring + ground) / total, total
 
     @property
     def deepest_contact(self) -> float:
@@ -178,7 +322,7 @@ class Lattice:
         and gains at least t sinh μ coth μr (v_j - s)², s <= v_j/cosh μr the span at j. With r next
         to 2.4/μ both are equal at v_j = 1.88 δ₀ at most, whatever μ. For line contacts.
         """
-        return 1.9 * math.sqrt(2 * self.w / self.k)
+        return _DEEPEST * math.sqrt(2 * self.w / self.k)
 
     @property
     def edge(self) -> float:
@@ -195,19 +339,76 @@ class Lattice:
         return self.origin + self.spacing * node
 
 
+@dataclass(frozen=True)
+class RadialLattice(Lattice):
+    """Nodes on circles around an axis; see radial.py.
+
+    Springs, links and cells are those of weight 1: 2πkΔr², 2πγ₁ and 2πΔr².
+    """
+
+    axis: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.origin:
+            raise ValueError(f"origin = {self.origin!r}: with rotational symmetry it is the axis")
+
+    @functools.cached_property
+    def cell(self) -> float:
+        """Area that a link of weight 1 covers, 2πΔr²."""
+        return 2 * math.pi * self.spacing**2
+
+    @functools.cached_property
+    def link(self) -> float:
+        """Stiffness of a link of weight 1, 2πγ₁."""
+        return 2 * math.pi * self.gamma1
+
+    @property
+    def tail(self) -> LatticeTail:
+        """The free surface outside the contact."""
+        return RadialTail(self.log_decay / self.spacing)
+
+    def seen(self, scene: Scene) -> Scene:
+        """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
+        return replace(scene, indenter=Radial(scene.indenter), geometry="line")
+
+    def weight(self, at: Any) -> Any:
+        """Weights of nodes, or of links by their middles: their radii over Δr, 1/8 on the axis."""
+        return np.where(np.asarray(at) > 0, at, _AXIS_WEIGHT)
+
+    def sizes(self, first: float, count: int, unit: float = 1.0) -> Array:
+        """Areas of nodes, or links, times a unit (n,)."""
+        return np.asarray(unit * self.cell * self.weight(first + np.arange(count)))
+
+    def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
+        """Stiffnesses of the surface outside; there is none on the side of the axis."""
+        if not self.gamma1:
+            return 0.0, np.zeros(np.shape(node))
+        pull = self.link * outer_pull(self.spring / self.link, node)
+        return 0.0, np.where(side < 0, 0.0, pull)
+
+
 def _placed(scene: Scene, spacing: float) -> tuple[float, float]:
-    """Spacing and origin; see `Lattice.of`. Without tension, edges are where cells of nodes end."""
-    body, cells = scene.indenter, 0 if scene.gamma1 else 1
-    (lo, hi), tip = body.extent, 0.0 if body.apex is None or scene.axisymmetric else body.apex
-    if len(body.walls) < 2 or spacing > hi - lo:
+    """Spacing and origin, by which more of tip and corners are on nodes; see `Lattice.of`.
+
+    Without tension, edges are where cells of nodes end.
+    """
+    body = scene.indenter
+    low, high = body.extent
+    tip = 0.0 if body.apex is None or scene.axisymmetric else body.apex
+    if len(body.walls) < 2 or spacing > high - low:
         return spacing, tip
-    closer = (hi - lo) / (cells + 2 * math.ceil(((hi - lo) / spacing - cells) / 2 - 1e-9))
-    first = 0.0 if scene.axisymmetric else lo + cells * closer / 2
+    half_cells = 0 if scene.gamma1 else 1  # in which nodes stop before each edge
+    width = high - low
+    steps = half_cells + 2 * math.ceil((width / spacing - half_cells) / 2 - _ON_NODE)
+    closer = width / steps
+    first = 0.0 if scene.axisymmetric else low + half_cells * closer / 2
 
     def on_nodes(chosen: tuple[float, float]) -> tuple[bool, int]:
+        """Whether the tip is on a node, if it is a corner; and how many corners are."""
         off = (np.append(tip, body.corners) - chosen[1]) / chosen[0]
-        off[1:] -= cells / 2
-        on = np.abs(off - np.rint(off)) < 1e-9
+        off[1:] -= half_cells / 2
+        on = np.abs(off - np.rint(off)) < _ON_NODE
         return bool(on[0]) or tip not in body.corners, int(on[1:].sum())
 
     return max((closer, first), (spacing, tip), key=on_nodes)

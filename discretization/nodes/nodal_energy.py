@@ -13,16 +13,26 @@ from discretization.nodes.lattice import PIECE, Lattice
 from energy import terms
 from energy.arrays import Array
 
-_NEWTON = 60  # steps of Newton's method; ten do up to 80°
+_NEWTON_STEPS = 60  # ten do up to inclinations of 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
-_SETTLED = 5  # steps that do not lower the energy are the last, too
+_STALLED = 5  # steps that do not lower the energy beyond rounding are the last, too
 
 
 class Balance(NamedTuple):
-    """What displacements take: terms of U, and the forces on the nodes, ∂U/∂u_i (n,).
+    """Energy and forces at given displacements.
 
-    force: of the springs over the whole line, k∫u, those under the tails among them; sizes: the sum
-    of their sizes; tension: root of the sum of the squares of the links' vertical forces.
+    Attributes
+    ----------
+    terms : dict of float
+        Terms of U [energy/length].
+    forces : ndarray (n,)
+        ∂U/∂u_i [force/length].
+    force : float
+        Of the springs over the whole line, k∫u, those under the tails among them.
+    sizes : float
+        The sum of the sizes of these forces.
+    tension : float
+        Root of the sum of the squares of the links' vertical forces.
     """
 
     terms: dict[str, float]
@@ -42,12 +52,31 @@ class Balance(NamedTuple):
         return sum(map(abs, self.terms.values()))
 
 
+class _Sums(NamedTuple):
+    """Sums over a piece of the nodes, as named in `Balance`; surface over γ₁, tension squared."""
+
+    springs: float
+    surface: float
+    adhesion: float
+    force: float
+    sizes: float
+    tension: float
+
+
 class NodalEnergy:
     """The energy of n nodes in a row, with exact tails beyond both ends, as a function of u.
 
-    contact: (n,) bool, the nodes held to be in contact (they carry the adhesion); first: the
-    lattice's number of the first node; adhesion (n - 1,): of each link, unless it is w everywhere;
-    tails: whether there is a tail beyond the first and the last node, or nothing.
+    Parameters
+    ----------
+    lattice : Lattice
+    contact : array_like of bool (n,)
+        The nodes in contact; they carry the adhesion.
+    first : int
+        The lattice's number of the first node.
+    adhesion : array_like (n - 1,), optional
+        Of each link [energy/length], unless it is w everywhere.
+    tails : tuple of bool
+        Whether there is a tail beyond the first and the last node, or nothing.
     """
 
     def __init__(
@@ -58,52 +87,88 @@ class NodalEnergy:
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
     ) -> None:
-        self.lattice, self.first = lattice, first
+        self.lattice = lattice
+        self.first = first
         self.contact = np.asarray(contact, bool)
         size = self.contact.size
-        pulls = lattice.pull(first, -1), lattice.pull(first + size - 1, 1)
+        pulls = [lattice.pull(first, -1), lattice.pull(first + size - 1, 1)]
         self.pulls = np.array(pulls, float) * tails  # of the tails, over u
-        self.cells, self.links = lattice.sizes(first, size), lattice.sizes(first + 0.5, size - 1)
-        even = lattice.sizes(first + 0.5, size - 1, lattice.w)
-        self.adhesion = even if adhesion is None else np.asarray(adhesion)
+        self.cells = lattice.sizes(first, size)
+        self.links = lattice.sizes(first + 0.5, size - 1)
+        if adhesion is None:
+            self.adhesion = lattice.sizes(first + 0.5, size - 1, lattice.w)
+        else:
+            self.adhesion = np.asarray(adhesion)
         self.tension = lattice.sizes(first + 0.5, size - 1, lattice.gamma1 / lattice.spacing)
         if lattice.slopes == "finite":  # horizontal; that of links in contact is γ₁ - w
             self.tension = self.tension - self.bonds() / lattice.spacing
 
     def bonds(self, at: Any = np.s_[:]) -> Array:
-        """Adhesion of these links, or without tension of these nodes' springs."""
+        """Adhesion of these links, or without tension of these nodes' springs [energy/length]."""
         if not self.lattice.gamma1:
             return np.asarray(self.lattice.w * self.cells[at] * self.contact[at])
-        both = self.contact[1:][at] & self.contact[:-1][at]
-        return np.asarray(self.adhesion[at] if both.all() else self.adhesion[at] * both)
+        both_ends = self.contact[1:][at] & self.contact[:-1][at]
+        if both_ends.all():
+            return np.asarray(self.adhesion[at])
+        return np.asarray(self.adhesion[at] * both_ends)
 
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
-        lat, u = self.lattice, np.asarray(u, float)
-        pulled, forces, sums = self.pulls * u[[0, -1]], np.empty(u.size), []
+        u = np.asarray(u, float)
+        end_pulls = self.pulls * u[[0, -1]]
+        forces = np.empty(u.size)
+        sums = []
         for start in range(0, u.size, PIECE):
-            end, new = start + PIECE, int(start > 0)  # and the link before
-            own, spring = slice(start, end), lat.stored(u[start:end])
-            slopes = np.diff(u[start - new : end + 1])
-            slopes /= lat.spacing
-            stretch = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
-            springs, bound = self.cells[own] * spring.first, self.bonds(own)
-            across = np.empty(springs.size + 1)
-            across[0], across[-1] = pulled * (1, -1)
-            tension = across[1 - new : slopes.size + 1 - new]
-            np.multiply(self.tension[start - new : end], stretch.first, out=tension)
-            np.subtract(springs, across[1:] - across[:-1], out=forces[own])
-            if lat.slopes == "finite":
-                bound = bound * np.hypot(1, slopes[new:])
-            stored, spread = self.cells[own] * spring.value, self.links[own] * stretch.value[new:]
-            parts = stored.sum(), spread.sum(), -bound.sum(), springs.sum()
-            more = np.abs(springs, out=springs).sum(), tension[new:] @ tension[new:]
-            sums.append([*map(float, (*parts, *more))])
-        sums.append([0.0, 0.0, 0.0, float(pulled.sum()), float(np.abs(pulled).sum()), 0.0])
-        springs, surface, adhesion, force, sizes, squares = map(math.fsum, zip(*sums, strict=True))
-        values = {"springs": springs, "surface": lat.gamma1 * surface, "adhesion": adhesion}
-        values["tails"] = float(pulled @ u[[0, -1]]) / 2
-        return Balance(values, forces, force, sizes, math.sqrt(squares))
+            sums.append(self._balance_piece(u, start, end_pulls, forces))
+        of_tails = float(end_pulls.sum())
+        sums.append(_Sums(0.0, 0.0, 0.0, of_tails, float(np.abs(end_pulls).sum()), 0.0))
+        total = _Sums(*map(math.fsum, zip(*sums, strict=True)))
+        values = {
+            "springs": total.springs,
+            "surface": self.lattice.gamma1 * total.surface,
+            "adhesion": total.adhesion,
+            "tails": float(end_pulls @ u[[0, -1]]) / 2,
+        }
+        return Balance(values, forces, total.force, total.sizes, math.sqrt(total.tension))
+
+    def _balance_piece(self, u: Array, start: int, end_pulls: Array, forces: Array) -> _Sums:
+        """Sums over the nodes from `start` on that are taken at a time; `forces` gets theirs.
+
+        They have the links between them, and the one before the first of them.
+        """
+        lattice = self.lattice
+        end = start + PIECE
+        own = slice(start, end)
+        link_before = int(start > 0)
+        spring = lattice.stored(u[own])
+        slopes = np.diff(u[start - link_before : end + 1])
+        slopes /= lattice.spacing
+        stretch = terms.surface(slopes, gamma1=1.0, slopes=lattice.slopes)
+        springs = self.cells[own] * spring.first
+        bound = self.bonds(own)
+
+        # Vertical forces of the links, and beyond the ends of the row those of the tails.
+        across = np.empty(springs.size + 1)
+        across[0] = end_pulls[0]
+        across[-1] = -end_pulls[1]
+        tension = across[1 - link_before : slopes.size + 1 - link_before]
+        np.multiply(self.tension[start - link_before : end], stretch.first, out=tension)
+        np.subtract(springs, across[1:] - across[:-1], out=forces[own])
+
+        if lattice.slopes == "finite":
+            bound = bound * np.hypot(1, slopes[link_before:])
+        stored = self.cells[own] * spring.value
+        stretched = self.links[own] * stretch.value[link_before:]
+        force = float(springs.sum())
+        sizes = float(np.abs(springs, out=springs).sum())
+        return _Sums(
+            springs=float(stored.sum()),
+            surface=float(stretched.sum()),
+            adhesion=float(-bound.sum()),
+            force=force,
+            sizes=sizes,
+            tension=float(tension[link_before:] @ tension[link_before:]),
+        )
 
     def value(self, u: ArrayLike) -> float:
         """U[u] [energy/length]."""
@@ -118,21 +183,41 @@ class NodalEnergy:
 
         Of a linear lattice it is the same at every u.
         """
-        lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
-        stretch = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
-        stiffness = self.tension / lat.spacing * stretch.second
-        beside = np.concatenate([self.pulls[:1], stiffness, self.pulls[1:]])
-        springs = self.cells * lat.stored(u).second
-        return np.array([springs + beside[:-1] + beside[1:], np.append(-stiffness, 0.0)])
+        lattice = self.lattice
+        u = np.broadcast_to(np.asarray(u, float), self.contact.shape)
+        slopes = np.diff(u) / lattice.spacing
+        stretch = terms.surface(slopes, gamma1=1.0, slopes=lattice.slopes)
+        links = self.tension / lattice.spacing * stretch.second
+        links_and_tails = np.concatenate([self.pulls[:1], links, self.pulls[1:]])
+        springs = self.cells * lattice.stored(u).second
+        diagonal = springs + links_and_tails[:-1] + links_and_tails[1:]
+        return np.array([diagonal, np.append(-links, 0.0)])
 
     def relaxed(self, g: ArrayLike) -> Array:
-        """argmin U[u] s.t. u_i = g_i on the contact nodes: one banded Cholesky solve.
+        """The displacements of least energy with given contact nodes, argmin U[u] s.t. u_i = g_i.
 
-        Where it is not linear Newton's method, with finite slopes from the solution of small ones,
-        and steps halved while they raise the energy, which is convex. NotCertifiedError if in vain.
+        On a linear lattice one banded Cholesky solve; else Newton's method, with finite slopes from
+        the solution of small ones, and steps halved while they raise the energy, which is convex.
+        It stops after a step of at most 1e-14 max |u|, or five that lower U by no more than 1e-14
+        of its terms: a link that is all but vertical is hardly stiff.
 
-        Plain elimination: it loses digits as l/Δx grows (1e-4 relative at 1e6). It is the
-        independent check of the exact tails, not what the minimisers run on.
+        Plain elimination loses digits as l/Δx grows (1e-4 relative at 1e6). It is the independent
+        check of the exact tails, not what the minimisers run on.
+
+        Parameters
+        ----------
+        g : array_like (n,)
+            Displacements of contact nodes; those of others do not matter [length].
+
+        Returns
+        -------
+        ndarray (n,)
+            u [length].
+
+        Raises
+        ------
+        NotCertifiedError
+            If 60 steps are not enough.
         """
         u = np.where(self.contact, g, 0.0)
         if self.lattice.slopes == "finite":
@@ -141,28 +226,38 @@ class NodalEnergy:
         elif not self.lattice.gamma1:
             return u
         if self.lattice.linear:
-            return u + self._step(self.gradient(u), self.hessian())
-        found, before = self.balance(u), math.inf
-        for turn in range(_NEWTON):
-            step, rounding = self._step(found.forces, self.hessian(u)), _ROUNDING * found.scale
-            while (after := self.balance(u + step)).energy > found.energy + rounding:
+            return u + self._newton_step(self.gradient(u), self.hessian())
+        return self._relaxed_by_newton(u)
+
+    def _relaxed_by_newton(self, u: Array) -> Array:
+        """The same by Newton's method, from displacements on."""
+        found = self.balance(u)
+        earlier = math.inf
+        for count in range(_NEWTON_STEPS):
+            step = self._newton_step(found.forces, self.hessian(u))
+            rounding = _ROUNDING * found.scale
+            trial = self.balance(u + step)
+            while trial.energy > found.energy + rounding:
                 step = step / 2
+                trial = self.balance(u + step)
             u = u + step
             if np.abs(step).max() <= _ROUNDING * np.abs(u).max():
                 return u
-            if turn % _SETTLED == 0:
-                if before - found.energy <= rounding:  # a link all but vertical is hardly stiff
+            if count % _STALLED == 0:
+                if earlier - found.energy <= rounding:
                     return u
-                before = found.energy
-            found = after
+                earlier = found.energy
+            found = trial
         raise NotCertifiedError(
-            f"no equilibrium of the free nodes after {_NEWTON} Newton steps; try another "
+            f"no equilibrium of the free nodes after {_NEWTON_STEPS} Newton steps; try another "
             "spacing, or method='fitted'"
         )
 
-    def _step(self, force: Array, band: Array) -> Array:
-        held = self.contact
-        band[0, held] = 1
-        band[1, :-1][held[1:] | held[:-1]] = 0
-        rows = min(2, held.size)  # one node has no sub-diagonal
-        return np.asarray(solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True))
+    def _newton_step(self, forces: Array, band: Array) -> Array:
+        """-H⁻¹ ∂U/∂u with fixed contact nodes; the band is overwritten."""
+        fixed = self.contact
+        band[0, fixed] = 1
+        band[1, :-1][fixed[1:] | fixed[:-1]] = 0
+        rows = min(2, fixed.size)  # one node has no sub-diagonal
+        right_side = np.where(fixed, 0.0, -forces)
+        return np.asarray(solveh_banded(band[:rows], right_side, lower=True))

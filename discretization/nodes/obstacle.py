@@ -30,20 +30,33 @@ _SLACK = 1 - 1e-12  # on bounds: rounding drops no node, the sign of its multipl
 
 
 def pressed(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
-    """Contact nodes for w = 0, whatever the lattice's w, of heights g (n,), and their multipliers.
+    """Contact nodes of the surface without adhesion, whatever the lattice's w.
 
-    Those with g = 0 if none is higher.
+    Parameters
+    ----------
+    lattice : Lattice
+    g : ndarray (n,)
+        d - f at the nodes [length].
+
+    Returns
+    -------
+    nodes : ndarray of int
+        Those in contact; those with g = 0 if none is higher.
+    forces : ndarray
+        What holds them down, their multipliers [force/length].
     """
     if g.max() <= 0:
         touching = np.flatnonzero(g == 0)
         return touching, np.zeros(touching.size)
-    held = np.empty(0, np.int64)
+    contact = np.empty(0, np.int64)
     for nodes in reversed(_pyramid(g)):
-        above = nodes[g[nodes] > 0]
-        held = above[g[above] >= _SLACK * surface(lattice, held, g[held], above)]
-        while (force := _multipliers(lattice, held, g[held])).min() < 0:
-            held = held[force >= 0]
-    return held, force
+        high = nodes[g[nodes] > 0]
+        contact = high[g[high] >= _SLACK * surface(lattice, contact, g[contact], high)]
+        forces = _multipliers(lattice, contact, g[contact])
+        while forces.min() < 0:
+            contact = contact[forces >= 0]
+            forces = _multipliers(lattice, contact, g[contact])
+    return contact, forces
 
 
 def _pyramid(g: Array) -> list[Nodes]:
@@ -51,18 +64,39 @@ def _pyramid(g: Array) -> list[Nodes]:
     levels = [np.arange(g.size)]
     while levels[-1].size > _BLOCK:
         nodes = levels[-1]
-        blocks = np.append(nodes, np.full(-nodes.size % _BLOCK, nodes[-1])).reshape(-1, _BLOCK)
-        levels.append(blocks[np.arange(len(blocks)), g[blocks].argmax(axis=1)])
+        missing = -nodes.size % _BLOCK
+        blocks = np.append(nodes, np.full(missing, nodes[-1])).reshape(-1, _BLOCK)
+        highest = g[blocks].argmax(axis=1)
+        levels.append(blocks[np.arange(len(blocks)), highest])
     return levels
 
 
-def surface(lattice: Lattice, held: Nodes, g: Array, at: Nodes) -> Array:
-    """Displacements at some nodes of the surface held at g on others; far out it is flat."""
-    nodes, u = np.pad(held.astype(float), 1), np.pad(g, 1)
-    nodes[[0, -1]] = -math.inf, math.inf
-    after = np.searchsorted(held, at) + 1
-    near, far, _ = shares(lattice.log_decay, at - nodes[after - 1], nodes[after] - at)
-    return near * u[after - 1] + far * u[after]
+def surface(lattice: Lattice, contact: Nodes, g: Array, at: Nodes) -> Array:
+    """The free surface that is fixed at some nodes; far out it is flat.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    contact : ndarray of int (m,)
+        Those nodes, increasing.
+    g : ndarray (m,)
+        Their displacements [length].
+    at : ndarray of int (n,)
+        Nodes at which it is read.
+
+    Returns
+    -------
+    ndarray (n,)
+        u [length].
+    """
+    nodes = np.pad(contact.astype(float), 1)
+    nodes[0] = -math.inf
+    nodes[-1] = math.inf
+    u = np.pad(g, 1)
+    after = np.searchsorted(contact, at) + 1
+    before = after - 1
+    near, far, _ = shares(lattice.log_decay, at - nodes[before], nodes[after] - at)
+    return near * u[before] + far * u[after]
 
 
 def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:

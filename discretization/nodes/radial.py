@@ -30,95 +30,63 @@ whose sums over equidistant t converge exponentially (NIST DLMF 14.12.6).
 
 import functools
 import math
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
-import scipy
 
-from discretization.nodes.lattice import Lattice, LatticeTail
-from energy import Scene
 from energy.arrays import Array
-from energy.axis import Radial
 
-_AXIS = 1 / 8  # weight of the node on the axis
-_KNOWN = 1 << 14  # nodes that are kept; those further out take the integrals
-_NEGLIGIBLE = 40.0  # exponent beyond which the integrands are left out
-_FEWEST, _DENSE = 16, 4  # steps in t: at least, and per unit of t
-
-
-@dataclass(frozen=True)
-class RadialLattice(Lattice):
-    """The constants of `Lattice` for weight 1: spring 2πkΔr², link 2πγ₁, cell 2πΔr²."""
-
-    axis: ClassVar[float] = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.origin:
-            raise ValueError(f"origin = {self.origin!r}: with rotational symmetry it is the axis")
-        cell, link = 2 * math.pi * self.spacing**2, 2 * math.pi * self.gamma1
-        vars(self).update(cell=cell, spring=self.k * cell, link=link)
-
-    @property
-    def tail(self) -> LatticeTail:
-        return RadialTail(self.log_decay / self.spacing)
-
-    def seen(self, scene: Scene) -> Scene:
-        """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
-        return replace(scene, indenter=Radial(scene.indenter), geometry="line")
-
-    def weight(self, at: Any) -> Any:
-        return np.where(np.asarray(at) > 0, at, _AXIS)
-
-    def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
-        """Of the surface outside; there is none on the side of the axis."""
-        if not self.gamma1:
-            return 0.0, np.zeros(np.shape(node))
-        return 0.0, np.where(side < 0, 0.0, self.link * outer_pull(self.spring / self.link, node))
-
-
-@dataclass(frozen=True)
-class RadialTail(LatticeTail):
-    """The free surface outside a contact as a function of r, in between the nodes, too."""
-
-    def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
-        """u_a K₀(r/l)/K₀(a/l) and its slope outside a line; nothing inside, on the axis."""
-        if left is None:
-            return np.zeros_like(z), np.zeros_like(z)
-        r, a = self.rate * z, self.rate * left.x
-        u = (depth - left.f) * np.exp(a - r) / scipy.special.k0e(a)
-        return u * scipy.special.k0e(r), -self.rate * u * scipy.special.k1e(r)
+_KEPT = 1 << 14  # nodes whose σ is kept; that of those further out is computed by the integrals
+_NEGLIGIBLE = 40.0  # exponent beyond which the integrands are left out, e⁻⁴⁰ = 4e-18
+_FEWEST_STEPS = 16  # in t of the integrals,
+_STEPS_PER_UNIT = 4  # and per unit of t: with these their error is rounding
 
 
 def outer_pull(kappa: float, nodes: Any) -> Array:
-    """σ of the surface outside of contact nodes, κ > 0."""
+    """σ of the surface outside of contact nodes.
+
+    Parameters
+    ----------
+    kappa : float
+        κ = kΔr²/γ₁, > 0.
+    nodes : int or ndarray
+        m.
+
+    Returns
+    -------
+    ndarray
+        In units of 2πγ₁.
+    """
     nodes = np.asarray(nodes)
     found = _near(kappa).take(np.asarray(nodes, np.int64), mode="clip")
-    far = nodes > _KNOWN
+    far = nodes > _KEPT
     if far.any():
-        found = np.where(far, _far(kappa, np.maximum(nodes, _KNOWN)), found)
+        found = np.where(far, _far(kappa, np.maximum(nodes, _KEPT)), found)
     return np.asarray(found)
 
 
 @functools.lru_cache(maxsize=128)
 def _near(kappa: float) -> Array:
-    """σ of the first nodes."""
-    found = np.empty(_KNOWN + 1)
-    found[-1] = pull = float(_far(kappa, np.array(_KNOWN)))
-    for m in range(_KNOWN - 1, -1, -1):
+    """σ of the first nodes, from the last of them inwards."""
+    found = np.empty(_KEPT + 1)
+    pull = float(_far(kappa, np.array(_KEPT)))
+    found[-1] = pull
+    for m in range(_KEPT - 1, -1, -1):
         beyond = kappa * (m + 1) + pull
-        found[m] = pull = (m + 0.5) * beyond / (m + 0.5 + beyond)
+        pull = (m + 0.5) * beyond / (m + 0.5 + beyond)
+        found[m] = pull
     return found
 
 
 def _far(kappa: float, nodes: Array) -> Array:
     """σ by the integrals; both fall off like exp(-(m + ½) sinh μ cosh t / cosh μ) or faster."""
-    m, sinh = nodes[..., None] + 0.5, math.sqrt(kappa * (1 + kappa / 4))
-    least = kappa / 2 + sinh  # z - 1 at t = 0
-    reach = np.arccosh(1 + np.expm1(_NEGLIGIBLE / m) * (1 + least) / sinh)
-    steps = max(_FEWEST, math.ceil(_DENSE * float(reach.max())))
-    rise = least + sinh * (np.cosh(reach * np.linspace(0, 1, steps + 1)) - 1)
-    weight = np.exp(m * (math.log1p(least) - np.log1p(rise)))
+    m = nodes[..., None] + 0.5
+    sinh = math.sqrt(kappa * (1 + kappa / 4))
+    start = kappa / 2 + sinh  # z - 1 at t = 0
+    reach = np.arccosh(1 + np.expm1(_NEGLIGIBLE / m) * (1 + start) / sinh)
+    steps = max(_FEWEST_STEPS, math.ceil(_STEPS_PER_UNIT * float(reach.max())))
+    t = reach * np.linspace(0, 1, steps + 1)
+    rise = start + sinh * (np.cosh(t) - 1)  # z - 1
+    weight = np.exp(m * (math.log1p(start) - np.log1p(rise)))
     weight[..., 0] /= 2
     return np.asarray(m[..., 0] * (weight * rise / (1 + rise)).sum(-1) / weight.sum(-1))

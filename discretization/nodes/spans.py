@@ -13,7 +13,7 @@ import numpy as np
 from discretization.nodes.lattice import Lattice
 from energy.arrays import Array
 
-_APART = 45.0  # decay lengths: both ends of a surface that long are apart to rounding, exp(-45)
+_INDEPENDENT = 45.0  # decay lengths: ends of a longer surface are apart to rounding, exp(-45)
 _KEPT = 512  # links: shapes of surfaces up to so long are kept, some megabytes
 LONGEST = 4096  # links: shapes of surfaces up to so long are read from the tables
 
@@ -22,8 +22,19 @@ LONGEST = 4096  # links: shapes of surfaces up to so long are read from the tabl
 class Spans:
     """Free surfaces between two contacts, by the number of their links, below `count`.
 
-    most: links of the longest surface there is; far, remainder, stiffness: B, 1 - A - B and S of
-    the node beside a line; tie, ground: tB and t(1 - A - B); tail: B, 1 - A - B and S outside.
+    Attributes
+    ----------
+    lattice : Lattice
+    most : int
+        Links of the longest surface there is.
+    count : int
+        Length of the tables.
+    far, remainder, stiffness : list of float
+        B, 1 - A - B and S of the node beside a line; see `Lattice.beside`. nan below 2 links.
+    tie, ground : list of float
+        tB and t(1 - A - B); see `Lattice.pair`. nan below 1 link.
+    tail : tuple of float
+        B, 1 - A - B and S outside.
     """
 
     lattice: Lattice
@@ -39,22 +50,22 @@ class Spans:
     @classmethod
     def of(cls, lattice: Lattice, most: int) -> "Spans":
         """For surfaces of up to so many links, or until their ends do not feel each other."""
-        count = max(int(min(most, _APART / lattice.log_decay)), 2) + 1
+        count = max(int(min(most, _INDEPENDENT / lattice.log_decay)), 2) + 1
         links = np.arange(count, dtype=float)
         far, remainder, stiffness = lattice.beside(0, 1, links[2:])
         tie, ground = lattice.pair(links[1:])
-        beyond, rest, whole = lattice.beside(0, 1)
+        tail_far, tail_remainder, tail_stiffness = lattice.beside(0, 1)
         none = [math.nan]
         return cls(
             lattice,
             most,
             count,
-            2 * none + far.tolist(),
-            2 * none + remainder.tolist(),
-            2 * none + stiffness.tolist(),
-            none + tie.tolist(),
-            none + ground.tolist(),
-            (float(beyond), float(rest), float(whole)),
+            far=2 * none + far.tolist(),
+            remainder=2 * none + remainder.tolist(),
+            stiffness=2 * none + stiffness.tolist(),
+            tie=none + tie.tolist(),
+            ground=none + ground.tolist(),
+            tail=(float(tail_far), float(tail_remainder), float(tail_stiffness)),
         )
 
     @functools.cached_property
@@ -70,14 +81,16 @@ class Spans:
 
     @functools.lru_cache(maxsize=_KEPT)  # noqa: B019
     def _kept(self, links: int) -> tuple[Array, Array, Array]:
-        """The same, remembered."""
+        """The same, kept."""
         return self._shares(links)
 
     def _shares(self, links: int) -> tuple[Array, Array, Array]:
         """The same from the tables; the formula is that of `lattice.shares`."""
         decay, less = self.decays
-        ep, one = decay[: links - 1], less[: links - 1]
-        eq, other = ep[::-1], one[::-1]
+        decay_p = decay[: links - 1]
+        less_p = less[: links - 1]
+        decay_q = decay_p[::-1]
+        less_q = less_p[::-1]
         both = math.expm1(-2 * self.lattice.log_decay * links)
-        near = ep * other * (2 + other) / both
-        return near, near[::-1], one * other / (1 + ep * eq)
+        near = decay_p * less_q * (2 + less_q) / both
+        return near, near[::-1], less_p * less_q / (1 + decay_p * decay_q)

@@ -86,7 +86,8 @@ def _passed(rules: Rules, node: int, side: int, most: int, facing: End, depth: f
     while passed < most:
         count = min(looked, most - passed)
         nodes = node + side * (passed + np.arange(count))
-        passes, touches = rules.along(nodes, side, facing)
+        passes = rules.advances(nodes, side, facing)
+        touches = rules.touches_next(nodes, side, facing)
         holds = (passes > depth) | (touches < depth)
         if holds.any():
             return passed + int(holds.argmax())

@@ -196,11 +196,11 @@ def test_a_line_passes_a_link_or_the_last_two(seed, links):
     rules, first = case(seed), 12 + links
     one, right = (6, 12), (first, 24)
     closed = [(6, 24)] if links == 2 else [(6, 13), right]
-    equal(rules, [one, right], closed, rules.passes(12, 1, first))
+    equal(rules, [one, right], closed, rules.advance(12, 1, first))
     closed = [(6, 24)] if links == 2 else [one, (first - 1, 24)]
-    equal(rules, [one, right], closed, rules.passes(first, -1, 12))
-    equal(rules, [right], [(first, 25)], rules.passes(24, 1, None))
-    equal(rules, [one], [(5, 12)], rules.passes(6, -1, None))
+    equal(rules, [one, right], closed, rules.advance(first, -1, 12))
+    equal(rules, [right], [(first, 25)], rules.advance(24, 1, None))
+    equal(rules, [one], [(5, 12)], rules.advance(6, -1, None))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -271,12 +271,12 @@ def test_both_lines_of_a_gap_pass_a_link_at_once():
     f = np.abs(np.arange(NODES) - 15.0) * -0.0023  # a re-entrant corner in the middle of the gap
     rules = rules_of(lattice(4.0, w=2e-3), f + 0.3)
     for left, right in ((13, 17), (12, 18), (11, 19)):
-        depth = rules.passes_both(left, right)
+        depth = rules.advance_both(left, right)
         equal(rules, [(6, left), (right, 24)], [(6, left + 1), (right - 1, 24)], depth)
-    assert rules.passes_both(13, 17) < min(rules.passes(13, 1, 17), rules.passes(17, -1, 13))
-    depth = rules.passes_both(14, 17)
+    assert rules.advance_both(13, 17) < min(rules.advance(13, 1, 17), rules.advance(17, -1, 13))
+    depth = rules.advance_both(14, 17)
     equal(rules, [(6, 14), (17, 24)], [(6, 24)], depth)
-    assert rules.passes_both(14, 16) == np.inf  # there one node closes the gap
+    assert rules.advance_both(14, 16) == np.inf  # there one node closes the gap
 
 
 def test_an_advance_changes_energy_and_force_as_two_relaxed_chains_say():

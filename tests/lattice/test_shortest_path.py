@@ -12,10 +12,10 @@ from scenes import DELTA0, L, adhesive, roughness, turned
 from discretization import NodalEnergy
 from discretization.lattice import lowest as lowest_module
 from discretization.lattice.lowest import _cheapest, global_minimum, lowest_rings, runs
-from discretization.nodes.lattice import Lattice
+from discretization.nodes.lattice import Lattice, RadialLattice
 from discretization.nodes.obstacle import pressed as held_by
 from discretization.nodes.obstacle import surface
-from discretization.nodes.radial import RadialLattice, outer_pull
+from discretization.nodes.radial import outer_pull
 from energy import Parabola, Sampled
 
 
