@@ -34,7 +34,9 @@ from energy.arrays import Array
 from energy.axis import Radial
 from energy.checks import positive
 
-PIECE = 1 << 16  # nodes at a time, few enough for the processor's cache
+# Nodes at a time. Arrays of 64 KB stay in the processor's cache and in the heap: of 128 KB and more
+# the C library maps new ones each time, which takes longer than to fill them.
+PIECE = 1 << 13
 _AXIS_WEIGHT = 1 / 8  # of the node on the axis: π(Δr/2)² over 2πΔr²
 _ON_NODE = 1e-9  # spacings by which a place may be off a node that counts as on it
 # δ of `Lattice.deepest_contact` over δ₀; 1.88 is the bound worked out there.
@@ -262,8 +264,9 @@ class Lattice:
         Returns
         -------
         ndarray (n,)
+            Read-only.
         """
-        return np.full(count, unit * self.cell)
+        return np.broadcast_to(np.float64(unit * self.cell), count)
 
     def pull(self, nodes: Any, side: int) -> Any:
         """Force of tails beyond these nodes on them over u; their springs' own is not counted."""
