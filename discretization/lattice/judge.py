@@ -32,18 +32,37 @@ from discretization.lattice.line import LINKS, Advances, advances, outwards
 from discretization.nodes.nodal_energy import Balance, NodalEnergy
 from discretization.nodes.obstacle import surface
 from discretization.nodes.row import Contacts, Row
-from energy.arrays import Array, Mask
+from energy.arrays import Array, Indices, Mask
 
-_TINY = float(np.finfo(float).tiny)
+_ROUNDINGS = 32 * EPSILON  # of δ: of a gap, and with the stiffness of a nodal force
+_TINY = float(np.finfo(float).tiny)  # divided by in place of 0
+_CLOSING = -LINKS[0]  # place among LINKS of the link that a line closes next,
+_OPENING = _CLOSING - 1  # and of the one that it opens next
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Contacts on nodes of a row at a depth: the energy of the nodes looked at, u and g = d - f.
+    """Contacts on nodes of a row at a depth.
 
-    g is -inf where there is no profile; passed: what lines that pass links change; closes (2m,):
-    which may close the next link, and leave the surface out of the indenter; work: of adhesion;
-    narrow: whether lone nodes stand for contacts narrower than a link.
+    Attributes
+    ----------
+    row : Row
+    nodes : Contacts
+        First and last nodes of m contacts.
+    depth : float
+        [length].
+    work : float
+        Of adhesion, by which lines rest [energy/area].
+    model : NodalEnergy
+        Of the n nodes that are looked at.
+    u, g : ndarray (n,)
+        Their displacements, and d - f, -∞ where there is no profile [length].
+    passed : Advances
+        Changes as lines pass links.
+    closes : ndarray of bool (2m,)
+        Which lines may close the next link, and leave the surface out of the indenter.
+    narrow : bool
+        Whether lone nodes stand for contacts narrower than a link.
     """
 
     row: Row
@@ -65,7 +84,8 @@ class State:
     @functools.cached_property
     def size(self) -> float:
         """δ: the largest of |d|, |u| at the lines and δ₀."""
-        lines = self.depth - self.row.f[[self.nodes[0][0], self.nodes[-1][1]]]
+        outermost = [self.nodes[0][0], self.nodes[-1][1]]
+        lines = self.depth - self.row.f[outermost]
         delta0 = math.sqrt(2 * max(self.row.works) / self.row.lattice.k)
         return max(abs(self.depth), float(np.abs(lines).max()), delta0)
 
@@ -75,84 +95,210 @@ class State:
         The outermost nodes of contacts are not opened here, as these are moves of a line; a lone
         node has no adhesion, unless it is a spring without tension.
         """
-        model, forces, lat = self.model, self.balance.forces, self.model.lattice
-        held, (closing, opening) = np.concatenate([[False], model.contact, [False]]), self.row.works
-        more, work = opening / closing if closing else 1.0, 0.0 if self.row.scene.pattern else lat.w
-        stiff = lat.gamma1 / lat.spacing**2 * (lat.slopes == "small")  # of two links, at least
-        strength = math.sqrt(2 * (lat.k + 2 * stiff) * more * work)
-        hard = forces < lat.sizes(model.first, forces.size, -strength)
-        pulled = np.flatnonzero(model.contact & (hard | ~(held[2:] & held[:-2])))
-        pulled = pulled[forces[pulled] * -lat.cell > noise * model.cells[pulled]]
-        before, after = held[pulled], held[pulled + 2]
-        lone = pulled[~(before | after)]
-        if self.narrow:  # held by both lines of the contact
-            strength = 2 * math.sqrt(2 * lat.gamma1 * max(self.row.works))
-            lone = lone[forces[lone] < -strength * (1 + lat.spring / lat.link)]
-        opens = lone.tolist() if lat.gamma1 else []
-        inner = pulled[before & after]
-        bonds = model.bonds(inner) + (model.bonds(inner - 1) if lat.gamma1 else 0.0)
-        least = lat.k * model.cells[inner] + stiff * (model.links[inner] + model.links[inner - 1])
-        for i in inner[forces[inner] ** 2 > 2 * least * more * bonds].tolist():
-            u, bound = self.u[i - 1 : i + 2], more * model.bonds(slice(i - 1, i + 1))
-            whole, less = (
-                NodalEnergy(lat, (True, middle, True), model.first + i - 1, bound, (False, False))
-                for middle in (True, False)
-            )
-            opens += [i] * bool(whole.value(u) > less.value(less.relaxed(u)))
-        return float((-forces[opens] / model.cells[opens]).max(initial=0.0)) * lat.cell
+        model = self.model
+        lattice = model.lattice
+        forces = self.balance.forces
+        in_contact = np.concatenate([[False], model.contact, [False]])
+        pulled = self._pulled(in_contact, noise)
+        before = in_contact[pulled]
+        after = in_contact[pulled + 2]
+        opens = self._inner_that_open(pulled[before & after])
+        if lattice.gamma1:
+            opens = self._lone_that_open(pulled[~(before | after)]) + opens
+        return float((-forces[opens] / model.cells[opens]).max(initial=0.0)) * lattice.cell
+
+    @property
+    def _opening_ratio(self) -> float:
+        """The work of adhesion of a contact that opens over that of one that closes."""
+        closing, opening = self.row.works
+        return opening / closing if closing else 1.0
+
+    @property
+    def _two_links(self) -> float:
+        """Half the least stiffness per area of both links beside a node; 0 with finite slopes."""
+        lattice = self.model.lattice
+        return lattice.gamma1 / lattice.spacing**2 * (lattice.slopes == "small")
+
+    def _pulled(self, in_contact: Mask, noise: float) -> Indices:
+        """Contact nodes that are pulled above noise; inner ones, by more than any link may bear.
+
+        in_contact (n + 2,): one more node on either side.
+        """
+        model = self.model
+        lattice = model.lattice
+        forces = self.balance.forces
+        work = 0.0 if self.row.scene.pattern else lattice.w  # the least of a pattern is not known
+        stiffness = lattice.k + 2 * self._two_links
+        strength = math.sqrt(2 * stiffness * self._opening_ratio * work)
+        hard = forces < lattice.sizes(model.first, forces.size, -strength)
+        is_inner = in_contact[2:] & in_contact[:-2]
+        nodes = np.flatnonzero(model.contact & (hard | ~is_inner))
+        return np.asarray(nodes[forces[nodes] * -lattice.cell > noise * model.cells[nodes]])
+
+    def _lone_that_open(self, nodes: Indices) -> list[int]:
+        """Lone nodes that open: all, but for those whose narrow contact both lines pull."""
+        if not self.narrow:
+            return list(nodes.tolist())
+        lattice = self.model.lattice
+        strength = 2 * math.sqrt(2 * lattice.gamma1 * max(self.row.works))
+        strength *= 1 + lattice.spring / lattice.link
+        return list(nodes[self.balance.forces[nodes] < -strength].tolist())
+
+    def _inner_that_open(self, nodes: Indices) -> list[int]:
+        """Nodes between contact links whose opening alone, others as they are, lowers the energy.
+
+        They are relaxed one by one where the square of the force over the least stiffness exceeds
+        the adhesion.
+        """
+        model = self.model
+        lattice = model.lattice
+        bonds = model.bonds(nodes)
+        if lattice.gamma1:
+            bonds = bonds + model.bonds(nodes - 1)
+        both_links = model.links[nodes] + model.links[nodes - 1]
+        stiffness = lattice.k * model.cells[nodes] + self._two_links * both_links
+        suspects = self.balance.forces[nodes] ** 2 > 2 * stiffness * self._opening_ratio * bonds
+        return [i for i in nodes[suspects].tolist() if self._opening_pays(i)]
+
+    def _opening_pays(self, node: int) -> bool:
+        """Whether the energy is less with this node free, and both beside it as they are."""
+        u = self.u[node - 1 : node + 2]
+        bonds = self._opening_ratio * self.model.bonds(slice(node - 1, node + 1))
+        first = self.model.first + node - 1
+        no_tails = (False, False)
+        lattice = self.model.lattice
+        closed = NodalEnergy(lattice, (True, True, True), first, bonds, no_tails)
+        opened = NodalEnergy(lattice, (True, False, True), first, bonds, no_tails)
+        return bool(closed.value(u) > opened.value(opened.relaxed(u)))
 
     @functools.cached_property
     def certificate(self) -> Certificate:
-        """See the module. Gaps are those of the node a line comes to or leaves; nan: it cannot."""
-        model, lat, balance, delta = self.model, self.row.lattice, self.balance, self.size
-        held, links = model.contact, [-LINKS[0], -LINKS[0] - 1]
-        free = np.flatnonzero(~held)
-        gap, stored, _, bonds = (part[0].T[links] for part in self.passed)  # to close, and to open
-        gap[0, ~self.closes], work = math.nan, np.reshape(self.row.works, (2, 1)) * bonds
-        size = max(delta, abs(self.depth - self.row.lowest))
-        if size == 0:  # touching, nothing deformed
+        """The violations of the conditions of the module."""
+        delta = self.size or self._size_of_rounding
+        if delta == 0:  # touching, nothing deformed
             return Certificate.undeformed()
-        unknown, unit = 32 * EPSILON * size, lat.spring * (delta or size)
-        noise, relative = (lat.spring + 4 * lat.link) * unknown, np.where(gap, np.abs(gap), 1.0)
-        closed = work[0] - stored[0] * (1 + unknown / relative[0]) ** 2
-        opened = stored[1] * (np.maximum(gap[1] - unknown, 0.0) / relative[1]) ** 2 - work[1]
-        gains = np.array([closed, opened]) / (work + stored + _TINY)
-        below = np.append(self.g[free] - self.u[free], -gap[0])
-        left = np.abs(balance.forces[free]) / model.cells[free] * lat.cell
-        beside = np.flatnonzero(held[1:] != held[:-1])
-        ties = lat.gamma1 / lat.spacing**2 * model.links[beside] @ np.abs(self.u[beside + 1])
-        rounding = EPSILON * (4 * balance.tension + 2 * float(ties))
-        pressed = balance.forces.sum() - balance.forces[free].sum()  # on the nodes in contact
-        apart = abs(balance.force - float(pressed)) - rounding
+        lattice = self.row.lattice
+        unit = lattice.spring * delta
+        noise = (lattice.spring + 4 * lattice.link) * self._unknown_gap
+        free = np.flatnonzero(~self.model.contact)
+        below = np.append(self.g[free] - self.u[free], -self._next_link(_CLOSING).gap)
+        forces = np.abs(self.balance.forces[free]) / self.model.cells[free] * lattice.cell
         return Certificate(
-            penetration=float(np.fmax.reduce(below, initial=0.0)) / (delta or size),
-            stationarity=max(0.0, float(left.max(initial=0.0)) - noise) / unit,
+            penetration=float(np.fmax.reduce(below, initial=0.0)) / delta,
+            stationarity=max(0.0, float(forces.max(initial=0.0)) - noise) / unit,
             opening=max(0.0, self.pull(noise) - noise) / unit,
-            neighbours=float(np.fmax.reduce(gains, axis=None, initial=0.0)),
-            force=max(0.0, apart) / (balance.sizes or 1.0),
+            neighbours=self._gain_of_neighbours(),
+            force=self._mismatch_of_forces(free) / (self.balance.sizes or 1.0),
         )
+
+    @property
+    def _size_of_rounding(self) -> float:
+        """δ with |u| at the lowest node."""
+        return max(self.size, abs(self.depth - self.row.lowest))
+
+    @property
+    def _unknown_gap(self) -> float:
+        """What double precision leaves of a gap [length]."""
+        return _ROUNDINGS * self._size_of_rounding
+
+    def _next_link(self, link: int) -> Advances:
+        """Changes as each line passes a link; gaps (2m,) are nan where it cannot close it."""
+        found = Advances(*(part[0, :, link] for part in self.passed))
+        if link == _OPENING:
+            return found
+        return found._replace(gap=np.where(self.closes, found.gap, math.nan))
+
+    def _gain_of_neighbours(self) -> float:
+        """The largest gain of energy by closing or opening a link, over the terms of that change.
+
+        By as much as the gap at the node that comes into contact, or leaves it, is known.
+        """
+        unknown = self._unknown_gap
+        works = self.row.works
+        closing = self._next_link(_CLOSING)
+        bound = works[0] * closing.bonds
+        relative = unknown / np.where(closing.gap, np.abs(closing.gap), 1.0)
+        by_closing = bound - closing.stored * (1 + relative) ** 2
+        by_closing = by_closing / (bound + closing.stored + _TINY)
+
+        opening = self._next_link(_OPENING)
+        bound = works[1] * opening.bonds
+        size = np.where(opening.gap, np.abs(opening.gap), 1.0)
+        known = np.maximum(opening.gap - unknown, 0.0) / size
+        by_opening = opening.stored * known**2 - bound
+        by_opening = by_opening / (bound + opening.stored + _TINY)
+        return float(np.fmax.reduce([by_closing, by_opening], axis=None, initial=0.0))
+
+    def _mismatch_of_forces(self, free: Indices) -> float:
+        """|dU/dd - k∫u| beyond rounding, the first the forces on the nodes in contact."""
+        balance = self.balance
+        model = self.model
+        lattice = model.lattice
+        beside = np.flatnonzero(model.contact[1:] != model.contact[:-1])  # links at the lines
+        stiffness = lattice.gamma1 / lattice.spacing**2 * model.links[beside]
+        ties = stiffness @ np.abs(self.u[beside + 1])
+        rounding = EPSILON * (4 * balance.tension + 2 * float(ties))
+        pressed = balance.forces.sum() - balance.forces[free].sum()
+        return max(0.0, abs(balance.force - float(pressed)) - rounding)
 
 
 def on_row(row: Row, nodes: Contacts, depth: float, *, narrow: bool = False) -> State:
-    """Contacts between these first and last nodes of a row, from left to right, at a depth.
+    """The state with these contacts: u = d - f in contact, and exact beside it.
 
-    u = g = d - f in contact, exact beside it; on the contact's nodes if f is convex, else on all.
+    Parameters
+    ----------
+    row : Row
+    nodes : Contacts
+        First and last nodes of the contacts, from left to right.
+    depth : float
+        [length].
+    narrow : bool
+        Whether lone nodes stand for contacts narrower than a link.
+
+    Returns
+    -------
+    State
+        Looked at are the contact's own nodes if f is convex, else all.
     """
     own = slice(nodes[0][0], nodes[-1][1] + 1) if row.clear else slice(0, row.size)
-    held = np.zeros(own.stop - own.start, bool)
+    contact = np.zeros(own.stop - own.start, bool)
     for first, last in nodes:
-        held[first - own.start : last - own.start + 1] = True
+        contact[first - own.start : last - own.start + 1] = True
     work = row.works[0] * row.bonds[own.start : own.stop - 1] if row.scene.pattern else None
-    model, g = NodalEnergy(row.lattice, held, row.first + own.start, work), depth - row.f[own]
-    u, at = g, np.reshape(nodes, (1, -1))
-    passed, closes = advances(row, at, np.array([depth])), np.full(at.size, True)
+    model = NodalEnergy(row.lattice, contact, row.first + own.start, work)
+    g = depth - row.f[own]
+    u = g
+    lines = np.reshape(nodes, (1, -1))
+    closes = np.full(lines.size, True)
     if not row.clear:
-        every, lines = row.first + np.arange(row.size), np.unique(nodes)
-        u = np.where(held, g, surface(row.lattice, row.first + lines, depth - row.f[lines], every))
-        faced: list[Any] = [None, *at[0].tolist(), None]
-        for i, side in enumerate(outwards(at.size).tolist()):
-            left, right = (faced[i + 1] + side, faced[i + 1 + side])[::side]  # after the next link
-            closes[i] = row.rules[0].clears(left, right, depth)
-    link, both = -LINKS[0], np.repeat(at[0, 2::2] - at[0, 1:-1:2] == 2, 2)
-    passed.bonds[0, 1:-1, link] += np.where(both, passed.bonds[0, 1:-1, link + 1], 0.0)
+        u = np.where(contact, g, _free_surface(row, nodes, depth))
+        closes = _clear_beyond(row, lines[0].tolist(), depth)
+    passed = advances(row, lines, np.array([depth]))
+    _close_last_links_together(passed, lines[0])
     return State(row, nodes, depth, row.works[0], model, u, g, passed, closes, narrow)
+
+
+def _free_surface(row: Row, nodes: Contacts, depth: float) -> Array:
+    """Displacements of all nodes of a row, of which only those that are free are right."""
+    lines = np.unique(nodes)
+    every = row.first + np.arange(row.size)
+    return surface(row.lattice, row.first + lines, depth - row.f[lines], every)
+
+
+def _clear_beyond(row: Row, lines: list[int], depth: float) -> Mask:
+    """Which lines (2m,) at these nodes leave the surface clear when they close another link."""
+    ends: list[Any] = [None, *lines, None]
+    found = np.full(len(lines), True)
+    for i, side in enumerate(outwards(len(lines)).tolist()):
+        moved = ends[i + 1] + side
+        faced = ends[i + 1 + side]
+        left, right = (moved, faced) if side > 0 else (faced, moved)
+        found[i] = row.rules[0].clears(left, right, depth)
+    return found
+
+
+def _close_last_links_together(passed: Advances, lines: Array) -> None:
+    """Count the bonds of both links where two are left between lines, which close at once."""
+    two_left = np.repeat(lines[2::2] - lines[1:-1:2] == 2, 2)
+    inner = passed.bonds[0, 1:-1]
+    inner[:, _CLOSING] += np.where(two_left, inner[:, _CLOSING + 1], 0.0)

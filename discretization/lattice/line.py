@@ -38,19 +38,32 @@ from energy.arrays import Array, Mask, Nodes
 Lines = tuple[float, ...]  # x of all lines
 LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
 _HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
-_NEARLY, _SHORT = 0.4999, 1e-4  # links: what is beyond is told that much shorter
+# A line that faces another one may be further from its node than half a link. Its position then has
+# to lead back to the node: what is beyond _NEARLY_HALF is recorded 1e4 times shorter.
+_NEARLY_HALF = 0.4999
+_SHORTENED = 1e-4
 _TURNS = 20  # in which lines that face each other are found; each is a contraction
-_SETTLED = 1e-9  # links
+_SETTLED = 1e-9  # links: a turn that moves no line by more is the last
 _CLOSEST = 1.5  # links between two lines that are moved
+_INDEPENDENT = 4  # links between two lines that are not left on their nodes, at least
 _ROUNDING = 16 * EPSILON  # of x: by less no line has moved
-_APART = 4  # links between two lines that are not left on their nodes
 
 
 class Advances(NamedTuple):
-    """What passing each of the links beside lines changes; arrays of one shape, the links last.
+    """Changes as a line passes each of the links beside it; arrays of one shape, the links last.
 
-    gap: v; stored: S v²/2; force: ΔP; bonds: the links' lengths or areas times the pattern's
-    factor. The first three are nan where there is no link to pass.
+    The first three are nan where there is no link to pass.
+
+    Attributes
+    ----------
+    gap : ndarray
+        v of the node beyond the link [length].
+    stored : ndarray
+        S v²/2 [energy/length].
+    force : ndarray
+        ΔP [force/length].
+    bonds : ndarray
+        The links' lengths or areas times the pattern's factor.
     """
 
     gap: Array
@@ -60,15 +73,31 @@ class Advances(NamedTuple):
 
     def excess(self, works: Sequence[float]) -> Array:
         """e, with each of these works of adhesion (n, s, 2m, 6)."""
-        taken, held = np.copysign(np.sqrt(self.stored), self.gap), np.sqrt(self.bonds)
-        return np.array([taken - math.sqrt(work) * held for work in works])
+        lifted = np.copysign(np.sqrt(self.stored), self.gap)
+        root_bonds = np.sqrt(self.bonds)
+        return np.array([lifted - math.sqrt(work) * root_bonds for work in works])
+
+
+class Cubic(NamedTuple):
+    """mean + rise t + (bend + turn t)(t² - 1/4) of t, links from a node; arrays (n, s, 2m)."""
+
+    mean: Array
+    rise: Array
+    bend: Array
+    turn: Array
 
 
 class Corners(NamedTuple):
-    """The only corner within a link of each line, as ζ; nan: none, or several.
+    """The corner of the profile or the pattern beside each line; arrays (s, 2m).
 
-    smooth: whether all four links about the node are without any; narrow: whether the node, a lone
-    one, stands for a contact narrower than a link.
+    Attributes
+    ----------
+    zeta : ndarray
+        ζ of the only corner within a link; nan: none, or several.
+    smooth : ndarray of bool
+        Whether all four links about the node are without any.
+    narrow : ndarray of bool
+        Whether the node, a lone one, stands for a contact narrower than a link.
     """
 
     zeta: Array
@@ -80,106 +109,160 @@ class Corners(NamedTuple):
         middle = np.where(outside, np.ceil(self.zeta) + 1, np.floor(self.zeta) - 1)
         return np.where(np.isnan(middle), 0, middle).astype(int)
 
-    def cubic(self, parts: Array, middle: Nodes) -> tuple[Array, Array, Array, Array]:
-        """Parts (n, s, 2m, 6) of links over their middles, near a node, as a cubic of t from there.
+    def cubic(self, parts: Array, middle: Nodes) -> Cubic:
+        """The cubic through what links have, at their middles.
 
-            p(t) = mean + rise t + (bend + turn t)(t² - 1/4)
-
-        through four links, or three, or two beside the node; a missing one is like the other, or
+        Through four links, or three, or two beside the node. A missing one is like the other, or
         inside a narrow contact continues those outside.
+
+        Parameters
+        ----------
+        parts : ndarray (n, s, 2m, 6)
+            Of the links, nan where there is none.
+        middle : ndarray of int (s, 2m)
+            Node between the second and the third of the four, and the origin of t.
+
+        Returns
+        -------
+        Cubic
         """
         links = np.arange(-2, 2) - LINKS[0]
         if middle.any():
             own = (middle[None, ..., None] + links) % LINKS.size
-            parts, links = np.take_along_axis(parts, own, -1), np.arange(4)
+            parts = np.take_along_axis(parts, own, -1)
+            links = np.arange(4)
         first, inner, outer, last = (parts[..., i] for i in links)
-        beyond = np.where(self.narrow & ~np.isnan(last), 2 * outer - last, outer)
-        inner, outer = (
-            np.where(np.isnan(inner), beyond, inner),
-            np.where(np.isnan(outer), inner, outer),
-        )
-        rise, mean = outer - inner, (inner + outer) / 2
-        one = np.where(np.isnan(first), last - 3 * rise, first)
-        other = np.where(np.isnan(last), first + 3 * rise, last)
-        bend, turn = (one + other - 2 * mean) / 4, (other - one - 3 * rise) / 6
+        inner_missing = np.where(self.narrow & ~np.isnan(last), 2 * outer - last, outer)
+        left = np.where(np.isnan(inner), inner_missing, inner)
+        right = np.where(np.isnan(outer), inner, outer)
+        rise = right - left
+        mean = (left + right) / 2
+        before = np.where(np.isnan(first), last - 3 * rise, first)
+        beyond = np.where(np.isnan(last), first + 3 * rise, last)
+        bend = (before + beyond - 2 * mean) / 4
+        turn = (beyond - before - 3 * rise) / 6
         known = self.smooth & ~np.isnan(bend)
-        return mean, rise, np.where(known, bend, 0.0), np.where(known, turn, 0.0)
+        return Cubic(mean, rise, np.where(known, bend, 0.0), np.where(known, turn, 0.0))
 
 
 @functools.lru_cache
 def outwards(lines: int) -> Nodes:
-    """Which way so many lines face."""
+    """Directions that so many lines face: -1 for left ones, 1 for right ones."""
     return np.resize([-1, 1], lines)
 
 
 def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) -> Advances:
-    """Of contacts between nodes (s, 2m) at depths (s,), of the links beside them (s, 2m, 6).
+    """Changes as lines pass the links beside them.
 
-    zeta: where the lines are that inner lines face, if not on their nodes.
+    Parameters
+    ----------
+    row : Row
+    nodes : ndarray of int (s, 2m)
+        First and last nodes of m contacts each.
+    depth : ndarray (s,)
+        [length].
+    zeta : ndarray (s, 2m), optional
+        Where lines are that others face, if not on their nodes.
+
+    Returns
+    -------
+    Advances
+        Of arrays (s, 2m, 6).
     """
-    lattice, sides, columns = row.lattice, outwards(nodes.shape[1]), np.arange(nodes.shape[1]) + 1
+    lattice = row.lattice
+    sides = outwards(nodes.shape[1])
+    own = np.arange(nodes.shape[1]) + 1  # the lines among all places of `ends`
     start = nodes[..., None] + sides[:, None] * LINKS
     after = start + sides[:, None]
-    ends, u = np.empty((2, len(nodes), columns.size + 2))  # of all lines, and far out
-    ends[:, 0], ends[:, 1:-1], ends[:, -1] = -1, nodes, row.size
-    facing, other = (ends[:, columns + way * sides, None] for way in (1, -1))
-    there = (sides[:, None] * (facing - after) > 0) & (sides[:, None] * (start - other) >= 0)
-    there[row.first + nodes == lattice.axis] = False
+
+    # Links that a line can pass lie between the other line of its contact and the one it faces.
+    ends = np.empty((len(nodes), own.size + 2))
+    ends[:, 0] = -1
+    ends[:, 1:-1] = nodes
+    ends[:, -1] = row.size
+    faced = ends[:, own + sides, None]
+    other = ends[:, own - sides, None]
+    exists = (sides[:, None] * (faced - after) > 0) & (sides[:, None] * (start - other) >= 0)
+    exists[row.first + nodes == lattice.axis] = False
+
+    # Places and displacements of the lines that others face, or far out.
     if zeta is None:
         f = row.f[nodes]
     else:
         ends[:, 1:-1] += sides * zeta
-        indenter, x = row.scene.indenter, lattice.x(row.first + ends[:, 1:-1])
+        indenter = row.scene.indenter
+        x = lattice.x(row.first + ends[:, 1:-1])
         f = indenter.height(np.clip(x, *indenter.extent))
-    ends[:, 0], ends[:, -1], u[:, 1:-1] = -math.inf, math.inf, depth[:, None] - f
-    u[:, 0] = u[:, -1] = 0.0
-    faced = columns + sides
-    apart = np.maximum(np.abs(ends[:, faced, None] - start), _CLOSEST)
-    far, rest, stiffness = lattice.beside(row.first + start, sides[:, None], apart)
-    own, beyond = (depth[:, None, None] - row.f.take(at, mode="clip") for at in (start, after))
-    gap = own - beyond - rest * own + far * (u[:, faced, None] - own)
-    gap = np.where(there, gap, math.nan)
-    bonds = row.bonds[np.minimum(np.maximum(np.minimum(start, after), 0), row.size - 2)]
-    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds)
+    ends[:, 0] = -math.inf
+    ends[:, -1] = math.inf
+    u = np.zeros_like(ends)
+    u[:, 1:-1] = depth[:, None] - f
+    apart = np.maximum(np.abs(ends[:, own + sides, None] - start), _CLOSEST)
+    u_faced = u[:, own + sides, None]
+
+    far, remainder, stiffness = lattice.beside(row.first + start, sides[:, None], apart)
+    g = depth[:, None, None] - row.f.take(start, mode="clip")
+    g_after = depth[:, None, None] - row.f.take(after, mode="clip")
+    gap = g - g_after - remainder * g + far * (u_faced - g)
+    gap = np.where(exists, gap, math.nan)
+    link = np.minimum(np.maximum(np.minimum(start, after), 0), row.size - 2)
+    return Advances(
+        gap,
+        stored=stiffness / 2 * gap * gap,
+        force=-stiffness * remainder * gap,
+        bonds=row.bonds[link],
+    )
 
 
 def corners(row: Row, nodes: Nodes) -> Corners:
     """The corners beside lines at these nodes (s, 2m)."""
-    wide = np.full(nodes.shape, False)
+    nowhere = np.full(nodes.shape, False)
     if not row.corners.size:
-        return Corners(np.full(nodes.shape, math.nan), ~wide, wide)
+        return Corners(np.full(nodes.shape, math.nan), ~nowhere, nowhere)
     known = np.append(row.breaks, math.nan)
-    first, beyond = known.searchsorted(nodes - 1, "right"), known.searchsorted(nodes + 1)
-    at = outwards(nodes.shape[1]) * (known[first] - nodes) - row.lattice.edge
-    near = known.searchsorted(nodes + 2) - known.searchsorted(nodes - 2, "right")
-    return Corners(np.where(beyond - first == 1, at, math.nan), near == 0, wide)
+    first = known.searchsorted(nodes - 1, "right")
+    count = known.searchsorted(nodes + 1) - first  # within a link
+    zeta = outwards(nodes.shape[1]) * (known[first] - nodes) - row.lattice.edge
+    count_within_two = known.searchsorted(nodes + 2) - known.searchsorted(nodes - 2, "right")
+    return Corners(np.where(count == 1, zeta, math.nan), count_within_two == 0, nowhere)
 
 
 def placed(excess: Array, corner: Corners) -> Array:
-    """ζ of lines with this excess (n, s, 2m, 6) at their links; nan where it grows nowhere."""
-    inside, at = _zero(excess, corner, outside=False), corner.zeta
+    """ζ of lines with this excess (n, s, 2m, 6) at their links; nan where it grows nowhere.
+
+    At a corner e jumps: a line is pinned there if its zero from inside is beyond the corner, and
+    that from outside before it.
+    """
+    inside = _zero(excess, corner, outside=False)
+    at = corner.zeta
     if np.isnan(at).all():
         return inside
-    held = np.where(inside < at, inside, np.fmax(_zero(excess, corner, outside=True), at))
-    return np.where(np.isnan(at), inside, held)
+    outside = np.fmax(_zero(excess, corner, outside=True), at)
+    return np.where(np.isnan(at) | (inside < at), inside, outside)
 
 
 def _zero(excess: Array, corner: Corners, *, outside: bool) -> Array:
     """Where e is zero as it continues from one side of a corner.
 
-    Where it does not grow outwards there, it has its sign everywhere; without a corner nan.
+    Where it does not grow outwards there, it has its sign everywhere; without a corner nan. The
+    zero of the straight line is corrected by the parabola, exactly, and then by the cubic, to first
+    order, where both are small corrections.
     """
     middle = corner.middle(outside)
     mean, rise, bend, turn = corner.cubic(excess, middle)
     with np.errstate(invalid="ignore", divide="ignore"):
         sign = mean - rise / 2 if outside else mean + rise / 2
-        far = np.where(np.isnan(corner.zeta), math.nan, -math.inf * sign)
-        straight = np.where(rise > 0, -mean / rise, far)
-        bend, turn, s = bend / rise, turn / rise, straight + 0.5
-        s = 2 * s / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * s))
-        bent = s - 0.5 + turn * s * (1 - s) * (s - 0.5)
-        tame = np.maximum(np.maximum(np.abs(bend), np.abs(turn)), np.abs(straight)) <= 1
-    return np.asarray(middle + np.where(tame & ~np.isnan(bent), bent, straight))
+        everywhere = np.where(np.isnan(corner.zeta), math.nan, -math.inf * sign)
+        straight = np.where(rise > 0, -mean / rise, everywhere)
+        relative_bend = bend / rise
+        relative_turn = turn / rise
+        s = straight + 0.5
+        root = np.sqrt((1 - relative_bend) ** 2 + 4 * relative_bend * s)
+        parabola = 2 * s / (1 - relative_bend + root)
+        cubic = parabola - 0.5 + relative_turn * parabola * (1 - parabola) * (parabola - 0.5)
+        largest = np.maximum(np.abs(relative_bend), np.abs(relative_turn))
+        small = np.maximum(largest, np.abs(straight)) <= 1
+    return np.asarray(middle + np.where(small & ~np.isnan(cubic), cubic, straight))
 
 
 def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
@@ -189,10 +272,11 @@ def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
     """
     middle = corner.middle(zeta > corner.zeta)
     mean, rise, bend, turn = corner.cubic(steps, middle)
-    t, passed = zeta - middle, (middle[..., None] > LINKS) * 1 - (LINKS < 0)
-    start = (np.where(np.isnan(steps), 0.0, steps) * passed).sum(axis=-1)
-    found = mean + rise / 2 * t + (t * t - 1) * (bend / 3 + turn / 4 * t)
-    return start + np.where(np.isnan(found), 0.0, t * found)
+    t = zeta - middle
+    passed = (middle[..., None] > LINKS) * 1 - (LINKS < 0)
+    whole_links = (np.where(np.isnan(steps), 0.0, steps) * passed).sum(axis=-1)
+    mean_of_part = mean + rise / 2 * t + (t * t - 1) * (bend / 3 + turn / 4 * t)
+    return whole_links + np.where(np.isnan(mean_of_part), 0.0, t * mean_of_part)
 
 
 def offsets(
@@ -204,27 +288,44 @@ def offsets(
     works: Sequence[float],
     before: Array | None = None,
 ) -> Array:
-    """ζ of all lines (s, 2m) of s states with m contacts each, between these nodes (s, 2m).
+    """ζ of all lines of s states with m contacts each.
 
-    passed: of lines on their nodes; works: of closing, opening; before: of lines that resist.
+    Lines that face each other are found in turns, until none moves by more than 1e-9 links, at most
+    20 times.
+
+    Parameters
+    ----------
+    row : Row
+    nodes : ndarray of int (s, 2m)
+    depth : ndarray (s,)
+        [length].
+    passed : Advances
+        Of lines on their nodes.
+    corner : Corners
+    works : sequence of float
+        Of adhesion, closing and opening, or one for both [energy/area].
+    before : ndarray (s, 2m), optional
+        ζ at which lines were that resist.
+
+    Returns
+    -------
+    ndarray (s, 2m)
     """
-    most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
-    least, zeta = np.full(nodes.shape, -_HALF), np.zeros(nodes.shape)
-    if not row.scene.hysteretic:  # a corner holds lines up to a link away
-        most = np.where(corner.zeta > _HALF, 1.0, most)
-        least = np.where(corner.zeta < -_HALF, -1.0, least)
-    most[:, 1:-1], least[:, 1:-1] = 1.0, -1.0  # lines that face each other feel each other
-    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
+    least, most = _limits(row, nodes, corner)
+    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _INDEPENDENT, 2, axis=1)
+    zeta = np.zeros(nodes.shape)
     moving = np.arange(len(nodes))  # states whose lines are not yet found
     for _ in range(_TURNS):
-        there = Corners(corner.zeta[moving], corner.smooth[moving], corner.narrow[moving])
-        rests = placed(passed.excess(works), there)
+        own = Corners(corner.zeta[moving], corner.smooth[moving], corner.narrow[moving])
+        rests = placed(passed.excess(works), own)
         rests = np.maximum(np.minimum(rests, most[moving]), least[moving])
-        came = rests[0] if before is None else np.maximum(before[moving], rests[0])
-        found = np.minimum(came, rests[-1])
+        closing = rests[0]
+        opening = rests[-1]
+        reached = closing if before is None else np.maximum(before[moving], closing)
+        found = np.minimum(reached, opening)
         found[:, 1:-1][close[moving]] = 0.0
         found = np.where(np.isnan(found), 0.0, found)
-        _keep_order(there.narrow, found)
+        _keep_order(own.narrow, found)
         unsettled = np.abs(found - zeta[moving]).max(axis=1) > _SETTLED
         zeta[moving] = found
         moving = moving[unsettled]
@@ -234,9 +335,26 @@ def offsets(
     return zeta
 
 
+def _limits(row: Row, nodes: Nodes, corner: Corners) -> tuple[Array, Array]:
+    """The least and the greatest ζ of lines (s, 2m).
+
+    Half a link; a link for lines that face each other, at the ends of the row, and at a corner,
+    which pins lines up to a link away.
+    """
+    most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
+    least = np.full(nodes.shape, -_HALF)
+    if not row.scene.hysteretic:
+        most = np.where(corner.zeta > _HALF, 1.0, most)
+        least = np.where(corner.zeta < -_HALF, -1.0, least)
+    most[:, 1:-1] = 1.0
+    least[:, 1:-1] = -1.0
+    return least, most
+
+
 def _keep_order(narrow: Mask, zeta: Array) -> None:
     """Lines of narrow contacts that would pass each other are both where they would meet."""
-    left, right = zeta[:, ::2], zeta[:, 1::2]
+    left = zeta[:, ::2]
+    right = zeta[:, 1::2]
     crossed = narrow[:, ::2] & (left + right < 0)
     middle = (right - left)[crossed] / 2
     left[crossed] = -middle
@@ -251,10 +369,28 @@ def between(
     known: Array | None = None,
     work: float | None = None,
 ) -> tuple[Array, Array]:
-    """x of lines (s, 2m), and U and P (2, s) that states have more than those on their nodes.
+    """Where lines are between the nodes, and what that adds.
 
-    passed: what lines change that are on their nodes; known: x of lines that resist both ways,
-    where it has to be known; work: of adhesion, by which they rest, if not w.
+    Parameters
+    ----------
+    row : Row
+    nodes : ndarray of int (s, 2m)
+        First and last nodes of m contacts each.
+    depth : ndarray (s,)
+        [length].
+    passed : Advances
+        Of lines on their nodes.
+    known : ndarray (s, 2m), optional
+        x of lines that resist both ways, which have to be known.
+    work : float, optional
+        Of adhesion, by which lines rest, if not w [energy/area].
+
+    Returns
+    -------
+    lines : ndarray (s, 2m)
+        x [length].
+    added : ndarray (2, s)
+        U [energy/length] and P [force/length] that states have more than those on their nodes.
     """
     lines, added = of_each(row, nodes, depth, passed, known, work)
     return lines, added.sum(axis=-1)
@@ -270,58 +406,81 @@ def of_each(
     *,
     narrow: bool = False,
 ) -> tuple[Array, Array]:
-    """x of lines (s, 2m), and U and P (2, s, 2m) that each of them adds; as `between`.
+    """As `between`, with what each line adds (2, s, 2m).
 
     narrow: whether lone nodes that are pulled stand for contacts narrower than a link.
     """
-    corner, lines = corners(row, nodes), known
+    corner = corners(row, nodes)
     if narrow:
         lone = np.repeat(nodes[:, ::2] == nodes[:, 1::2], 2, axis=1)
         corner = corner._replace(narrow=lone & (depth[:, None] < row.f[nodes]))
-    if lines is None:
+    if known is None:
         works = (row.works[0] if work is None else work,)
         zeta = offsets(row, nodes, depth, passed, corner, works)
         lines = positions(row, nodes, zeta, corner)
     else:
-        zeta = offsets_of(row, nodes, lines)
+        zeta = offsets_of(row, nodes, known)
+        lines = known
     if nodes.shape[1] > 2:
         passed = advances(row, nodes, depth, zeta / 2)
-    steps = np.array([passed.stored - row.works[0] * passed.bonds, passed.force])
-    return lines, _added(steps, zeta, corner)
+    energy = passed.stored - row.works[0] * passed.bonds
+    return lines, _added(np.array([energy, passed.force]), zeta, corner)
 
 
 def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[list[Array], Array]:
-    """Lines (2m,) of each state, and U and P (2, s) that states have more than on their nodes.
+    """Lines of states with any number of contacts each, where closing and opening are alike.
 
-    Of any number of contacts, where closing and opening are alike. Lines feel nothing but the line
-    that they face, so that every gap is found once, with the contacts beside it, of all states.
+    Lines feel nothing but the line that they face, so that every gap is found once, with the
+    contacts beside it, of all states.
+
+    Parameters
+    ----------
+    row : Row
+    states : sequence of Contacts
+        Of s states.
+    depths : ndarray (s,)
+        [length].
+
+    Returns
+    -------
+    lines : list of ndarray (2m,)
+        x [length] in each state.
+    added : ndarray (2, s)
+        U [energy/length] and P [force/length] that states have more than those on their nodes.
     """
     if max(map(len, states)) == 1:
         lines, more = _found(row, np.reshape(states, (-1, 2)), depths)
         return list(lines), more.sum(axis=-1)
     nodes = [np.ravel(contacts) for contacts in states]
-    outer = np.array([[*one[:2], *one[-2:]] for one in nodes])
-    both = np.concatenate([outer[:, :2], outer[:, 2:]])
-    lines, more = _found(row, both, np.tile(depths, 2))
     count = len(nodes)
+    first_contacts = [one[:2] for one in nodes]
+    last_contacts = [one[-2:] for one in nodes]
+    lines, more = _found(row, np.array(first_contacts + last_contacts), np.tile(depths, 2))
     left = lines[:count, 0]
     right = lines[count:, 1]
     added = more[:, :count, 0] + more[:, count:, 1]
     gaps = [one.size // 2 - 1 for one in nodes]
     if not any(gaps):
         return list(np.column_stack([left, right])), added
+
+    # Gaps with the contacts on either side, of all states; those that are alike only once.
     state = np.repeat(np.arange(count), gaps)
-    sides = np.concatenate(
-        [np.lib.stride_tricks.sliding_window_view(one, 4)[::2] for one in nodes if one.size > 2]
-    )
-    known, at = np.unique(depths[state], return_inverse=True)
-    alike, own = np.unique(np.column_stack([sides, at]), axis=0, return_inverse=True)
-    lines, inner = _found(row, alike[:, :4], known[alike[:, 4]])
-    more = (inner[..., 1] + inner[..., 2])[:, own.ravel()]
-    added += [np.bincount(state, each, count) for each in more]
-    facing = np.split(lines[own.ravel(), 1:3].ravel(), 2 * np.cumsum(gaps)[:-1])
-    of_each_state = zip(left, facing, right, strict=True)
-    return [np.array([first, *between, last]) for first, between, last in of_each_state], added
+    beside = np.concatenate([_pairs_of_contacts(one) for one in nodes if one.size > 2])
+    known_depths, at = np.unique(depths[state], return_inverse=True)
+    gaps_and_depths = np.column_stack([beside, at])
+    alike, own = np.unique(gaps_and_depths, axis=0, return_inverse=True)
+    lines, more = _found(row, alike[:, :4], known_depths[alike[:, 4]])
+    of_gaps = (more[..., 1] + more[..., 2])[:, own.ravel()]
+    added += [np.bincount(state, each, count) for each in of_gaps]
+    inner = np.split(lines[own.ravel(), 1:3].ravel(), 2 * np.cumsum(gaps)[:-1])
+    of_each_state = zip(left, inner, right, strict=True)
+    return [np.array([first, *facing, last]) for first, facing, last in of_each_state], added
+
+
+def _pairs_of_contacts(nodes: Nodes) -> Nodes:
+    """First and last nodes of the two contacts beside each gap (m - 1, 4), from those of all."""
+    contacts = nodes.reshape(-1, 2)
+    return np.hstack([contacts[:-1], contacts[1:]])
 
 
 def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
@@ -331,50 +490,80 @@ def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
 
 
 def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
-    """x of lines that far from their nodes; of those at a corner that of the corner.
+    """x of lines (s, 2m) at ζ from their nodes; of those at a corner that of the corner.
 
-    As lines that face each other feel each other, one may be more than half a link from its node;
-    where it has to tell the node, as a line that stays where it was, it is told within half a link.
+    As lines that face each other feel each other, one may be more than half a link from its node.
+    Where the node has to follow from the position, as a line that stays where it was, the position
+    is recorded within half a link.
     """
-    sides, held = outwards(nodes.shape[1]), zeta == corner.zeta
-    told = _stretched(zeta, _SHORT) if row.scene.hysteretic else zeta
-    x = row.lattice.x(row.first + nodes + sides * (told + row.lattice.edge))
-    if held.any():
-        x[held] = row.corners[np.abs(row.corners - x[held][:, None]).argmin(axis=1)]
+    sides = outwards(nodes.shape[1])
+    at_corner = zeta == corner.zeta
+    recorded = _stretched(zeta, _SHORTENED) if row.scene.hysteretic else zeta
+    x = row.lattice.x(row.first + nodes + sides * (recorded + row.lattice.edge))
+    if at_corner.any():
+        nearest = np.abs(row.corners - x[at_corner][:, None]).argmin(axis=1)
+        x[at_corner] = row.corners[nearest]
     return np.clip(x, *row.scene.indenter.extent)
 
 
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
-    """How far the lines at these positions are from their nodes, in links outwards."""
-    off = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
-    off = outwards(nodes.shape[1]) * off
-    return np.where(np.isin(lines, row.corners), off, _stretched(off, 1 / _SHORT))
+    """ζ of lines at these positions (s, 2m)."""
+    links = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
+    zeta = outwards(nodes.shape[1]) * links
+    return np.where(np.isin(lines, row.corners), zeta, _stretched(zeta, 1 / _SHORTENED))
 
 
 def _stretched(zeta: Array, factor: float) -> Array:
-    """What is beyond _NEARLY half a link, times a factor; of lines that others face."""
+    """ζ with what is beyond nearly half a link times a factor, of lines that others face."""
+    beyond = zeta - np.clip(zeta, -_NEARLY_HALF, _NEARLY_HALF)
     found = zeta.copy()
-    found[:, 1:-1] += (factor - 1) * (zeta - np.clip(zeta, -_NEARLY, _NEARLY))[:, 1:-1]
+    found[:, 1:-1] += (factor - 1) * beyond[:, 1:-1]
     return found
 
 
 def moved(
     row: Row, contacts: Sequence[Contacts], depths: Array, before: Contacts, lines: Lines
 ) -> list[Lines]:
-    """Where lines of contacts, equally many, are at depths (s,), when they were here `before`.
+    """Where lines are that resist, at depths to which they come from another state.
 
     A line that is less than a link from where one was comes from there, and keeps its x to the last
     bit if it has not moved; others come from the side on which their contacts were.
+
+    Parameters
+    ----------
+    row : Row
+    contacts : sequence of Contacts
+        Equally many in each of s states.
+    depths : ndarray (s,)
+        [length].
+    before, lines : Contacts, tuple of float
+        The contacts before, and x of their lines [length].
+
+    Returns
+    -------
+    list of tuple of float
+        x of the lines of each state [length].
     """
-    nodes, was = np.reshape(contacts, (len(contacts), -1)), np.array(before, int).reshape(1, -1)
-    sides, x, corner = outwards(nodes.shape[1]), np.array(lines), corners(row, nodes)
-    at = was + outwards(was.size) * offsets_of(row, was, x)
-    at, x = (np.pad(part.ravel(), 1, constant_values=(-math.inf, math.inf)) for part in (at, x))
-    facing = np.where(sides > 0, np.searchsorted(at, nodes, "right"), np.searchsorted(at, nodes))
-    facing -= facing % 2 == (sides > 0)  # the next line, or that before: which faces the same way
-    came = np.clip(sides * (at[facing] - nodes), -1.0, 1.0)
+    nodes = np.reshape(contacts, (len(contacts), -1))
+    sides = outwards(nodes.shape[1])
+    nodes_before = np.array(before, int).reshape(1, -1)
+    x_before = np.array(lines)
+    zeta_before = offsets_of(row, nodes_before, x_before)
+    places = nodes_before + outwards(nodes_before.size) * zeta_before
+    places = np.concatenate([[-math.inf], places.ravel(), [math.inf]])
+    x_before = np.concatenate([[-math.inf], x_before.ravel(), [math.inf]])
+
+    # The nearest line before that faces the same way: the next one outwards, or the one before it.
+    next_right = np.searchsorted(places, nodes, "right")
+    next_left = np.searchsorted(places, nodes)
+    nearest = np.where(sides > 0, next_right, next_left)
+    nearest -= nearest % 2 == (sides > 0)
+    came = np.clip(sides * (places[nearest] - nodes), -1.0, 1.0)
+
+    corner = corners(row, nodes)
     passed = advances(row, nodes, depths)
     zeta = offsets(row, nodes, depths, passed, corner, row.works, came)
     found = positions(row, nodes, zeta, corner)
-    near = np.abs(x[facing] - found) <= _ROUNDING * float(np.abs(found).max())
-    return [*map(tuple, np.where(near, x[facing], found).tolist())]
+    unmoved = np.abs(x_before[nearest] - found) <= _ROUNDING * float(np.abs(found).max())
+    found = np.where(unmoved, x_before[nearest], found)
+    return [tuple(own) for own in found.tolist()]
