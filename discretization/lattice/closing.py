@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from discretization.nodes.row import Row
-from discretization.nodes.rules import Rules
+from discretization.nodes.rules import Thresholds
 
 _TURNS = 12  # of Newton's method: from within a link it takes five
 _STEP = 1e-6  # links: of difference quotients
@@ -36,7 +36,7 @@ class Closing:
     """Contacts of one node between two free surfaces, with the rules of lines that recede."""
 
     row: Row
-    rules: Rules
+    rules: Thresholds
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def depth(self, before: int | None, node: int, after: int | None) -> float:

@@ -45,7 +45,8 @@ def dips(equations: Equations, lines: Array, depths: Array, *, below: float = 0.
     has_line = np.isfinite(lines[own])
     v1 = np.where(first, np.where(has_line[:, 0], np.maximum(v1, _LEAST), -1.0), v1)
     v1 = np.where(last, np.where(has_line[:, 1], np.minimum(v1, -_LEAST), 1.0), v1)
-    k, lo, hi, at, bend, gap, off = minima_between(x, v, v1, own[1:] == own[:-1])
+    k, found = minima_between(x, v, v1, own[1:] == own[:-1])
+    lo, hi, at, bend, gap, off = found
     mine = own[k]
     near = np.flatnonzero((gap - off < below) & (lo < hi) & (bend > 0))
     if near.size:

@@ -14,7 +14,7 @@ from discretization.lattice.lowest import runs
 from discretization.lattice.walk import End, Walk, ends_of, paired
 from discretization.nodes.obstacle import pressed as bare_contacts
 from discretization.nodes.row import Contacts
-from discretization.nodes.rules import Rules
+from discretization.nodes.rules import Thresholds
 
 _LOOKED = 32  # links whose depths are found at once, twice as many each time
 
@@ -57,7 +57,7 @@ def _grown(walk: Walk, contacts: Contacts, depth: float) -> Contacts:
     return paired([node for node in lines if node is not None])
 
 
-def _left_line(rules: Rules, left: End, right: End, depth: float) -> End:
+def _left_line(rules: Thresholds, left: End, right: End, depth: float) -> End:
     """Where the left line of a free surface is held, with the other one where it is."""
     if left is None:
         return None
@@ -68,7 +68,7 @@ def _left_line(rules: Rules, left: End, right: End, depth: float) -> End:
     return left + count
 
 
-def _right_line(rules: Rules, left: End, right: End, depth: float) -> End:
+def _right_line(rules: Thresholds, left: End, right: End, depth: float) -> End:
     """Where the right line of a free surface is held, with the other one where it is."""
     if right is None:
         return None
@@ -79,7 +79,7 @@ def _right_line(rules: Rules, left: End, right: End, depth: float) -> End:
     return right - count
 
 
-def _passed(rules: Rules, node: int, side: int, most: int, facing: End, depth: float) -> int:
+def _passed(rules: Thresholds, node: int, side: int, most: int, facing: End, depth: float) -> int:
     """How many links the line at a node passes before one holds it, up to the last but two."""
     passed = 0
     looked = _LOOKED

@@ -31,7 +31,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization.roots import crossings
+from discretization.roots import newton_crossings
 from discretization.surfaces.network import gauss_lobatto, on_elements
 from energy.arrays import Array, Indices
 
@@ -147,7 +147,7 @@ def range_of(length: Array, ends: Callable[[Array, Indices], Ends], steepest: An
 
     low = length[:, 0]
     high = low + 1 + 2 * np.log(steepest)
-    return crossings(excess, low, high, low, 1 / low, _CLOSE)[:, None]
+    return newton_crossings(excess, low, high, low, 1 / low, _CLOSE)[:, None]
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:

@@ -16,7 +16,7 @@ from discretization.lattice.plain import Plain
 from discretization.lattice.state import answered, on_lattice
 from discretization.lattice.walk import Front, Walk, ends_of
 from discretization.nodes.row import Row
-from discretization.nodes.rules import Rules
+from discretization.nodes.rules import Thresholds
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.profile import resolve
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Wedge, terms
@@ -167,7 +167,7 @@ def case(seed, ell=4.0):
 
 def rules_of(lattice, f):
     """Rules of one work of adhesion."""
-    return Rules(lattice, f, np.full(f.size - 1, lattice.w * lattice.spacing))
+    return Thresholds(lattice, f, np.full(f.size - 1, lattice.w * lattice.spacing))
 
 
 def energy(rules, contacts, depth):
