@@ -186,7 +186,7 @@ def minima_between(x: Array, v: Array, v1: Array, joined: Mask) -> tuple[Indices
     start = np.arange(x.size - 1)
     stop = np.arange(1, x.size)
     turns = (v1[start] <= 0) & (v1[stop] >= 0)
-    # The last interval is read backwards, so that both ends of the samples are t = 0: where the
+    # The last interval of each function is read backwards, so that both ends are t = 0: where the
     # slope is 0 there t is 0 to the last bit, and no minimum between the samples.
     last = np.flatnonzero(joined & ~np.append(joined[1:], False))
     start[last] = last + 1

@@ -1,10 +1,12 @@
-"""Which question of which scene leads where, or why it is refused: all that decides stands here.
+"""Which method finds what is asked of a scene, and which combinations are not supported.
 
 Questions are the two branches of `minimise`, "adhered" and "global", the "search" for the lowest
-contacts by a method of its own, and the load "path"; they are asked of the fitted mesh or of nodes.
+contacts by a method of its own, and the load "path"; they are put to the fitted mesh or to nodes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
 from energy.checks import finite, option, positive
@@ -14,58 +16,279 @@ ON_NODES = ("lattice", *LOWEST)
 # turned about an axis, of these the line has one stable place (fitted/alone.py)
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 
-_PATH = (
-    "opening = {scene.opening!r}, pattern = {scene.pattern!r}: where the line rests depends on the "
-    "path; use branch='adhered' with gamma1 > 0 (on the lattice with small slopes), load_path, or "
-    "a Scene without it"
-)
-_UNEVEN = (
-    "pattern = {scene.pattern!r} with gamma1 = 0: springs that let go at different heights are not "
-    "followed; give gamma1 > 0, or leave the pattern out"
-)
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of a scene.
+
+    Attributes
+    ----------
+    scene : Scene
+    kind : {"adhered", "global", "search", "path"}
+    nodes : bool
+        Whether it is put to nodes, or else to the fitted mesh.
+    """
+
+    scene: Scene
+    kind: str
+    nodes: bool
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether the indenter is turned about an axis."""
+        return self.scene.axisymmetric
+
+    @property
+    def tense(self) -> bool:
+        """Whether there is surface tension."""
+        return self.scene.gamma1 > 0
+
+    @property
+    def convex(self) -> bool:
+        """Whether the indenter is convex."""
+        return self.scene.indenter.convex
+
+    @property
+    def plane(self) -> bool:
+        """Whether the indenter is a plane without end."""
+        return isinstance(self.scene.indenter, Plane)
+
+    @property
+    def steep(self) -> bool:
+        """Whether the surface has finite slopes; without tension they do not matter."""
+        return self.scene.slopes == "finite" and self.tense
+
+    @property
+    def path_dependent(self) -> bool:
+        """Whether where lines rest depends on the path: opening or a pattern."""
+        return self.scene.path_dependent
+
+    @property
+    def searched(self) -> bool:
+        """Whether it is the lowest state that may be another than that of the path, or none."""
+        several = self.scene.work_of_adhesion > 0 and not one_contact(self.scene)
+        return self.kind == "global" and self.tense and several
+
+
+class Unsupported(NamedTuple):
+    """A combination that is not supported; of several the first one counts.
+
+    Attributes
+    ----------
+    applies : callable
+        Whether a `Question` is of that kind.
+    message : str
+        What is not supported; fields in braces are attributes of the scene.
+    remedy : str
+        What to use instead.
+    """
+
+    applies: Callable[[Question], bool]
+    message: str
+    remedy: str
+
+    def error(self, scene: Scene) -> ValueError:
+        """The error for a scene."""
+        return ValueError(self.message.format(scene=scene) + self.remedy)
+
+
 _NODES = (
     ": nodes answer states, searches over contact sets and load paths with slopes = 'small' and "
     "gamma1 > 0, but about an axis no searches, and only one contact around it, of a convex "
     "indenter without a pattern; else they answer states of one contact alone, without tension "
-    "of a convex indenter; use method='fitted'"
+    "of a convex indenter; "
 )
-_BENT = (
-    "branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex the "
-    "lowest energy is only found for slopes='small'"
-)
-_HOOKE = (
-    "springs that are not linear, as energy.terms.spring has them, are known to nodes alone: use "
-    "method='lattice' with branch='adhered' for a line contact of a convex indenter with "
-    "slopes='small' and gamma1 > 0, without opening and pattern"
-)
-_ENDLESS = (
-    "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, such as a "
-    "punch, wedge, parabola, power law, or a sum of these"
-)
-_MANY_PATCHES = (
-    "pattern = {scene.pattern!r} under an indenter that is not convex: paths of several contacts "
-    "over a pattern are followed on nodes; use method='lattice'"
-)
+_USE_MESH = "use method='fitted'"
 _LAYER = (
     ": response = 'layer' answers one contact of a convex indenter, mirror-symmetric or turned "
     "about an axis, with small slopes, gamma1 > 0 and branch = 'adhered'; "
 )
-_OTHERWISE = "change that, or use response='springs'"
-_LOWER = "use that branch, or response='springs' for what has least energy"
+_USE_SPRINGS = "change that, or use response='springs'"
 _MANY = (
     ": minimise_many finds states of one contact of a convex indenter on linear springs, about an "
-    "axis of a punch, wedge, parabola, power law or circle, without opening and pattern; use "
-    "minimise in a loop, or load_path"
+    "axis of a punch, wedge, parabola, power law or circle, without opening and pattern; "
 )
-_LAYER_NODES = "method = 'lattice': nodes answer no load paths of a layer; use method='fitted'"
+_USE_LOOP = "use minimise in a loop, or load_path"
+_PATH_DEPENDENT = (
+    "opening = {scene.opening!r}, pattern = {scene.pattern!r}: where the line rests depends on the "
+    "path; "
+)
+_USE_PATH = (
+    "use branch='adhered' with gamma1 > 0 (on the lattice with small slopes), load_path, or "
+    "a Scene without it"
+)
+
+
+def _needs_path(question: Question) -> bool:
+    """Whether a state is asked for that depends on the path, and is not followed from touch on."""
+    if not question.path_dependent or question.kind == "path":
+        return False
+    return question.kind != "adhered" or not question.tense or question.plane
+
+
+def _nonlinear_springs_unknown(question: Question) -> bool:
+    """Whether springs are not linear, other than of one contact on nodes along the path."""
+    if question.scene.hookean:
+        return False
+    simple = not (question.steep or question.axisymmetric or question.path_dependent)
+    on_nodes = question.nodes and question.tense and question.kind == "adhered"
+    return not (on_nodes and simple and question.convex and not question.plane)
+
+
+def _rings_on_nodes(question: Question) -> bool:
+    """Whether nodes about an axis would need other contacts than one around it."""
+    if not (question.nodes and question.axisymmetric):
+        return False
+    one_disc = question.convex and question.scene.pattern is None
+    followed = not (question.steep or question.searched or question.kind == "search")
+    return not (one_disc and followed)
+
+
+def _bent_global(question: Question) -> bool:
+    """Whether the lowest state with finite slopes would have to be searched for."""
+    known = not question.nodes and question.axisymmetric and question.convex
+    return question.steep and question.searched and not known
+
+
+def _several_over_a_pattern(question: Question) -> bool:
+    """Whether a path of several contacts over a pattern is to be followed on the mesh."""
+    if question.kind != "path" or question.nodes or question.scene.pattern is None:
+        return False
+    return question.tense and not (question.axisymmetric or question.convex)
+
+
+SPRINGS_LIMITS = (
+    Unsupported(
+        _nonlinear_springs_unknown,
+        "springs that are not linear, as energy.terms.spring has them, are known to nodes alone: ",
+        "use method='lattice' with branch='adhered' for a line contact of a convex indenter with "
+        "slopes='small' and gamma1 > 0, without opening and pattern",
+    ),
+    Unsupported(_needs_path, _PATH_DEPENDENT, _USE_PATH),
+    Unsupported(_rings_on_nodes, "geometry = 'axisymmetric'" + _NODES, _USE_MESH),
+    Unsupported(
+        lambda q: q.nodes and q.steep and (q.kind in ("search", "path") or q.path_dependent),
+        "slopes = 'finite'" + _NODES,
+        _USE_MESH,
+    ),
+    Unsupported(
+        lambda q: q.nodes and not q.tense and (q.kind in ("search", "path") or not q.convex),
+        "gamma1 = 0" + _NODES,
+        _USE_MESH,
+    ),
+    Unsupported(
+        _bent_global,
+        "branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex the "
+        "lowest energy is only found for ",
+        "slopes='small'",
+    ),
+    Unsupported(
+        lambda q: q.plane and q.kind == "path",
+        "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, ",
+        "such as a punch, wedge, parabola, power law, or a sum of these",
+    ),
+    Unsupported(
+        lambda q: q.kind == "path" and not q.tense and q.scene.pattern is not None,
+        "pattern = {scene.pattern!r} with gamma1 = 0: springs that let go at different heights are "
+        "not followed; ",
+        "give gamma1 > 0, or leave the pattern out",
+    ),
+    Unsupported(
+        _several_over_a_pattern,
+        "pattern = {scene.pattern!r} under an indenter that is not convex: paths of several "
+        "contacts over a pattern are followed on nodes; ",
+        "use method='lattice'",
+    ),
+)
+
+LAYER_LIMITS = (
+    Unsupported(
+        lambda q: q.scene.slopes != "small", "slopes = {scene.slopes!r}" + _LAYER, _USE_SPRINGS
+    ),
+    Unsupported(lambda q: not q.tense, "gamma1 = {scene.gamma1!r}" + _LAYER, _USE_SPRINGS),
+    Unsupported(
+        lambda q: q.scene.pattern is not None,
+        "pattern = {scene.pattern!r}" + _LAYER,
+        _USE_SPRINGS,
+    ),
+    Unsupported(
+        lambda q: q.plane,
+        "indenter = {scene.indenter!r} has no lowest point" + _LAYER,
+        _USE_SPRINGS,
+    ),
+    Unsupported(
+        lambda q: not q.convex, "indenter = {scene.indenter!r} is not convex" + _LAYER, _USE_SPRINGS
+    ),
+    Unsupported(
+        lambda q: not q.axisymmetric and q.scene.mirror is None,
+        "indenter = {scene.indenter!r} is not mirror-symmetric" + _LAYER,
+        _USE_SPRINGS,
+    ),
+    Unsupported(
+        lambda q: q.kind in ("global", "search"),
+        "branch = 'global'" + _LAYER,
+        "use that branch, or response='springs' for what has least energy",
+    ),
+    Unsupported(lambda q: q.kind == "adhered" and q.path_dependent, _PATH_DEPENDENT, _USE_PATH),
+    Unsupported(
+        lambda q: q.kind == "path" and q.nodes,
+        "method = 'lattice': nodes answer no load paths of a layer; ",
+        _USE_MESH,
+    ),
+)
+
+MANY_LIMITS = (
+    Unsupported(
+        lambda q: q.scene.layer.exact,
+        "layer.response = {scene.layer.response!r}" + _MANY,
+        _USE_LOOP,
+    ),
+    Unsupported(
+        lambda q: q.scene.opening is not None, "opening = {scene.opening!r}" + _MANY, _USE_LOOP
+    ),
+    Unsupported(
+        lambda q: q.scene.pattern is not None, "pattern = {scene.pattern!r}" + _MANY, _USE_LOOP
+    ),
+    Unsupported(
+        lambda q: q.plane, "indenter = {scene.indenter!r} has no lowest point" + _MANY, _USE_LOOP
+    ),
+    Unsupported(
+        lambda q: not q.convex, "indenter = {scene.indenter!r} is not convex" + _MANY, _USE_LOOP
+    ),
+    Unsupported(
+        lambda q: q.axisymmetric and not isinstance(q.scene.indenter, UNIMODAL),
+        "indenter = {scene.indenter!r} about an axis" + _MANY,
+        _USE_LOOP,
+    ),
+    Unsupported(lambda q: not q.scene.hookean, "springs that are not linear" + _MANY, _USE_LOOP),
+)
 
 
 def usable(
     scene: Scene, rtol: float, method: str, methods: Sequence[str], spacing: float | None
 ) -> float | None:
-    """The spacing, None on the fitted mesh.
+    """Check the arguments that `minimise` and `load_path` share.
 
-    ValueError unless this is a scene, a relative error, a method, and a spacing > 0 with nodes.
+    Parameters
+    ----------
+    scene : Scene
+    rtol : float
+        In (0, 1).
+    method : str
+        One of `methods`.
+    methods : sequence of str
+    spacing : float or None
+        > 0 [length] with a method on nodes, else None.
+
+    Returns
+    -------
+    float or None
+        The spacing.
+
+    Raises
+    ------
+    ValueError
+        Unless they are that.
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
@@ -85,7 +308,7 @@ def usable_on_path(
 ) -> bool:
     """Whether a load path is followed on nodes; their spacing may be left open.
 
-    ValueError unless this is a scene, a relative error, a method, and a spacing > 0 or None.
+    Parameters are those of `usable`, and so is the ValueError.
     """
     option("method", method, methods)
     if method == "lattice" and spacing is None:
@@ -127,86 +350,53 @@ def refinable(scene: Scene) -> bool:
 
 def vectorised(scene: Scene) -> None:
     """ValueError unless many states of a scene can be found at once: those of one contact."""
-    turned, body = scene.axisymmetric, scene.indenter
-    beyond = {
-        f"layer.response = {scene.layer.response!r}": scene.layer.exact,
-        f"opening = {scene.opening!r}": scene.opening is not None,
-        f"pattern = {scene.pattern!r}": scene.pattern is not None,
-        f"indenter = {body!r} has no lowest point": isinstance(body, Plane),
-        f"indenter = {body!r} is not convex": not body.convex,
-        f"indenter = {body!r} about an axis": turned and not isinstance(body, UNIMODAL),
-        "springs that are not linear": not scene.hookean,
-    }
-    for what, so in beyond.items():
-        if so:
-            raise ValueError(what + _MANY)
+    _check(Question(scene, "adhered", nodes=False), MANY_LIMITS)
 
 
-def route(scene: Scene, question: str, *, nodes: bool) -> str:
-    """What answers a question of a scene. ValueError where nothing does."""
-    exact, held = scene.layer.exact, scene.path_dependent
-    for why, beyond in (_of_layer if exact else _of_springs)(scene, question, nodes).items():
-        if beyond:
-            raise ValueError(why.format(scene=scene))
-    if exact:
+def _check(question: Question, limits: Sequence[Unsupported]) -> None:
+    """ValueError of the first limit that applies."""
+    for limit in limits:
+        if limit.applies(question):
+            raise limit.error(question.scene)
+
+
+def route(scene: Scene, kind: str, *, nodes: bool) -> str:
+    """The method that finds what is asked of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    kind : {"adhered", "global", "search", "path"}
+        What is asked.
+    nodes : bool
+        Whether it is put to nodes, or else to the fitted mesh.
+
+    Returns
+    -------
+    {"layer", "lowest", "plane", "one contact", "refined contacts", "several contacts", \
+    "plain", "springs", "path"}
+
+    Raises
+    ------
+    ValueError
+        Where none does.
+    """
+    question = Question(scene, kind, nodes)
+    _check(question, LAYER_LIMITS if scene.layer.exact else SPRINGS_LIMITS)
+    if scene.layer.exact:
         return "layer"
-    if question == "search":
+    if kind == "search":
         return "lowest"
-    if isinstance(scene.indenter, Plane):
+    if question.plane:
         return "plane"
-    if not nodes and scene.gamma1:
-        if question == "path":
+    if question.tense and not nodes:
+        if kind == "path":
             return "several contacts"
-        if one_contact(scene) and not held:
+        if one_contact(scene) and not question.path_dependent:
             return "one contact"
         return "refined contacts" if refined(scene) else "several contacts"
-    if not (scene.gamma1 and scene.hookean) or scene.slopes == "finite":
+    if question.steep or not (question.tense and scene.hookean):
         return "plain" if nodes else "springs"
-    lowest = question == "global" or not scene.work_of_adhesion
-    followed = held or question == "path" or scene.indenter.convex
+    followed = question.path_dependent or kind == "path" or question.convex
+    lowest = kind == "global" or not scene.work_of_adhesion
     return "lowest" if lowest and not followed else "path"
-
-
-def _of_layer(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
-    """Why a layer with its exact response is refused, and whether that is so."""
-    body, line = scene.indenter, not scene.axisymmetric
-    beyond = {
-        "slopes = {scene.slopes!r}": scene.slopes != "small",
-        "gamma1 = {scene.gamma1!r}": not scene.gamma1,
-        "pattern = {scene.pattern!r}": scene.pattern is not None,
-        "indenter = {scene.indenter!r} has no lowest point": isinstance(body, Plane),
-        "indenter = {scene.indenter!r} is not convex": not body.convex,
-        "indenter = {scene.indenter!r} is not mirror-symmetric": line and scene.mirror is None,
-    }
-    return {
-        **{what + _LAYER + _OTHERWISE: so for what, so in beyond.items()},
-        "branch = 'global'" + _LAYER + _LOWER: question in ("global", "search"),
-        _PATH: question == "adhered" and scene.path_dependent,
-        _LAYER_NODES: question == "path" and nodes,
-    }
-
-
-def _of_springs(scene: Scene, question: str, nodes: bool) -> dict[str, bool]:
-    """The same of springs.
-
-    The lowest state is searched for where it may be another than that of the path, or none.
-    """
-    turned, convex, held = scene.axisymmetric, scene.indenter.convex, scene.path_dependent
-    tense, plane = scene.gamma1 > 0, isinstance(scene.indenter, Plane)
-    steep, few = scene.slopes == "finite" and tense, question in ("search", "path")
-    unsure = tense and scene.work_of_adhesion > 0 and not one_contact(scene)
-    searched, path = question == "global" and unsure, question == "path"
-    patched = tense and scene.pattern is not None
-    simple = nodes and tense and not (steep or turned or held or plane) and question == "adhered"
-    one_disc = convex and scene.pattern is None and not (steep or searched or question == "search")
-    return {
-        _HOOKE: not (scene.hookean or (simple and convex)),
-        _PATH: held and not (path or (question == "adhered" and tense and not plane)),
-        "geometry = 'axisymmetric'" + _NODES: nodes and turned and not one_disc,
-        "slopes = 'finite'" + _NODES: nodes and steep and (few or held),
-        "gamma1 = 0" + _NODES: nodes and not tense and (few or not convex),
-        _BENT: steep and searched and (nodes or not (turned and convex)),
-        _ENDLESS: plane and path,
-        _UNEVEN: path and not tense and scene.pattern is not None,
-        _MANY_PATCHES: path and patched and not (nodes or turned or convex),
-    }
