@@ -212,9 +212,7 @@ def minima_between(x: Array, v: Array, v1: Array, joined: Mask) -> tuple[Indices
     off = _UNSURE * (np.abs(c) + np.abs(end))
     one = begin + h * np.where(c > 0, flattest, 0)
     other = begin + h * np.where(end < 0, flattest, 1)
-    found = Minima(
-        np.minimum(one, other), np.maximum(one, other), begin + h * t, bend, value, off
-    )
+    found = Minima(np.minimum(one, other), np.maximum(one, other), begin + h * t, bend, value, off)
     return k, found
 
 

@@ -373,8 +373,9 @@ def route(scene: Scene, kind: str, *, nodes: bool) -> str:
 
     Returns
     -------
-    {"layer", "lowest", "plane", "one contact", "refined contacts", "several contacts", \
-    "plain", "springs", "path"}
+    str
+        "layer", "lowest", "plane", "one contact", "refined contacts", "several contacts", "plain",
+        "springs" or "path".
 
     Raises
     ------
