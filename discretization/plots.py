@@ -107,10 +107,14 @@ def _surface(
     scale, height = prefixed([lo - origin, hi - origin], unit), prefixed([top, bottom], unit)
     s, top, bottom = (x - origin) / scale.size, top / height.size, bottom / height.size
     axes.fill_between(s, u / height.size, bottom, color=SOFT, lw=0, label="layer")
-    axes.fill_between(s, body / height.size, top, color=RIGID, lw=0, label="indenter, d - f(x)")
-    axes.plot(s, u / height.size, color=BLUE, lw=2, label="surface u(x)")
+    axes.fill_between(s, body / height.size, top, color=RIGID, lw=0, label="indenter, d − f")
+    axes.plot(s, u / height.size, color=BLUE, lw=2, label="surface u")
     axes.axhline(0, color=GREY, lw=0.8, ls="--", label="undeformed surface")
-    axes.set(xlim=(s[0], s[-1]), ylim=(bottom, top), xlabel=axis("position x", scale))
+    axes.set(
+        xlim=(s[0], s[-1]),
+        ylim=(bottom, top),
+        xlabel=axis("radius r" if state.scene.axisymmetric else "position x", scale),
+    )
     axes.set_ylabel(axis("displacement u, downwards,", height).rstrip(","))
     axes.ticklabel_format(scilimits=(-3, 4))  # of plain numbers
     axes.legend(loc="upper center", ncols=2, fontsize=9)
@@ -125,7 +129,8 @@ def _contact_line(axes: Any, state: Any, unit: str) -> None:
     near = state.scene.elastocapillary_length or state.scene.layer.h
     _surface(axes, state, line - 3 * near, line + 5 * near, line, unit)
     axes.axvline(0, color=GREY, lw=0.8, ls=":")
-    axes.set_xlabel(axes.get_xlabel().replace("position x", "distance from the contact line"))
+    place = "radius r" if state.scene.axisymmetric else "position x"
+    axes.set_xlabel(axes.get_xlabel().replace(place, "distance from the contact line"))
     angle = np.degrees(state.angle_deficits[-1, 1])
     axes.set_title(f"right contact line: π − θ = {angle:.3g}° (not to scale)")
 

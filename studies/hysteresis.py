@@ -19,17 +19,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from discretization import History
-from discretization.plots import draw_path, units
+from discretization.plots import draw_path, legs, units
 from energy import cards
 from energy.arrays import Array
 from energy.units import quantity
 from studies.shared import command, loops
 from studies.shared.batches import Show, each, silent
-from studies.shared.figures import BLUE, Figure, canvas
+from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
 
@@ -134,10 +135,20 @@ def plot(record: Sequence[Loop]) -> dict[str, Figure]:
     """Every figure by file name; one of the parabola's loops is looked at closely."""
     history = drawn(record, "parabola")[0].history
     title = f"Parabola, γ₁ = {quantity(MODERATE, 'N/m')}: in contact loading and unloading coincide"
-    return {
-        "hysteresis_control.png": over_control(record),
-        "hysteresis_loop.png": history.plot(title, closed_form(history)),
-    }
+    figure = history.plot(title, closed_form(history))
+    shade(figure.axes[0], history)
+    return {"hysteresis_control.png": over_control(record), "hysteresis_loop.png": figure}
+
+
+def shade(axes: Any, history: History) -> None:
+    """The area of the loop, ∮P dd: the energy that a cycle dissipates."""
+    depth, force = units(history, "force")
+    states = [state for _, states in legs(history) for state in states]  # jumps included
+    x = np.array([state.depth for state in states]) / depth.size
+    y = np.array([state.force for state in states]) / force.size
+    lost = quantity(history.dissipated, "J/m")
+    axes.fill(x, y, color=ORANGE, alpha=0.15, lw=0, label=f"∮P dd = {lost}, dissipated")
+    axes.legend(fontsize=9)
 
 
 def over_control(record: Sequence[Loop]) -> Figure:

@@ -38,8 +38,14 @@ DEPTHS = [SLOPE * part / 10 for part in range(-1, 10)]
 RTOL, FINE, EXACT = 1e-4, 1e-7, 1e-10
 WIDE = 15.0  # half-width in h from which Eq. (16) is read
 WEAK, STRONG = 1e-3, 1e2  # γ₁ over the least and the most that can withstand it
+TENSIONS = {"weak": "γ₁ = 10⁻³ E min(a, h)", "strong": "γ₁ = 100 E a max(a/h, 1)"}
 BEYOND = 3.3  # of πwR: no sphere bears as much
-LIMITS = {1: "tension rules", 1.5: "half-space (JKR)", 2: "thin, ν < ½", 3: "thin, ν = ½"}  # F/πwR
+LIMITS = {
+    1: "tension rules",
+    1.5: "half-space, γ₁ = 0 (JKR)",
+    2: "thin, ν < ½",
+    3: "thin, ν = ½",
+}  # F/πwR
 LAMBDAS = (0.05, 0.1, 0.15, 0.25, 0.4, 0.6, 1.0, 2.5)  # among them the worst for springs
 LARGEST = (1e-2, 1e-4)  # errors of angles, relative, and of lengths, over h
 
@@ -225,7 +231,7 @@ def plot(record: Record) -> dict[str, Figure]:
     axes.secondary_yaxis("right").set_yticks([*LIMITS], LIMITS.values())
     axes.hlines([*LIMITS], *axes.set_xlim(0.02, 150), **level)
     for tension, style in (("weak", "-"), ("strong", "--")):
-        draw(axes, record[tension], "radius", "force", f"{tension} tension, ", ls=style)
+        draw(axes, record[tension], "radius", "force", f"{TENSIONS[tension]}, ", ls=style)
     figures["springs"], panels = canvas(10.5, 4.8, 1, 2, sharey=True)
     for axes, name in zip(panels, ("force", "radius"), strict=True):
         axes.set(xscale="log", yscale="log", ylim=(1e-4, 1), xlabel="elastocapillary length  l / h")

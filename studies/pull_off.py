@@ -187,7 +187,8 @@ def plot(curves: Sequence[Curve]) -> Figure:
     axes.plot([], [], color="black", lw=1.2, label="closed forms")
     axes.axhline(1, color=GREY, lw=0.8)
     axes.axvline(1, color=GREY, lw=0.8, ls=":")
-    axes.set(xscale="log", xlabel="tension  l/b", ylabel="$F_A$ / $F_A(γ_1 = 0)$")
+    axes.set(xscale="log", ylabel="$F_A$ / $F_A(γ_1 = 0)$  (linear below 1, logarithmic above)")
+    axes.set_xlabel("elastocapillary length over half-width at pull-off without tension, l/b")
     axes.set_yscale("symlog", linthresh=1)  # from 0 to 1 linear
     most = max(float(curve.gain.max()) for curve in curves)
     ticks = [tick for tick in (0, 0.5, 1, 2, 5, 10, 20, 50, 100, 200) if tick <= 1.1 * most]

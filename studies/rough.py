@@ -19,7 +19,7 @@ little early, which they warn of: next to nodes 8 times closer the energy lost i
 small at l = 4 times the shortest wavelength, 3 % at l = 1; contacts and forces are the same to a
 thousandth. The warnings are left out of the table.
 
-Output: a line per l, rough.csv, rough.png.
+Output: a line per l, rough.csv, rough.png, touching.png.
 """
 
 import warnings
@@ -147,16 +147,25 @@ def line(loop: Loop) -> str:
     return COLUMNS.line(*given, path.dissipated, balance, f"{below} of {len(loop.lowest)}")
 
 
+def plot_touching(params: Parameters, loops: Sequence[Loop]) -> Figure:
+    """The touching surface at the least and the largest tension."""
+    figure, (above, below) = canvas(8.5, 7, 2, 1)
+    _touching(above, params, loops[0])
+    _touching(below, params, loops[-1])
+    few, many = (int(loops[i].contacts[params.steps - 1]) for i in (0, -1))
+    figure.suptitle(
+        f"A rough cylinder at its deepest: {few} contact{'s' * (few > 1)} at the least tension, "
+        f"{many} at the largest"
+    )
+    return figure
+
+
 def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
-    """The touching surface at the least and the largest tension; force, contacts and fraction."""
-    figure, lone = canvas(12.5, 8)
-    lone.remove()
-    left, right, *panels = figure.subplot_mosaic("AAABBB;CCDDEE").values()
-    _touching(left, params, loops[0])
-    _touching(right, params, loops[-1])
+    """Force, number of contacts and fraction over the depth, a colour for each tension."""
+    figure, panels = canvas(13, 4.6, 1, 3)
     depth = prefixed(params.programme, "m")
     force = prefixed(np.concatenate([loop.path.force for loop in loops]), "N/m")
-    for colour, marker, loop in zip(shades(len(loops)), MARKERS, loops, strict=False):
+    for colour, marker, loop in zip(shades(len(loops), top=0.7), MARKERS, loops, strict=False):
         held = loop.contacts > 0
         curves = (loop.path.force / force.size, loop.contacts, loop.fraction)
         style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3}
@@ -175,11 +184,9 @@ def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
         panel.set(xlabel=f"depth d in {depth.symbol}", ylabel=name)
         panel.grid(alpha=0.3)
     panels[0].legend(fontsize=9)
-    panels[1].set_title("pressed: dashed; pulled: solid; lowest energy of all: ringed", fontsize=10)
-    few, many = (int(loops[i].contacts[params.steps - 1]) for i in (0, -1))
     figure.suptitle(
-        f"A rough cylinder at its deepest touches in {few} contact{'s' * (few > 1)} at the least "
-        f"tension, in {many} at the largest"
+        "Tension breaks the contact of a rough cylinder up into spots "
+        "(pressed: dashed; pulled: solid; lowest energy of all: rings)"
     )
     return figure
 
@@ -219,7 +226,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     params, jobs, out = command.start("rough", __doc__, argv, "a shorter profile", full, quick)
     loops = run(params, command.say, jobs)
     out.table("rough.csv", params, *table(loops))
-    out.figure("rough.png", plot(params, loops))
+    out.figures({"rough.png": plot(params, loops), "touching.png": plot_touching(params, loops)})
     command.answer(answer(params, loops))
     return int(not all(lowest_is_lowest(loop) for loop in loops))
 

@@ -158,7 +158,9 @@ def plot(spheres: Sequence[Sphere]) -> Figure:
         right.plot(ratios, [s.load.depth for s in own], **style)
         right.plot(ratios, [s.depth.depth for s in own], **style)
     for axes in (left, right):
-        axes.set(xscale="log", xlabel="tension  Λ = l/√(Rδ₀)", xlim=(dense[0], dense[-1]))
+        axes.set(
+            xscale="log", xlabel="tension  Λ = l/√(Rδ₀)", xlim=(dense[0] / 1.3, 1.3 * dense[-1])
+        )
         plain_ticks(axes.xaxis, steps=(1.0, 3.0))
         axes.grid(alpha=0.25)
     below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2}
@@ -176,7 +178,7 @@ def _forces(axes: Any, ratios: Array, load: Pull) -> None:
     axes.plot(ratios, load.force, label="closed form", **LINE)
     axes.plot(low, small, color=GREY, ls="--", label="expansions, Λ → 0 and Λ → ∞")
     axes.plot(high, large, color=GREY, ls="--")
-    axes.plot(ratios, line_contact, color=GREEN, ls=":", label="line contact, over its springs'")
+    axes.plot(ratios, line_contact, color=GREEN, ls=":", label="line contact, normalised by γ₁ = 0")
     for level, text in ((1.0, "2πRw"), (0.5, "πRw")):
         axes.axhline(level, color=GREY, lw=0.8)
         axes.text(ratios[-1] * 0.95, level + 0.01, text, va="bottom", ha="right")

@@ -193,9 +193,10 @@ def plot(rows: Sequence[Row]) -> Figure:
     axes.set(xscale="log", yticks=at, yticklabels=[row.name for row in rows])
     axes.set_ylabel("not needed")
     axes.set(xlabel="time of the general route / time of the call that skips it")
-    axes.set_xlim(min(0.9, low.min()), 30 * high.max())  # room for the texts
+    axes.set_xlim(min(0.9, low.min()), 6 * high.max())  # room for the texts
     for height, row in enumerate(rows):
-        text = f"  × {row.factor:.3g}  (Δ {row.difference:.0e})"
+        change = f"Δ {row.difference:.0e}" if row.difference else "identical"
+        text = f"  × {row.factor:.3g}  ({change})"
         axes.text(max(row.high, row.factor), height, text, va="center", fontsize=9)
     axes.axvline(1, color="black", lw=0.8)
     axes.grid(alpha=0.25, axis="x")

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from energy import FlatPunch, Indenter, Scene, cards
-from energy.units import prefixed
+from energy.units import Unit, prefixed
 from studies.shared.figures import BLUE, COLOURS, LINE, MARKERS, ORANGE, Figure, canvas
 from studies.verify.mesh import Array, Grid
 from studies.verify.observe import brink
@@ -117,13 +117,31 @@ def punch_and_meniscus(data: Meniscus) -> Figure:
     close.plot(x, top, color=BLUE, lw=3, label="simulated surface")
     close.plot(x, -drawn.closed_form[right], "--", color=ORANGE, label="Eq. (21)")
     close.axvline(drawn.half_width, color=BASE, lw=0.8, ls=":", label="edge of the punch")
+    _draw_angle_and_length(close, drawn, x, unit)
     error = np.max(np.abs(data.u - data.closed_form)) / abs(data.depth)
-    close.set_title(f"Meniscus at the right edge; largest difference {error:.1e} $|d_c|$")
+    nodes = f"{GRID.cells:g} nodes in l, error O(Δx²)"
+    close.set_title(f"Right edge: {nodes}, {error:.1e} $|d_c|$ from Eq. (21) at most")
     close.set(xlim=(x[0], x[-1]), ylim=(0.15 * drawn.depth, -1.1 * drawn.depth))
     for axes in (whole, close):
         axes.set(xlabel=f"x in {unit.symbol}", ylabel=f"height in {unit.symbol}")
     close.legend()
     return figure
+
+
+def _draw_angle_and_length(axes: Any, data: Meniscus, x: Array, unit: Unit) -> None:
+    """The angle at the line, and l, on the enlarged meniscus; lengths in `unit`."""
+    a, face = data.half_width, -data.depth
+    length = data.scene.elastocapillary_length / unit.size
+    level = -0.06 * face
+    axes.axvline(a + length, color=BASE, lw=0.8, ls=":")
+    axes.annotate("", (a, level), (a + length, level), arrowprops={"arrowstyle": "<->"})
+    axes.text(a + length / 2, level, f"l = {length:.0f} {unit.symbol}", ha="center", va="bottom")
+    axes.fill_between([x[0], a], face, 1.1 * face, color=BODY, ec=BASE)
+    deficit = data.scene.surfaces.small_slope_deficit
+    axes.plot([a, a + length], [face, face - deficit * length], color="black", lw=1.0)
+    text = f"tangent inclined by π − θ = {np.degrees(deficit):.2g}° (15)"
+    place = a + 0.5 * length, face - 0.5 * deficit * length
+    axes.annotate(text, place, (a + 0.7 * length, 0.58 * face), arrowprops={"arrowstyle": "->"})
 
 
 def _draw_bodies(axes: Any, data: Meniscus, h: float) -> None:
