@@ -195,7 +195,8 @@ def answers(record: Record) -> dict[str, str]:
     return {
         "angle": f"The angle stays √(2w/γ₁) whatever ν and h, within {100 * angle:.1g} % on nodes",
         "length": f"Eq. (16) holds with ℓ in place of l, within {length:.0e} h",
-        "pull": f"A sphere sticks with {narrow.force:.3g} πwR if h ≫ a, up to {most.force:.3g} at "
+        "pull": f"A sphere sticks with {narrow.force:.3g} πwR if h ≫ a (JKR: 1.5, γ₁ = 0), up to "
+        f"{most.force:.3g} at "
         f"ν = {most.nu:g}, a = {most.radius:.2g} h, and {strong.force:.3g} where tension rules",
         "springs": f"Springs serve within 5 % from l/h = {', '.join(served)} on",
     }
@@ -232,6 +233,7 @@ def plot(record: Record) -> dict[str, Figure]:
     axes.hlines([*LIMITS], *axes.set_xlim(0.02, 150), **level)
     for tension, style in (("weak", "-"), ("strong", "--")):
         draw(axes, record[tension], "radius", "force", f"{TENSIONS[tension]}, ", ls=style)
+    plain_ticks(axes.xaxis, steps=(1.0, 3.0))
     figures["springs"], panels = canvas(10.5, 4.8, 1, 2, sharey=True)
     for axes, name in zip(panels, ("force", "radius"), strict=True):
         axes.set(xscale="log", yscale="log", ylim=(1e-4, 1), xlabel="elastocapillary length  l / h")
