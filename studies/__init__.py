@@ -25,13 +25,14 @@ MODULES = {
     **{name: f"studies.benchmarks.{name}" for name in TIMED},
     "run": "studies.scenes.run",
     "new": "studies.scenes.new",
+    "explore": "studies.scenes.explore",
     "sweep": "studies.scenes.sweep.study",
     "fit": "studies.scenes.fit.study",
     "plan": "studies.scenes.fit.plan",
     "report": "studies.report",
 }
 STUDIES = tuple(MODULES)
-TOOLS = ("new", "run", "sweep", "fit", "plan", "report")
+TOOLS = ("new", "run", "explore", "sweep", "fit", "plan", "report")
 BENCHMARKS = ("stress", *TIMED)
 GROUPS = {
     "Tools, for scenes and data of your own": TOOLS,

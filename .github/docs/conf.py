@@ -12,6 +12,7 @@ ROOT = Path((HERE / "root").read_text("utf-8"))
 
 project = "elastocap"
 author = "elastocap developers"
+project_copyright = author
 release = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
 extensions = [
     "sphinx.ext.autodoc",
@@ -30,6 +31,7 @@ autodoc_typehints = "none"  # numpydoc's parameters have the types
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 default_role = "literal"
+smartquotes = False  # u' is a derivative
 
 sphinx_gallery_conf = {
     "examples_dirs": "examples",

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization import plots, readings
+from discretization import animation, plots, readings
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.lattice.accuracy import LEAST
 from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot
@@ -375,6 +375,7 @@ class History:
         return empty.extended(path, self.values).error_estimate
 
     plot = plots.plot_path
+    animate = animation.animate
     to_dict = readings.path_columns
     _repr_html_ = readings.html
     __repr__ = readings.path_line

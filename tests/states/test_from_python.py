@@ -137,7 +137,7 @@ def test_a_state_is_drawn(state):
     surface, line = figure.axes
     assert figure.get_suptitle() == "a title"
     assert surface.get_xlabel() == "position x in µm" and "in nm" in surface.get_ylabel()
-    (drawn,) = [one for one in surface.lines if one.get_label() == "surface u(x)"]
+    (drawn,) = [one for one in surface.lines if one.get_label() == "surface u"]
     x, u = np.array(drawn.get_data()) * [[1e-6], [1e-9]]
     np.testing.assert_allclose(u, state.displacement(x), atol=1e-9 * LIFT)
     assert f"{math.degrees(state.angle_deficit):.3g}°" in line.get_title()
@@ -153,7 +153,7 @@ def test_plain_numbers_are_drawn_without_units(state, path):
         for axes in figure.axes:
             for text in (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()):
                 assert " in " not in text.replace("last in", "") and "µ" not in text
-    (drawn,) = [a for a in state.plot(si=False).axes[0].lines if a.get_label() == "surface u(x)"]
+    (drawn,) = [a for a in state.plot(si=False).axes[0].lines if a.get_label() == "surface u"]
     x, u = drawn.get_data()
     np.testing.assert_array_equal(u, state.displacement(x))
 

@@ -18,7 +18,8 @@ from studies import __main__ as command_line
 from studies.shared import table
 from studies.shared.table import read
 
-STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
+WINDOWS = ("new", "explore")  # the first writes a scene to edit, the second opens a window
+STUDIES = [name for name in command_line.STUDIES if name not in WINDOWS]
 FAST = {  # its words, and the rows of its tables; two more are in the test of the report
     "stress": (["stress", "--grids", "fitted", "lattice", "nodes"], 167),
     "rough": (["rough"], 60),
