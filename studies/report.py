@@ -33,6 +33,7 @@ DOCUMENTS = (".csv", ".md", ".pdf", ".txt")
 SHADES = 128  # of a figure on the page, which keeps that small
 LAST = 40  # lines of a study that failed
 JUDGED = ("equation", "what", "error", "order", "fitted_error", "passed")  # of verify.csv
+HEADS = {"error": "error on nodes", "order": "order on nodes", "fitted_error": "error on the mesh"}
 TEXTS = ("what", "passed")
 STYLE = """
 :root { color-scheme: light dark; --line: #ccc; --soft: #f4f4f4; --good: #00704f; --bad: #b00020 }
@@ -54,7 +55,12 @@ table { border-collapse: collapse; font-size: .8rem }
 td, th { border-bottom: 1px solid var(--line); padding: .15rem .5rem; text-align: right;
   overflow-wrap: normal }
 td.text, th.text { text-align: left }
-@media screen and (max-width: 600px) { img { min-width: 40rem; max-width: none } }
+summary { cursor: pointer; padding: .4rem 0 }
+@media screen and (max-width: 600px) {
+  body { margin: 1rem auto; padding: 0 .6rem }
+  img { min-width: 34rem; max-width: none }
+  td, th { padding: .1rem .25rem }
+}
 @media print {
   body { max-width: none; margin: 0; font-size: 10pt }
   figure, tr { break-inside: avoid } h2 { break-after: avoid } thead { display: table-header-group }
@@ -166,10 +172,25 @@ def smaller(picture: bytes) -> bytes:
 
 
 def _verified(path: Path) -> str:
-    """The table of `verify`, with the columns that judge; a check that failed is marked."""
-    head = "".join(f"<th{_class(name)}>{name}</th>" for name in JUDGED)
+    """The table of `verify`, with the columns that judge: checks that failed, and the rest folded.
+
+    A fold opens on a click; on paper, and without one, what failed is still there.
+    """
+    rows = read(path)
+    failed = [row for row in rows if row["passed"] == "False"]
+    passed = [row for row in rows if row["passed"] != "False"]
+    parts = [_checks(failed)] if failed else []
+    if passed:
+        words = f"{len(passed)} of {len(rows)} checks passed: errors and orders"
+        parts.append(f"<details><summary>{words}</summary>{_checks(passed)}</details>")
+    return "".join(parts)
+
+
+def _checks(rows: Sequence[Mapping[str, str]]) -> str:
+    """A table of some checks."""
+    head = "".join(f"<th{_class(name)}>{HEADS.get(name, name)}</th>" for name in JUDGED)
     lines = []
-    for row in read(path):
+    for row in rows:
         cells = "".join(f"<td{_class(name)}>{_short(row[name])}</td>" for name in JUDGED)
         lines.append(f"<tr{' class=bad' * (row['passed'] == 'False')}>{cells}</tr>")
     body = "\n".join(lines)
