@@ -16,7 +16,7 @@ from discretization.paths.branch import Point
 from discretization.paths.control import Control
 from discretization.paths.history import History, branch_of
 from discretization.paths.load_path import LoadPath
-from discretization.profile import resolve
+from discretization.profile import on_the_way_to, resolve
 from discretization.readings import resolution, tell
 from discretization.routes import usable_on_path
 from energy import Scene
@@ -118,7 +118,8 @@ def load_path(
     path = LoadPath(branch, history.hold, Point(-math.inf, None))
     if after is not None:
         path.resume(after.at(-1), len(after), float(after.values[-1]))
-    path.go(values)
+    with on_the_way_to(name, float(values[0]), float(values[-1])):
+        path.go(values)
     branch.certify(path.point)
     history = history.extended(path, values)
     unrefined = [one for one in history.validity if one.name == "parts on nodes"]

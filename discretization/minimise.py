@@ -9,6 +9,7 @@ from discretization.lattice.state import looked_at_on_lattice, on_lattice
 from discretization.layer.nodes import on_layer_nodes
 from discretization.layer.state import on_layer
 from discretization.paths.springs import on_springs
+from discretization.profile import on_the_way_to
 from discretization.readings import resolution, tell
 from discretization.refine.states import on_refined_nodes
 from discretization.routes import LOWEST, route, usable
@@ -115,7 +116,8 @@ def minimise(
     if way == "layer":
         state = on_layer(scene, depth, branch=branch, rtol=rtol)
     else:
-        state = ON_MESH[way](scene, depth, branch=branch)
+        with on_the_way_to("depth", depth):
+            state = ON_MESH[way](scene, depth, branch=branch)
     if max(state.error_estimate.values()) > rtol:
         warnings.warn(
             f"rtol = {rtol!r} not reached: estimated relative errors {state.error_estimate}; ask "

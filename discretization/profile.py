@@ -15,6 +15,8 @@ from __future__ import annotations
 import functools
 import math
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -233,13 +235,42 @@ def heights(indenter: Indenter, x: Array) -> Array:
     return f
 
 
-def unknown(depth: float, x: float) -> ValueError:
+class UnknownProfile(ValueError):
     """Of a contact that spreads to an end of the profile that is not the end of the body."""
-    return ValueError(
-        f"depth = {depth!r} spreads the contact to x = {x!r}, where the profile is not known any "
-        "more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends the "
-        "indenter there"
-    )
+
+    def __init__(self, depth: float, x: float, before: str = "") -> None:
+        super().__init__(depth, x, before)
+        self.depth = depth
+        self.x = x
+        self.before = before or f"depth = {depth!r}"
+
+    def __str__(self) -> str:
+        return (
+            f"{self.before} spreads the contact to x = {self.x!r}, where the profile is not known "
+            "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends "
+            "the indenter there; a scan may be upside down: turn it over"
+        )
+
+
+def unknown(depth: float, x: float) -> UnknownProfile:
+    """Of a contact that spreads at a depth to an end of the known profile."""
+    return UnknownProfile(depth, x)
+
+
+@contextmanager
+def on_the_way_to(name: str, *given: float) -> Iterator[None]:
+    """Errors of a profile that is not known far enough speak of the depths that were given, too.
+
+    On the way to them other depths are passed, at which a contact may spread by a jump.
+    """
+    try:
+        yield
+    except UnknownProfile as error:
+        if error.depth in given:
+            raise
+        values = " to ".join(repr(value) for value in given)
+        before = f"{name} = {values} cannot be reached: d = {error.depth:.6g}, on the way there,"
+        raise UnknownProfile(error.depth, error.x, before) from None
 
 
 def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:

@@ -2,6 +2,7 @@
 
 import math
 import os
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -201,6 +202,20 @@ PATHS = [  # scene, options, words
 def test_a_path_that_is_not_followed_is_refused_in_words(scene, options, words):
     with pytest.raises(ValueError, match=words):
         load_path(scene, **options)
+
+
+def test_a_scan_known_too_little_is_refused_for_the_depth_that_was_given():
+    """A bump on a table, as a profilometer scans it: touching it spreads the contact at once."""
+    x = np.linspace(0, 2e-3, 400)
+    bump = Sampled(x, 6e-6 * np.exp(-(((x - 1e-3) / 3e-4) ** 2)) + 5e-8 * np.sin(x / 3e-5))
+    layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    scene = Scene(layer, surfaces, bump)
+    words = "cannot be reached: d = -4.8.*e-08, on the way there, .* upside down"
+    with pytest.raises(ValueError, match=f"^depth = 3e-07 {words}") as caught:
+        minimise(scene, 3e-7)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+    with pytest.raises(ValueError, match=f"^depths = 0.0 to 3e-07 {words}"):
+        load_path(scene, depths=[0.0, 3e-7])
 
 
 def test_nodes_about_an_axis_begin_on_it():

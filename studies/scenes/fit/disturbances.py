@@ -10,8 +10,8 @@ from energy.arrays import Array, Mask
 
 LINE, RARE = 1.5, 1e-4  # off a line, of the noise; and the chance of more than that on one
 STICKS_OUT = 8.0  # times the noise: a spike
-APART = 3.0  # times the range of its four neighbours: a spike, and no jump or kink
-WIDEST_SPIKE = 2  # points
+APART = 3.0  # times what a line leaves of its four neighbours: a spike, and no jump or kink
+WIDEST_SPIKE = 3  # points
 FEWEST = 24  # points that may tell waves
 GROWTH = 1.2  # of the number of points that are looked at
 PERIODS = 1.25  # at least, within the points that tell them
@@ -48,11 +48,11 @@ def may_be_noise(residuals: Array, fitted: int, sigma: float) -> bool:
 
 
 def without_spikes(force: Array) -> tuple[Mask, Array]:
-    """Which points stick out, one or two at a time, and the forces with these replaced (n,).
+    """Which points stick out, up to three at a time, and the forces with these replaced (n,).
 
-    A point sticks out where it is farther from the median of its two neighbours on either side
-    than STICKS_OUT times the noise and than APART times the range of these four: at a jump or a
-    kink their range is as large. Its force is replaced by that median.
+    A line is drawn through the two neighbours on either side. A point sticks out that is farther
+    from it than STICKS_OUT times the noise and than APART times the range of what it leaves of
+    these four: beside a jump or a kink that is as large. Its force is replaced by that of the line.
     """
     spikes = np.zeros(force.size, bool)
     smooth = force.copy()
@@ -61,14 +61,19 @@ def without_spikes(force: Array) -> tuple[Mask, Array]:
         count = force.size - width - 3  # of places where four neighbours are known
         if count < 1 or not clear > 0:
             break
-        places = (0, 1, width + 2, width + 3)
+        places = np.array([0, 1, width + 2, width + 3])
         neighbours = np.stack([force[place : place + count] for place in places])
-        middle = np.median(neighbours, axis=0)
-        least = np.maximum(clear, APART * np.ptp(neighbours, axis=0))
-        off = np.stack([force[place : place + count] - middle for place in range(2, width + 2)])
+        offsets = places - places.mean()
+        middle = neighbours.mean(axis=0)
+        slope = offsets @ neighbours / (offsets @ offsets)
+        left = neighbours - middle - np.outer(offsets, slope)
+        least = np.maximum(clear, APART * np.ptp(left, axis=0))
+        inner = np.arange(2, width + 2)
+        line = middle + np.outer(inner - places.mean(), slope)
+        off = np.stack([force[place : place + count] for place in inner]) - line
         for at in np.flatnonzero(np.all(off > least, axis=0) | np.all(off < -least, axis=0)):
-            spikes[at + 2 : at + 2 + width] = True
-            smooth[at + 2 : at + 2 + width] = middle[at]
+            spikes[at + inner] = True
+            smooth[at + inner] = line[:, at]
     return spikes, smooth
 
 

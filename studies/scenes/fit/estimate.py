@@ -29,8 +29,10 @@ from studies.scenes.fit.verdict import (
     along,
     compared,
     drifting,
+    hanging,
     hysteretic,
     judged,
+    outlying,
     unsuited,
 )
 from studies.scenes.run import violations
@@ -279,8 +281,11 @@ def fit(
     others = compared(model, best, reach) if alternatives else ()
     combination = tuple(weakest.tolist())
     states = along(model, best)
-    judge = drifting if quality.fits else hysteretic
-    wrong = unsuited(states) or judge(model, best)
+    wrong = unsuited(states)
+    if quality.fits:
+        wrong = wrong or hanging(model, best, reach) or drifting(model, best)
+    else:
+        wrong = wrong or hysteretic(model, best) or outlying(model, best)
     strained = violations(states)
     if without_tension:
         strained = tuple(one for one in strained if one[0].name not in OF_TENSION)

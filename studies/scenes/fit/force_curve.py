@@ -12,6 +12,7 @@ import numpy as np
 
 from energy.arrays import Array, Indices, Mask
 from studies.scenes.fit.disturbances import (
+    WIDEST_SPIKE,
     may_be_noise,
     noise,
     resolution,
@@ -333,6 +334,17 @@ def contacts(curve: Curve) -> tuple[Contact, ...]:
     return tuple(found)
 
 
+def _next_to(found: Sequence[Contact], count: int) -> Mask:
+    """Which of so many points are so near to an end of contact that they may belong to it (n,)."""
+    near = np.zeros(count, bool)
+    for contact in found:
+        points = np.concatenate([leg.points for leg in contact.legs])
+        first, last = int(points[0]), int(points[-1])
+        near[max(first - WIDEST_SPIKE, 0) : first + WIDEST_SPIKE] = True
+        near[max(last + 1 - WIDEST_SPIKE, 0) : last + 1 + WIDEST_SPIKE] = True
+    return near
+
+
 @dataclass(frozen=True)
 class Data:
     """A curve of n points, of which some are in contact and some have no force.
@@ -375,14 +387,19 @@ class Data:
         """
         chosen = np.ones(curve.force.size, bool) if chosen is None else chosen
         spikes, smooth = without_spikes(curve.force)
-        flat = Curve(curve.drive, smooth)
-        wave, interference = waves(flat)
-        free = free_parts(flat._replace(force=smooth - interference))
-        columns = baseline(flat, free, wave)
-        if free.any():
-            line = np.linalg.lstsq(columns[free], smooth[free], rcond=None)[0]
+        wave, interference = waves(Curve(curve.drive, smooth))
+        free = free_parts(Curve(curve.drive, smooth - interference))
+        columns = baseline(Curve(curve.drive, smooth), free, wave)
+        line = np.linalg.lstsq(columns[free], smooth[free], rcond=None)[0]
+        flat = Curve(curve.drive, smooth - columns @ line)
+        found = contacts(flat)
+        doubtful = spikes & _next_to(found, spikes.size)
+        if doubtful.any():
+            spikes = spikes & ~doubtful
+            smooth = np.where(doubtful, curve.force, smooth)
             flat = flat._replace(force=smooth - columns @ line)
-        found = tuple(one.of(chosen & ~spikes) for one in contacts(flat))
+            found = contacts(flat)
+        found = tuple(one.of(chosen & ~spikes) for one in found)
         used = np.zeros(curve.force.size, bool)
         for leg in (leg for one in found for leg in one.legs):
             used[leg.points] = True
@@ -411,10 +428,17 @@ class Data:
     def reweighted(self, residuals: Array) -> Data:
         """With the weights 1/√(1 + r²/c²) of the loss soft_l1, c = SOFT σ, at residuals r (m,).
 
+        Those of the forces; ends of contact and what is known beside the curve keep theirs.
+
         A minimum of the sum of weighted squares that has these weights itself is one of
         Σ 2c² (√(1 + r²/c²) - 1), which grows with |r| far out: single points hardly pull.
         """
         roots = (1 + (residuals / (SOFT * self.sigma)) ** 2) ** -0.25
+        roots[self.used.sum() + self.free.sum() :] = 1.0
+        return self.with_roots(roots)
+
+    def with_roots(self, roots: Array) -> Data:
+        """With other roots of weights > 0 (m,)."""
         lines = self.lines * (roots / self.roots)[:, None]
         nearest = np.asarray(np.linalg.pinv(lines), float)
         return replace(self, roots=roots, lines=lines, nearest=nearest)

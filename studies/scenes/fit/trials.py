@@ -7,7 +7,12 @@ to 5 µm; "baseline": the free line has a level up to 0.5 nN and a slope up to 3
 zeros of depth and force move while it is measured; "no tension": γ₁ = 0, and the fit has it;
 "half-space": a JKR contact on a body far thicker than the contact; "layer": the response of a
 bonded layer with ν = 0.49; "sign": the force is reversed; "hysteresis": contact opens with 2 to 5
-times w.
+times w; "spike": one to three groups of one or two points are off by 10 to 200 times the
+noise, and the loss is soft_l1;
+"interference": the force has waves of 5 to 20 times the noise, with 1.5 to 4 periods in the free
+part; "volts": the deflection of a cantilever in volts and the position of its piezo in nm stand in
+a text file; "pairs": so do depth and force, with a pair of columns for each way; "hold": the
+indenter rests at the deepest point, where the force relaxes by up to a half.
 
 Called rightly: a good curve is accepted, and no other model preferred; tension is said not to be
 needed; the others are doubted. A drift may be either, unless it spoils the answer. Wrong without a
@@ -16,9 +21,11 @@ alternative, nor the thickness of the layer casts a doubt.
 """
 
 import math
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -26,6 +33,7 @@ import numpy as np
 from discretization import load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from energy.arrays import Array
+from studies.scenes.curve_file import Reading, read_curve
 from studies.scenes.fit.branches import Branch
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve
@@ -35,8 +43,14 @@ from studies.shared.command import Output
 from studies.shared.table import Columns, Table
 
 SPRINGS = {"rigid": math.inf, "k_c = 0.3": 0.3, "k_c = 0.08": 0.08, "k_c = 0.03": 0.03}  # N/m
-GOOD = (*SPRINGS, "offset", "baseline")
-KINDS = (*GOOD, "drift", "no tension", "half-space", "layer", "sign", "hysteresis")
+DISTURBED = ("spike", "interference", "volts", "pairs", "hold")
+GOOD = (*SPRINGS, "offset", "baseline", *DISTURBED)
+KINDS = (
+    *(*SPRINGS, "offset", "baseline"),
+    *("drift", "no tension", "half-space", "layer", "sign", "hysteresis"),
+    *DISTURBED,
+)
+SENSITIVITY = 50e-9  # m/V, of "volts"
 SCENE = Scene(
     ElasticLayer(E=30e3, nu=0.45, h=0.3e-6),
     SurfaceEnergies.from_work(gamma1=0.03, w=1e-4),
@@ -46,7 +60,7 @@ SCENE = Scene(
 THICK, NU = 20e-6, 0.49  # of "half-space", m, and of "layer"
 NOISE, POINTS, DEPTH = (5e-12, 40e-12), (80, 200), (1.0, 2.5)  # N, on each way, over δ₀
 SPREAD, WRONG, FAR_OFF = math.log(2.0), 1.5, 2.0
-NEEDED, COVERED, SILENT = 0.9, 0.91, 0.02  # called rightly, intervals that hold, wrong answers
+NEEDED, COVERED, SILENT = 0.9, 0.91, 0.01  # called rightly, intervals that hold, wrong answers
 
 
 @dataclass(frozen=True)
@@ -119,7 +133,8 @@ def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
     curve, start, truth = case(p, *which)
     kind, number = which
     try:
-        found = fit(start, curve, profiles=False)
+        loss = "soft_l1" if kind == "spike" else "linear"
+        found = fit(start, curve, profiles=False, loss=loss)
     except ValueError:  # refused, which is a word
         return Outcome(kind, number, kind not in GOOD, False, (None,) * 3, math.nan)
     doubted = bool(found.doubts)
@@ -149,9 +164,12 @@ def case(p: Parameters, kind: str, number: int) -> Case:
     rng = np.random.default_rng([p.seed, KINDS.index(kind), number])
     scene = _varied(SCENE, kind, rng)
     stiffness = SPRINGS.get(kind) or float(rng.choice(list(SPRINGS.values())))
+    if kind == "volts":
+        stiffness = float(rng.choice([0.3, 0.08, 0.03]))
     drive = _drives(scene, stiffness, rng)
     force = (_half_space if kind == "half-space" else simulated)(scene, drive, stiffness)
-    force = force + math.exp(rng.uniform(*np.log(NOISE))) * rng.standard_normal(force.size)
+    noise = math.exp(rng.uniform(*np.log(NOISE)))
+    force = force + noise * rng.standard_normal(force.size)
     passed, sides = np.linspace(0.0, 1.0, force.size), rng.choice([-1.0, 1.0], 2)
     zero = float(rng.uniform(-5e-6, 5e-6)) if kind == "offset" else 0.1 * scene.critical_separation
     if kind == "baseline":
@@ -159,7 +177,15 @@ def case(p: Parameters, kind: str, number: int) -> Case:
     if kind == "drift":
         drive = drive + sides[0] * rng.uniform(1e-9, 10e-9) * passed
         force = force + sides[1] * rng.uniform(0.0, 0.3e-9) * passed
+    if kind == "spike":
+        force = _spiked(force, noise, rng)
+    if kind == "interference":
+        force = force + _interference(drive, noise, rng)
+    if kind == "hold":
+        drive, force = _held(drive, force, noise, rng)
     curve = Curve(drive + zero - force / stiffness, force, stiffness)
+    if kind in ("volts", "pairs"):
+        curve = _through_a_file(curve, kind)
     if kind == "sign":
         curve = curve._replace(force=-force)
     truth = {"w": scene.work_of_adhesion, "gamma1": scene.gamma1, "offset": zero}
@@ -168,6 +194,54 @@ def case(p: Parameters, kind: str, number: int) -> Case:
         truth["gamma1"] = 0.0
         plain = replace(plain, surfaces=SurfaceEnergies.from_work(0.02, truth["w"]))
     return Case(curve, astray(plain, ("w", "gamma1"), WRONG), truth)
+
+
+def _spiked(force: Array, noise: float, rng: np.random.Generator) -> Array:
+    """The forces with one to three spikes of one or two points."""
+    spiked = force.copy()
+    for place in rng.integers(3, force.size - 5, int(rng.integers(1, 4))):
+        size = noise * math.exp(rng.uniform(math.log(10), math.log(200)))
+        spiked[place : place + int(rng.integers(1, 3))] += size * rng.choice([-1.0, 1.0])
+    return spiked
+
+
+def _interference(drive: Array, noise: float, rng: np.random.Generator) -> Array:
+    """Waves over the position, which a laser that interferes adds to the force."""
+    free = -float(drive[0])
+    periods, phase = float(rng.uniform(1.5, 4)), float(rng.uniform(0, 2 * math.pi))
+    amplitude = noise * float(rng.uniform(5, 20))
+    return np.asarray(amplitude * np.sin(2 * math.pi * periods * drive / free + phase))
+
+
+def _held(
+    drive: Array, force: Array, noise: float, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Positions and forces with a hold at the deepest point, where the force relaxes."""
+    top, points = drive.size // 2, int(rng.integers(40, 120))
+    share = float(rng.uniform(0.1, 0.5))
+    relaxed = force[top] * (1 - share * (1 - np.exp(-np.arange(points) / 20)))
+    relaxed += noise * rng.standard_normal(points)
+    rest = np.full(points, drive[top])
+    return np.insert(drive, top, rest), np.insert(force, top, relaxed)
+
+
+def _through_a_file(curve: Curve, kind: str) -> Curve:
+    """The curve as it is read from a text file of an instrument."""
+    k = curve.machine_stiffness
+    cantilever = None if math.isinf(k) else k
+    reading = Reading(width=1.0, spring_constant=cantilever, sensitivity=SENSITIVITY)
+    header = "Piezo [nm]\tDeflection [V]"
+    columns = [1e9 * curve.drive, curve.force / (k * SENSITIVITY)]
+    if kind == "pairs":
+        half = curve.force.size // 2
+        legs = slice(0, half), slice(half, None)
+        header = "\t".join(["Depth (nm)\tForce (nN)"] * 2)
+        columns = [1e9 * one[leg] for leg in legs for one in (curve.depth, curve.force)]
+    rows = ["\t".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "curve.txt")
+        path.write_text("\n".join([header, *rows]), "utf-8")
+        return read_curve(path, reading)
 
 
 def _varied(scene: Scene, kind: str, rng: np.random.Generator) -> Scene:

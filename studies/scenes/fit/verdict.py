@@ -28,6 +28,10 @@ ROUGHLY = 3e-3  # how well a sum of squares is found
 LOOKS = 5  # states along the curve whose assumptions are looked at
 DRIFTS = 5.0  # standard errors of a drift of the depth that are no chance
 THICK = 2.0  # h/a where the layer is as thick as the contact is wide
+NORMAL_MEDIAN = 0.6745  # of the absolute value of a normal variable
+FAR, FEW = 5.0, 0.1  # times the noise; and the share of points that may be so far off
+ALONE = 6.0  # times the noise: points on which no answer may hang
+NO_WEIGHT = 1e-6
 FEWEST = 5  # points of unloading whose depths are those of loading, to compare both
 APART = 1.0  # times the noise: a mean difference of loading and unloading that matters
 SLOWER = "viscoelasticity, as a second work of adhesion is fitted already; measure more slowly"
@@ -261,15 +265,52 @@ def hysteretic(model: Model, best: Best) -> str:
             if common.size < FEWEST:
                 continue
             before = np.interp(data.curve.drive[common], known, residuals[order])
-            off = float(np.mean(residuals[common] - before))
+            off = float(np.median(residuals[common] - before))
             if abs(off) > max(APART, DRIFTS * math.sqrt(2 / common.size)) * data.sigma:
                 per_length = model.scene.per_length
                 return (
-                    f"unloading is off loading by {off:.2g} N{per_length} in the mean of the same "
+                    f"unloading is off loading by {off:.2g} N{per_length}, the median at the same "
                     f"depths, {abs(off) / data.sigma:.2g} × the noise and more than jumps explain: "
                     f"{TWO_WORKS if 'opening' not in model.names else SLOWER}"
                 )
     return ""
+
+
+def hanging(model: Model, best: Best, reaches: Array) -> str:
+    """Whether the answer hangs on points that are far off; "" if it does not.
+
+    Without them the parameters are sought anew. reaches: half-widths of the
+    linearised intervals, by which none of them may move.
+    """
+    residuals = np.abs(best.fun / model.data.roots)
+    far = residuals > ALONE * model.data.sigma
+    far[model.data.used.sum() + model.data.free.sum() :] = False
+    if not far.any():
+        return ""
+    without = replace(model, data=model.data.with_roots(np.where(far, NO_WEIGHT, 1.0)))
+    moved = np.abs(sought(without, ftol=ROUGHLY).x - best.x) > reaches[: best.x.size]
+    if not moved.any():
+        return ""
+    names = " and ".join(name for name, one in zip(model.names, moved, strict=True) if one)
+    return (
+        f"{names} would be outside of the intervals without the {far.sum()} points that are far "
+        "off: look at them, and leave out what is wrong with --exclude"
+    )
+
+
+def outlying(model: Model, best: Best) -> str:
+    """Whether few points are far off and the others are not; "" if that is not so."""
+    if (model.data.roots != 1).any():  # a robust loss already
+        return ""
+    off = np.abs(best.fun) / model.data.sigma
+    usual = float(np.median(off)) / NORMAL_MEDIAN
+    far = int(np.count_nonzero(off > FAR * max(usual, 1.0)))
+    if usual > TIMES or not 0 < far <= FEW * off.size:
+        return ""
+    return (
+        f'{far} points are far off the model, the others hardly: try loss = "soft_l1" '
+        "(--loss soft_l1), or leave them out with --exclude"
+    )
 
 
 def drifting(model: Model, best: Best) -> str:
