@@ -334,10 +334,10 @@ def _disturbances(data: Data) -> tuple[str, ...]:
     found = []
     if data.spikes.any():
         first = float(data.curve.depth[int(np.argmax(data.spikes))])
-        points = f"{data.spikes.sum()} points stick out"
+        points = f"{data.spikes.sum()} points stick out of their neighbours and are"
         if data.spikes.sum() == 1:
-            points = "1 point sticks out"
-        found.append(f"{points} of the neighbours and left out, the first at d = {first:.4g} m")
+            points = "1 point sticks out of its neighbours and is"
+        found.append(f"{points} left out, the first at d = {first:.4g} m")
     if data.wave:
         period = f"a period of {1 / data.wave:.3g} m"
         found.append(f"the force out of contact has waves, as interference has, with {period}")

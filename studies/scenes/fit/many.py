@@ -155,7 +155,8 @@ def failures(record: Record, files: Sequence[str]) -> list[str]:
     lines = []
     for file, result in zip(files, record.results, strict=True):
         if "error" in result:
-            lines.append(f"{file}: not fitted: {result['error'].removeprefix(f'{file}: ')}")
+            reason = result["error"].partition(": ")[2].removeprefix(f"{file}: ")
+            lines.append(f"{file}: not fitted: {reason}")
         elif not result["found"]["fits"]:
             lines.append(f"{file}: {result['found']['warnings'].partition(';')[0]}")
     return lines

@@ -66,7 +66,7 @@ def test_a_spike_moves_no_contact(spikes):
     assert np.array_equal(data.used, clean.used & ~data.spikes)
     found = fit(START, spiked(*spikes), **FAST)
     assert_found(found)
-    assert "out of the neighbours and left out, the first at d = " in str(found)
+    assert " left out, the first at d = " in str(found)
 
 
 def test_points_beside_the_end_of_contact_are_no_spikes():
@@ -273,7 +273,7 @@ def test_a_folder_names_the_curves_that_failed(tmp_path, capsys):
     scene, folder = tmp_path / "sphere.toml", tmp_path / "curves"
     scene.write_text(SPHERE, "utf-8")
     folder.mkdir()
-    curve = sphere()
+    curve = sphere(n=50)
     written(folder / "good.csv", curve)
     written(folder / "reversed.csv", curve._replace(force=-curve.force))
     (folder / "creep.csv").write_text("depth [nm];force [nN]\n1;2\n1;3\n", "utf-8")
