@@ -281,6 +281,9 @@ def test_the_shell_recipes_run(folder, first, names, tmp_path, monkeypatch):
         told = dict(re.findall(r"^(w|gamma1) +(\S+)", done.stdout.decode(), re.M))
         assert float(told["w"]) == pytest.approx(6e-5, rel=1e-3)
         assert float(told["gamma1"]) == pytest.approx(0.07, rel=1e-3)
+        ends = re.findall(r"^(?:w|gamma1) +\S+ +\[(\S+), (\S+)\]", done.stdout.decode(), re.M)
+        for true, (low, high) in zip((6e-5, 0.07), ends, strict=True):
+            assert float(low) < true < float(high)
 
 
 def test_every_link_and_every_file_named_exists():

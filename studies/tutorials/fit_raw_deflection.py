@@ -3,9 +3,10 @@ From a raw deflection to a sentence
 ===================================
 
 A force microscope wrote the position of its piezo in nm and the deflection of its cantilever in
-volts (`raw_deflection.txt`, simulated). Spring constant and sensitivity turn volts into a force; the
-fit finds work of adhesion w, surface tension γ₁ and the zero of the depth. The sphere's radius is
-known to 2 % only, which the intervals contain. One point is a spike: it is named and left out.
+volts (`raw_deflection.txt`, simulated). Spring constant and sensitivity turn volts into a force,
+and the fit finds work of adhesion w, surface tension γ₁ and the zero of the depth. The sphere's
+radius is known to 2 % only, which the intervals contain. One point is a spike: it is named and left
+out.
 """
 
 import sys
