@@ -9,6 +9,7 @@ from scipy.special import chdtri
 from energy.arrays import Array, Mask
 
 LINE, RARE = 1.5, 1e-4  # off a line, of the noise; and the chance of more than that on one
+WHOLE = 0.01  # by which multiples of a step may be off a whole number
 STICKS_OUT = 8.0  # times the noise: a spike
 APART = 3.0  # times what a line leaves of its four neighbours: a spike, and no jump or kink
 WIDEST_SPIKE = 3  # points
@@ -32,9 +33,16 @@ def noise(force: Array) -> float:
 
 
 def resolution(force: Array) -> float:
-    """The least difference of forces that are not equal: what digits are kept; 0 if all are."""
+    """The step of which all forces are multiples, of the digits that were kept; 0 if there is none.
+
+    It is the least difference of forces that are not equal, if all others are multiples of it.
+    """
     steps = np.diff(np.unique(force))
-    return float(steps.min(initial=math.inf)) if steps.size else 0.0
+    if not steps.size:
+        return 0.0
+    multiples = steps / steps.min()
+    whole = np.abs(multiples - np.round(multiples)) <= WHOLE
+    return float(steps.min()) if whole.all() else 0.0
 
 
 def may_be_noise(residuals: Array, fitted: int, sigma: float) -> bool:

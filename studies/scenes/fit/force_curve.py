@@ -405,7 +405,7 @@ class Data:
             used[leg.points] = True
         free &= chosen & ~spikes & ~used
         size = float(np.abs(curve.force[used]).max(initial=0))
-        sigma = max(noise(smooth), resolution(smooth) / math.sqrt(12), LEAST * size)
+        sigma = max(noise(smooth), resolution(curve.force) / math.sqrt(12), LEAST * size)
         others = sum(len(one.ends) for one in found) + len(known)
         lines = np.concatenate([columns[used], columns[free], np.zeros((others, columns.shape[1]))])
         return cls(
