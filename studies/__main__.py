@@ -18,7 +18,7 @@ from pathlib import Path
 from types import ModuleType
 
 from studies import GROUPS, MODULES, STUDIES
-from studies.shared.command import program
+from studies.shared.program import program
 from studies.shared.table import versions
 
 PIPE, INTERRUPT = 141, 130  # statuses as of a shell: 128 + SIGPIPE, 128 + SIGINT

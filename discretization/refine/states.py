@@ -282,7 +282,8 @@ class _Lowest:
         """Lines at rest near the lowest contacts of closer and closer nodes, and their number.
 
         Those of depths a little less and more are among them: two states may have so nearly the
-        same energy that nodes take one for the other.
+        same energy that nodes take one for the other. ValueError where the lowest contacts leave
+        the known profile.
         """
         equations = Equations.of(self.scene, self.profile, self.depth)
         beside = _BESIDE * self.scene.critical_separation
@@ -294,8 +295,13 @@ class _Lowest:
                 lines = nodes.lowest(depth)
                 count = len(lines) // 2
                 rest = self._at_rest(equations, lines)
-                if rest is not None:
+                if rest is None:
+                    continue
+                left = _unknown(equations, rest)
+                if not left:
                     candidates.add(rest)
+                elif depth == self.depth:
+                    raise unknown(depth, left[0])
             yield candidates, count
 
     def _at_rest(self, equations: Equations, lines: Lines) -> Lines | None:
@@ -307,8 +313,7 @@ class _Lowest:
             rest = found.lines
             closed = np.flatnonzero(rest[:-1, 1] > rest[1:, 0])
             if not closed.size:
-                at_rest = found.at_rest.all()
-                return _known(equations, rest) if at_rest else None
+                return contact_lines(rest) if found.at_rest.all() else None
             kept = [i for i in range(len(lines) // 2) if i not in set(closed.tolist())]
             lines = tuple(x for i in kept for x in lines[2 * i : 2 * i + 2])
         return ()

@@ -20,7 +20,7 @@ from energy import Scene, SurfaceEnergies
 from energy.arrays import Array
 from energy.units import quantity
 from studies.scenes.file import load
-from studies.shared.command import program
+from studies.shared.program import program
 
 POINTS = 801  # of the surface
 DECADES = 1.0  # by which w and γ₁ may be changed, up and down

@@ -14,7 +14,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from studies.shared.command import program
+from studies.shared.program import program
 from studies.shared.table import replacing
 
 TEMPLATES = Path(__file__).parent.parent  # template.toml and template.py

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from studies import TIMED
 from studies.shared import figures, table
 from studies.shared.figures import Figure
+from studies.shared.program import program
 
 P = TypeVar("P")
 Parser = argparse.ArgumentParser
@@ -44,12 +45,6 @@ def parser(name: str, doc: str | None, quick: str, jobs: int | None = None) -> P
     about = "print one JSON object: status, answer, files, and what `run` finds as numbers"
     found.add_argument("--json", action="store_true", help=about)
     return found
-
-
-def program() -> str:
-    """How the command is called: "elastocap" where that is installed and used."""
-    called = Path(sys.argv[0]).stem if sys.argv else ""
-    return "elastocap" if called == "elastocap" else "python -m studies"
 
 
 def some_of(parser: Parser, option: str, names: Sequence[str]) -> None:

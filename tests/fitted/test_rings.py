@@ -171,8 +171,8 @@ def test_the_certificate_of_a_ring_notices_a_wrong_pull(ends):
     assert surfaces.solve(left, right, 0.02 * LENGTH).residual <= 1e-10
     for one, other in ((0.01, 0.02), (-0.01, -0.0099999)):
         pull = surfaces.net.between(1, q, width).pulls(one, other, one - other)[0]
-        assert surfaces._off(1, q, width, one, one - other, pull) <= 1e-10
-        assert surfaces._off(1, q, width, one, one - other, 1.0001 * pull) >= 1e-6
+        assert surfaces._imbalance(1, q, width, one, one - other, pull) <= 1e-10
+        assert surfaces._imbalance(1, q, width, one, one - other, 1.0001 * pull) >= 1e-6
 
 
 axi = cards.axisymmetric
