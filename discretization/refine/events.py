@@ -96,6 +96,7 @@ class Events:
         *,
         reach: float = math.inf,
         rounds: int = ROUNDS,
+        downhill: bool = False,
     ) -> Settled:
         """Surfaces (r, j, 2) at depths (r, j) taken to rest; rows of r * j in the result."""
         count = lines.shape[1]
@@ -115,6 +116,7 @@ class Events:
             kept=kept,
             reach=reach,
             rounds=rounds,
+            downhill=downhill,
         )
 
     def enclose(self, events: Sequence[Happening]) -> None:
@@ -473,10 +475,11 @@ class Events:
                 if first:
                     low[i] = depths[first]
                     lines[np.flatnonzero(group.owner == i)] = found[part.owner == j, first - 1]
-        moved = group.directions * (low - last)
+        at = np.array([event.at for event in group.events])
         margins = np.array([event.before[0].nodes.margin for event in group.events])
+        late = group.directions * (low - np.where(group.directions * (last - at) > 0, last, at))
         still_open = np.abs(high - low) > _OPEN * self.equations.size
-        return low, lines, (moved > margins) | still_open
+        return low, lines, (late > margins) | still_open
 
     def _at_folds(self, group: _Group, low: Array, lines: Array) -> tuple[Array, Array]:
         """The same, where an equilibrium disappears at the fold itself."""

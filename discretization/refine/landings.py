@@ -47,12 +47,16 @@ class Landings:
                 return
             todo = self._landed(todo, ahead)
         if todo:
+            todo = self._landed(todo, 0.0, downhill=True)
+        if todo:
             raise NotRefined(
                 f"no equilibrium is found after the event at depth = {todo[0].depth!r}",
                 todo[0].depth,
             )
 
-    def _landed(self, todo: Sequence[Happening], ahead: float) -> list[Happening]:
+    def _landed(
+        self, todo: Sequence[Happening], ahead: float, *, downhill: bool = False
+    ) -> list[Happening]:
         """Find lines after events, some margins beyond and back; those that fail."""
         lives = [life for event in todo for life in event.after]
         owner = np.repeat(np.arange(len(todo)), [len(event.after) for event in todo])
@@ -68,10 +72,13 @@ class Landings:
         if self.events.equations.scene.hysteretic:
             for event in todo:
                 _stand(event)
-        found = self.events.rest(lives, lines[:, None], beyond[:, None], reach=_FAR * length)
+        reach = _FAR * length
+        found = self.events.rest(
+            lives, lines[:, None], beyond[:, None], reach=reach, downhill=downhill
+        )
         good = found.at_rest
         if ahead:
-            found = self.events.rest(lives, found.lines[:, None], at[:, None], reach=_FAR * length)
+            found = self.events.rest(lives, found.lines[:, None], at[:, None], reach=reach)
             good = good & found.at_rest
         failed = list[Happening]()
         for i, event in enumerate(todo):

@@ -82,6 +82,7 @@ def settle(
     fixed: Mask | None = None,
     reach: float = math.inf,
     rounds: int = ROUNDS,
+    downhill: bool = False,
 ) -> Settled:
     """Take the lines of free surfaces to rest.
 
@@ -100,6 +101,8 @@ def settle(
         How far lines may move [length]; surfaces with one that goes further are not at rest.
     rounds : int
         Of Newton's method at most.
+    downhill : bool
+        Whether lines move as their forces push them where Newton's method leads to no stable rest.
     """
     count = len(lines)
     rows = _Rows(
@@ -127,8 +130,11 @@ def settle(
         changed = equations.rates(own.lines, own.depths, own.rooms)
         free = own.has_line & ~held
         step = _newton_step(changed, values, free)
-        downhill = -np.sign(values) * OUTWARDS * _LONGEST * equations.length
-        step = np.where(free & ~np.isfinite(step), downhill, step)  # where D does not change
+        pushed = -np.sign(values) * OUTWARDS * _LONGEST * equations.length
+        astray = ~np.isfinite(step)  # where D does not change
+        if downhill:
+            astray |= ~stable(changed, free)[:, None]
+        step = np.where(free & astray, pushed, step)
         longest = np.asarray(np.abs(step).max(axis=1))
         step *= np.minimum(1.0, _LONGEST * equations.length / np.maximum(longest, 1e-300))[:, None]
         new = _inside(equations, own.lines + step, own)
