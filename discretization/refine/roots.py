@@ -25,6 +25,7 @@ _FOLD_STEP = 1e-4  # of l and of depths: central differences of the determinant
 _TOUCH_STEP = 1e-5  # the same of what has no second derivative in it
 _LONGEST = 0.1  # of l: a step
 _FOUND = 1e-10  # of l: the last step
+_FLAT = 1e-6  # of l: the same of a fold where rounding makes more, its depth is off by the square
 
 
 class Roots(NamedTuple):
@@ -57,7 +58,7 @@ def folds(
 
     start = np.column_stack([np.where(np.isfinite(lines), lines, 0.0), depths])
     steps = _FOLD_STEP * np.array([length, length, equations.size])
-    found, good = _newton(off, start, steps, length)
+    found, good = _newton(off, start, steps, length, rounding=_FLAT)
     at = np.where(np.isfinite(lines), found[:, :2], lines)
     good &= free.any(axis=1)
     return Roots(at, found[:, 2], np.full(len(lines), np.nan), good)
@@ -143,18 +144,24 @@ def meetings(
 
 
 def _newton(
-    off: Callable[[Array, Indices], Array], start: Array, steps: Array, length: float
+    off: Callable[[Array, Indices], Array],
+    start: Array,
+    steps: Array,
+    length: float,
+    rounding: float = _FOUND,
 ) -> tuple[Array, Mask]:
     """Roots of n systems of m equations by Newton's method with central differences.
 
     off(unknown (k, m), own (k,)): of the systems with these numbers. The last unknown is a depth,
-    the others are positions. The roots (n, m), and which were found.
+    the others are positions. The roots (n, m), and which were found. rounding: of l, a last step
+    that may be longer than asked.
     """
     count, size = start.shape
     unknown = start.copy()
     found = np.zeros(count, bool)
     shifts = np.concatenate([np.zeros((1, size)), np.diag(steps), -np.diag(steps)])
     active = np.arange(count)
+    last = np.full(count, np.inf)
     for _ in range(_ROUNDS):
         if not active.size:
             break
@@ -172,7 +179,9 @@ def _newton(
         moved = np.abs(step[:, :-1]).max(axis=1)
         step *= np.minimum(1.0, _LONGEST * length / np.maximum(moved, 1e-300))[:, None]
         unknown[active] += step
+        last[active] = moved
         done = moved < _FOUND * length
         found[active[done]] = True
         active = active[~done]
+    found[active] = last[active] < rounding * length
     return unknown, found
