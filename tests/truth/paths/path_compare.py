@@ -53,6 +53,12 @@ def path_verdicts(kind, seed, methods=METHODS):
     several = scene.axisymmetric and (scene.pattern is not None or not scene.indenter.convex)
     if several or not scene.gamma1 or resolved(case, NODES[0]) < FEWEST:
         methods = [method for method in methods if method != "lattice"]
+    if (
+        scene.gamma1
+        and scene.pattern is not None
+        and not (scene.axisymmetric or scene.indenter.convex)
+    ):
+        methods = [method for method in methods if method != "fitted"]  # followed on nodes alone
     start = time.process_time()
     try:
         reading = _reading(case)
@@ -154,8 +160,9 @@ def answer(case, values, nodes):
     given = {"drives": values, "machine_stiffness": case.stiffness}
     if not case.stiffness:
         given = {"forces": values}
+    given["method"] = "lattice" if nodes else "fitted"
     if nodes:
-        given |= {"method": "lattice", "spacing": least_length(case) / nodes}
+        given["spacing"] = least_length(case) / nodes
     start = time.process_time()
     history, word, why = asked(load_path, case.scene, **given)
     word = "refused" if word == "warned" and not nodes else word
