@@ -169,7 +169,7 @@ def _newton(
         own = np.repeat(active, len(shifts))
         with np.errstate(all="ignore"):
             values = off(tried.reshape(-1, size), own).reshape(active.size, -1, size)
-        jacobian = (values[:, 1 : size + 1] - values[:, size + 1 :]) / (2 * steps[:, None])
+            jacobian = (values[:, 1 : size + 1] - values[:, size + 1 :]) / (2 * steps[:, None])
         jacobian = jacobian.transpose(0, 2, 1)
         usable = np.asarray(np.isfinite(jacobian).all(axis=(1, 2)))
         usable &= np.isfinite(values[:, 0]).all(axis=1)
