@@ -130,7 +130,7 @@ class Walk:
     def _links(self, ahead: range, side: int, sign: int, depth: float) -> int:
         """How many of these links the line passes on the way to a depth.
 
-        A line that is pressed passes them in the order of their depths: some are enough.
+        When pressing, threshold depths increase outwards, so that sampling suffices.
         """
         stride = 1 if sign < 0 else 1 + len(ahead) // _LOOKED
         passed = self._passed(ahead[::stride], side, sign)

@@ -1,4 +1,4 @@
-"""The engine: one measured number, refined, held against a closed form and an order of convergence.
+"""The engine: one measured number, refined, compared with its closed form and order.
 
 A check measures something on a `Grid` and says what it should be, once or, as a generator, several
 times. `refine` repeats it with the spacing halved again and again, and at every spacing with the

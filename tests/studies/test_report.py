@@ -146,7 +146,7 @@ def test_what_the_page_shows_is_small_and_the_rest_is_linked(tmp_path):
 
 
 def test_every_study_that_needs_no_input_is_in_the_report():
-    tools = {"run", "new", "sweep", "fit", "plan", "report"}
+    tools = {"run", "new", "explore", "sweep", "fit", "plan", "report"}
     files = Path(report.__file__).parent.rglob("[!_]*.py")
     found = {str(file) for file in files if "\ndef main(" in file.read_text("utf-8")}
     listed = {name: importlib.import_module(module).__file__ for name, module in MODULES.items()}
