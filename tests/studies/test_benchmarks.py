@@ -291,7 +291,7 @@ def test_the_study_measures_every_row_and_fails_where_a_digit_changes(
     monkeypatch.setattr(skipping, "routes", lambda: few)
     assert skipping.main([*command, str(tmp_path)]) == 0
     said = capsys.readouterr().out
-    assert "leaving out 2 things gives speed-ups" in said and "none changes a digit" in said
+    assert "leaving out 2 things" in said and "none changes a digit" in said
     assert (tmp_path / "skipping.png").stat().st_size > 10_000
     numbers = np.array([1.3e-4, 2.1, -3e-5])
     few["wrong"] = lambda: numbers, lambda: numbers * [1 + 1e-11, 1, 1]
