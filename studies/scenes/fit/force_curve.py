@@ -24,7 +24,7 @@ from studies.scenes.fit.disturbances import (
 CLEAR = 5.0  # times the noise: a force, or a way back, that is there
 ROUNDING = 1e-9  # of a way back, relative to the range of depths
 LEAST = 1e-10  # noise, relative to the largest force
-SOFT = 4.0  # times the noise: residuals beyond hardly pull with the loss soft_l1
+SOFT = 2.0  # times the noise: residuals beyond hardly pull with the loss soft_l1
 BASELINE = ("level", "slope", "drift")  # of the force out of contact
 FLAT = 8  # points at least that tell a line without contact
 STEEP = 0.2  # of the mean slope of what follows: a steeper line is no free part

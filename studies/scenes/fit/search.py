@@ -30,12 +30,15 @@ ROUNDING = 1e-10  # of a force, relative to the largest
 
 class Best(NamedTuple):
     """A minimum: coordinates (m,), residuals (n,), their Jacobian by the coordinates and by the
-    line out of contact (n, m + q), and Σ(r² + e²), e the error of simulated forces."""
+    line out of contact (n, m + q), and Σ(r² + e²), e the error of simulated forces.
+
+    widening: of the variances of a robust fit over those of its weighted squares."""
 
     x: Array
     fun: Array
     jac: Array
     squares: float
+    widening: float = 1.0
 
     @property
     def spare(self) -> int:
@@ -49,8 +52,11 @@ class Best(NamedTuple):
 
     @property
     def limit(self) -> float:
-        """Sum of squares over the least at the ends of a profile interval: 1 + t²/(n - m)."""
-        return 1 + float(stdtrit(self.spare, 0.5 + CONFIDENCE / 2)) ** 2 / self.spare
+        """Sum of squares over the least at the ends of a profile interval: 1 + t²/(n - m).
+
+        Times the widening for a robust fit."""
+        t = float(stdtrit(self.spare, 0.5 + CONFIDENCE / 2))
+        return 1 + self.widening * t**2 / self.spare
 
 
 def sought(model: Model, ftol: float = FINE) -> Best:
@@ -91,7 +97,18 @@ def robust(model: Model) -> tuple[Model, Best]:
         moved = np.abs(best.x - before.x)[known] > SETTLED * best.scatter * spread[known]
         if turn and not moved.any():
             break
-    return model, best
+    return model, best._replace(widening=widening(best.fun, model.data.roots))
+
+
+def widening(fun: Array, roots: Array) -> float:
+    """Variance of an estimate with the loss soft_l1 over what weighted squares say of it.
+
+    With weights W, residuals r, ψ = W r and ψ' = W³ (Huber and Ronchetti 2009, section 7.6):
+    mean ψ²/(mean ψ')² over mean W r²/mean W.
+    """
+    weights = roots**2
+    robust_variance = np.mean((roots * fun) ** 2) / np.mean(weights**3) ** 2
+    return float(robust_variance * np.mean(weights) / np.mean(fun**2))
 
 
 def hopeless(model: Model, squares: float) -> bool:

@@ -16,7 +16,7 @@ force in it: with --spring-constant the curve is simulated over the piezo positi
 
 Segments in which the indenter is held in contact and single points that stick out are named and
 left out. --range and --exclude choose the points that are used, by their depths. With --loss
-soft_l1 points far off hardly count: Σ 2c² (√(1 + r²/c²) - 1) is minimised, c four times the noise.
+soft_l1 points far off hardly count: Σ 2c² (√(1 + r²/c²) - 1) is minimised, c twice the noise.
 Waves in the force out of contact, as laser interference makes them, are fitted with its line.
 
 In place of the stiffness Ẽ/h Young's modulus E may be fitted, with ν and h of the scene. R and h

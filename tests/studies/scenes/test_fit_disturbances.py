@@ -26,6 +26,7 @@ from studies.scenes.fit.branches import retraction
 from studies.scenes.fit.disturbances import noise, resolution, without_spikes
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data
+from studies.scenes.fit.search import widening
 from studies.scenes.fit.trials import SCENE
 
 FAST = {"profiles": False, "alternatives": False}
@@ -100,6 +101,27 @@ def test_what_is_wide_and_far_off_hardly_counts_with_soft_l1():
         fit(START, curve, loss="huber")
 
 
+def test_an_answer_that_hangs_on_points_far_off_is_doubted():
+    """A bump beside the detachment, which tells most: with it w is 8 % off."""
+    bump = [(120 + i, 1e-9 * share) for i, share in enumerate((0.5, 1, 1, 1, 0.5))]
+    found = fit(START, spiked(*bump), loss="soft_l1", **FAST)
+    assert "would be outside of the intervals without the 5 points" in found.unsuited
+
+
+def test_soft_l1_widens_intervals_as_their_scatter_tells():
+    """Of a mean of normal variables: the variance over many samples."""
+    samples = np.random.default_rng(1).standard_normal((2000, 50))
+    location = samples.mean(axis=1)
+    for _ in range(30):
+        r = samples - location[:, None]
+        weights = 1 / np.sqrt(1 + (r / 2) ** 2)
+        location = (weights * samples).sum(axis=1) / weights.sum(axis=1)
+    said = np.mean(weights * r**2, axis=1) / weights.sum(axis=1)
+    times = [widening(np.sqrt(w) * one, np.sqrt(w)) for w, one in zip(weights, r, strict=True)]
+    assert np.mean(said * times) == pytest.approx(location.var(), rel=0.06)
+    assert np.mean(said) < 0.9 * location.var()
+
+
 def test_soft_l1_is_the_loss_of_scipy():
     """At the minimum its gradient vanishes: Σ r/√(1 + r²/c²) ∂r/∂x = 0 for the line's level."""
     bump = [(100 + i, 1e-9) for i in range(5)]
@@ -107,7 +129,7 @@ def test_soft_l1_is_the_loss_of_scipy():
     found = fit(START, spiked(*bump), loss="soft_l1", **FAST)
     r = found.best.fun / data.roots
     columns = data.lines / data.roots[:, None]
-    pull = (r / np.sqrt(1 + (r / (4 * data.sigma)) ** 2)) @ columns
+    pull = (r / np.sqrt(1 + (r / (2 * data.sigma)) ** 2)) @ columns
     scale = np.abs(r) @ np.abs(columns)
     assert np.abs(pull / scale).max() < 1e-3
 
