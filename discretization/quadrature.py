@@ -31,36 +31,64 @@ from discretization.certificate import EPSILON, ROUNDING
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import Free
 from energy import Indenter, Scene, terms
-from energy.arrays import Array
+from energy.arrays import Array, Mask
 
 Density = Callable[[Array], Array]  # of places (.., p): several densities (m, .., p)
-_T, _DT = np.polynomial.legendre.leggauss(12)
-_NEAR, _DT = ((_T + 1) / 2) ** 4 / 2, _DT * ((_T + 1) / 2) ** 3
-# of a panel, half of them for each half, crowded at its ends by t⁴, where a power law is not smooth
-_AT, _OF = np.append(_NEAR, 1 - _NEAR), np.append(_DT, _DT)
-_COARSE = 12  # points of the coarser one of two rules of Gauss, for panels where all is smooth
-_PAIR_AT, _PAIR_OF = (
-    np.hstack(part) / 2
-    for part in zip(*map(np.polynomial.legendre.leggauss, (_COARSE, 2 * _COARSE)), strict=True)
-)
-_PAIR_AT = _PAIR_AT + 1 / 2
 _HALVINGS = 48  # of a panel, to the spacing of floating-point numbers
 _MOST = 20_000  # panels for each given one that are halved at once: more is noise of the slopes
 _SUMMED = 80 * EPSILON  # of the sizes of the terms of a panel's sum
 _LUCK = 1 / 8  # of what the whole was off by
 _EXACT = 1e-15  # of a whole integral: what halving a panel may change it by
+_AGREE = 1e-9  # of the sizes of integrals: by no more do they differ on other panels
+# Interval between samples, or a panel's own, over the widest one: half of it is closer.
+_CLOSE = 0.6
+_APART = 8  # wide intervals between samples that make one panel
+
+# Rounding of heights: by how much a height changes over short steps, compared with its slope.
 _STEPS = 32  # steps of a contact in which heights are read
 _SHORT = 2.0**-10  # of a panel: a slope is smooth there, a height changes by more than its rounding
-_AGREE = 1e-9  # of the sizes of integrals: by no more do they differ on other panels
-_CLOSE = 0.6  # of the widest interval between samples, or of a panel's own: half of it is closer
-_APART = 8  # wide intervals between samples that make one panel
 _LEFT_OUT = 2  # of the steps, those with the largest differences
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _GOLDEN = 0.6180339887498949  # irrational: no period of the profile falls on all steps
 
 
+class GaussRule(NamedTuple):
+    """Places (p,) on a panel from 0 to 1, and their weights."""
+
+    places: Array
+    weights: Array
+
+    @classmethod
+    def of(cls, count: int) -> GaussRule:
+        """The rule of Gauss and Legendre with so many points."""
+        points, weights = np.polynomial.legendre.leggauss(count)
+        return cls(points / 2 + 1 / 2, weights / 2)
+
+    @classmethod
+    def crowded(cls, count: int) -> GaussRule:
+        """Twice so many points, crowded at both ends like t⁴, where a power law is not smooth."""
+        points, weights = np.polynomial.legendre.leggauss(count)
+        near = ((points + 1) / 2) ** 4 / 2
+        weights = weights * ((points + 1) / 2) ** 3
+        return cls(np.append(near, 1 - near), np.append(weights, weights))
+
+
+_CROWDED = GaussRule.crowded(12)
+_COARSE = GaussRule.of(12)  # the coarser one of two rules, for panels where all is smooth
+_FINE = GaussRule.of(24)
+_BOTH_PLACES = np.append(_COARSE.places, _FINE.places)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)  # on [-1, 1], for short steps
+
+
 class Sums(NamedTuple):
-    """Integrals (m, n) over panels with ends (2, n), those of absolute values, errors (m, n)."""
+    """Integrals of m densities over n panels.
+
+    Attributes
+    ----------
+    ends : ndarray (2, n)
+        Of the panels.
+    sums, sizes, off : ndarray (m, n)
+        Integrals, those of absolute values, and errors.
+    """
 
     ends: Array
     sums: Array
@@ -68,52 +96,142 @@ class Sums(NamedTuple):
     off: Array
 
 
+class Halves(NamedTuple):
+    """Integrals over n panels, and over their halves.
+
+    Attributes
+    ----------
+    ends : ndarray (2, 2, n)
+        Of the first and the second halves.
+    divisible : ndarray of bool (n,)
+        Whether there is a floating-point number in the middle.
+    whole, whole_sizes : ndarray (m, n)
+        Integrals over the panels, and of absolute values.
+    sums, sizes : ndarray (m, n)
+        The same over both halves together.
+    """
+
+    ends: Array
+    divisible: Mask
+    whole: Array
+    whole_sizes: Array
+    sums: Array
+    sizes: Array
+
+    @classmethod
+    def of(cls, density: Density, ends: Array) -> Halves:
+        """Of panels with ends (2, n)."""
+        low, high = ends
+        middle = ends.sum(axis=0) / 2
+        panels = np.array([[low, low, middle], [high, middle, high]])
+        sums, sizes = over(density, panels)
+        return cls(
+            ends=panels[:, 1:],
+            divisible=(low < middle) & (middle < high),
+            whole=sums[:, 0],
+            whole_sizes=sizes[:, 0],
+            sums=sums[:, 1:].sum(axis=1),
+            sizes=sizes[:, 1:].sum(axis=1),
+        )
+
+
 def over(density: Density, ends: Array) -> tuple[Array, Array]:
-    """Integrals (m, ..) over panels with ends (2, ..) as they are, and of absolute values."""
-    lo, hi = ends[..., None]
-    values, width = density(lo + (hi - lo) * _AT), (hi - lo)[..., 0]
-    return (values @ _OF) * width, (np.abs(values) @ _OF) * width
+    """Integrals over panels as they are.
+
+    Parameters
+    ----------
+    density : callable
+        m densities (m, ..., p) at places (..., p).
+    ends : ndarray (2, ...)
+
+    Returns
+    -------
+    sums, sizes : ndarray (m, ...)
+        Integrals, and those of absolute values.
+    """
+    low, high = ends[..., None]
+    values = density(low + (high - low) * _CROWDED.places)
+    width = (high - low)[..., 0]
+    return (values @ _CROWDED.weights) * width, (np.abs(values) @ _CROWDED.weights) * width
 
 
 def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: bool) -> Sums:
-    """Integrals over panels, those halved that are off by more than a part of the whole's size.
+    """Integrals over panels that are halved until that changes nothing.
 
-    lost (m, 1): what they are off by however often they are halved; smooth: on each panel.
+    A panel is done when halving it changes its integral by at most
+
+        max(part · ∫|density| + lost, 80 ε of its own size),
+
+    the integral over all given panels, and with it the halves of each.
+
+    Parameters
+    ----------
+    density : callable
+        m densities.
+    ends : ndarray (2, n)
+        Of the panels.
+    part : float
+    lost : ndarray (m, 1)
+        What the integrals are off by however often panels are halved.
+    smooth : bool
+        Whether the densities are, on each panel. Else halves that agree with the whole by luck
+        count as off by an eighth of what that was off by.
+
+    Returns
+    -------
+    Sums
     """
-    done, limit, luck = list[Sums](), None, np.zeros((len(lost), 1))
+    done: list[Sums] = []
+    limit = None
+    luck = np.zeros((len(lost), 1))
     most = _MOST * ends.shape[1]
-    for more in reversed(range(_HALVINGS)):
-        (lo, hi), middle = ends, ends.sum(axis=0) / 2
-        panels = np.array([[lo, lo, middle], [hi, middle, hi]])  # whole ones and their halves
-        sums, sizes = over(density, panels)
+    for left in reversed(range(_HALVINGS)):
+        panels = Halves.of(density, ends)
         if limit is None:
-            limit = part * sizes[:, 0].sum(axis=1, keepdims=True) + lost
-        both, size = sums[:, 1:].sum(axis=1), sizes[:, 1:].sum(axis=1)
-        off = np.maximum(apart := np.abs(both - sums[:, 0]), luck)
-        rough = (off > np.maximum(limit, _SUMMED * size)).any(axis=0)
-        rough &= (lo < middle) & (middle < hi)
-        if not (more and rough.any() and rough.sum() <= most):
-            done.append(Sums(ends, both, size, off))
+            limit = part * panels.whole_sizes.sum(axis=1, keepdims=True) + lost
+        change = np.abs(panels.sums - panels.whole)
+        off = np.maximum(change, luck)
+        rough = (off > np.maximum(limit, _SUMMED * panels.sizes)).any(axis=0)
+        rough &= panels.divisible
+        if not left or not rough.any() or rough.sum() > most:
+            done.append(Sums(ends, panels.sums, panels.sizes, off))
             break
-        done.append(Sums(*(each[:, ~rough] for each in (ends, both, size, off))))
-        ends = panels[:, 1:, rough].reshape(2, -1)
-        luck = np.tile(apart[:, rough] * (0.0 if smooth else _LUCK), 2)
-    found = Sums(*map(np.hstack, zip(*done, strict=True))) if done[1:] else done[0]
+        smooth_ones = (ends, panels.sums, panels.sizes, off)
+        done.append(Sums(*(each[:, ~rough] for each in smooth_ones)))
+        ends = panels.ends[:, :, rough].reshape(2, -1)
+        luck = np.tile(change[:, rough] * (0.0 if smooth else _LUCK), 2)
+    found = done[0]
+    if len(done) > 1:
+        found = Sums(*map(np.hstack, zip(*done, strict=True)))
     found.off[:, :1] += lost
     return found
 
 
 def summed_each(density: Density, ends: Array, *, smooth: bool) -> Array:
-    """Integrals (m, n) over each of the panels with ends (2, n), to rounding of its own size.
+    """Integrals over each of some panels, to rounding of its own size.
 
     Where Gauss's rules of 12 and of 24 points agree they are right; other panels are halved as in
     `summed`, each by itself: what a panel gives does not depend on the others. No density changes
     its sign.
+
+    Parameters
+    ----------
+    density : callable
+        m densities.
+    ends : ndarray (2, n)
+    smooth : bool
+        As in `summed`.
+
+    Returns
+    -------
+    ndarray (m, n)
     """
-    lo, width = ends[0], ends[1] - ends[0]
-    values = density(lo[:, None] + width[:, None] * _PAIR_AT)
-    coarse = values[..., :_COARSE] @ _PAIR_OF[:_COARSE] * width
-    total = np.asarray(values[..., _COARSE:] @ _PAIR_OF[_COARSE:] * width)
+    low = ends[0]
+    width = ends[1] - ends[0]
+    values = density(low[:, None] + width[:, None] * _BOTH_PLACES)
+    count = _COARSE.places.size
+    coarse = values[..., :count] @ _COARSE.weights * width
+    total = np.asarray(values[..., count:] @ _FINE.weights * width)
     rough = (np.abs(total - coarse) > ROUNDING * np.abs(total)).any(axis=0)
     if rough.any():
         total[:, rough] = _halved_each(density, ends[:, rough], smooth)
@@ -123,73 +241,119 @@ def summed_each(density: Density, ends: Array, *, smooth: bool) -> Array:
 def _halved_each(density: Density, ends: Array, smooth: bool) -> Array:
     """Integrals (m, n) over panels that are halved until that changes nothing."""
     count = ends.shape[1]
-    own, luck = np.arange(count), np.zeros(1)
-    total = limit = np.zeros((0, 0))
-    for more in reversed(range(_HALVINGS)):
-        (lo, hi), middle = ends, ends.sum(axis=0) / 2
-        panels = np.array([[lo, lo, middle], [hi, middle, hi]])  # whole ones and their halves
-        sums, sizes = over(density, panels)
-        if not total.size:
-            total = np.zeros((len(sums), count))
-            limit = ROUNDING * sizes[:, 0]
-        both, size = sums[:, 1:].sum(axis=1), sizes[:, 1:].sum(axis=1)
-        apart = np.abs(both - sums[:, 0])
-        off = np.maximum(apart, luck)
-        rough = (off > np.maximum(limit[:, own], _SUMMED * size)).any(axis=0)
-        rough &= (lo < middle) & (middle < hi)
-        if not more or rough.sum() > _MOST * count:
+    own = np.arange(count)  # the given panel of which each is a part
+    luck = np.zeros(1)
+    panels = Halves.of(density, ends)
+    limit = ROUNDING * panels.whole_sizes
+    total = np.zeros_like(limit)
+    for left in reversed(range(_HALVINGS)):
+        change = np.abs(panels.sums - panels.whole)
+        off = np.maximum(change, luck)
+        rough = (off > np.maximum(limit[:, own], _SUMMED * panels.sizes)).any(axis=0)
+        rough &= panels.divisible
+        if not left or rough.sum() > _MOST * count:
             rough[:] = False
         for row in range(len(total)):
-            total[row] += np.bincount(own[~rough], both[row, ~rough], count)
+            total[row] += np.bincount(own[~rough], panels.sums[row, ~rough], count)
         if not rough.any():
             break
-        ends = panels[:, 1:, rough].reshape(2, -1)
+        ends = panels.ends[:, :, rough].reshape(2, -1)
         own = np.tile(own[rough], 2)
-        luck = np.tile(apart[:, rough] * (0.0 if smooth else _LUCK), 2)
+        luck = np.tile(change[:, rough] * (0.0 if smooth else _LUCK), 2)
+        panels = Halves.of(density, ends)
     return total
 
 
 def densities(scene: Scene, level: float, x: Array) -> Array:
-    """Of ∫1, ∫g, ∫g², ∫γ₁ψ(f') and ∫c s(f'), g = level - f, over dx or 2πr dr.
+    """Densities of ∫1, ∫g, ∫g², ∫γ₁ψ(f') and ∫c s(f'), g = level - f, over dx or 2πr dr.
 
-    c: the factor of the scene's pattern on the work of adhesion.
+    c is the factor of the scene's pattern on the work of adhesion. Of springs that are not linear
+    what stands for g and g² in force and energy.
+
+    Parameters
+    ----------
+    scene : Scene
+    level : float
+        [length].
+    x : ndarray
+        Positions [length].
+
+    Returns
+    -------
+    ndarray (5, ...)
     """
-    g, slope = level - scene.indenter.height(x), np.asarray(scene.indenter.slope(x), float)
+    g = level - scene.indenter.height(x)
+    slope = np.asarray(scene.indenter.slope(x), float)
     stored = terms.contact(slope, gamma1=scene.gamma1, w=0.0, slopes=scene.slopes)
     bound = np.ones_like(slope) if scene.slopes == "small" else np.sqrt(1 + slope * slope)
     if scene.pattern is not None:
         bound = bound * scene.pattern.factor(x)
     pressed = np.array([g, g * g])
-    if not scene.hookean:  # what stands for them in P and U
-        pressed = np.array([scene.spring(g).first, 2 * scene.spring(g).value]) / scene.stiffness
+    if not scene.hookean:
+        spring = scene.spring(g)
+        pressed = np.array([spring.first, 2 * spring.value]) / scene.stiffness
     found = np.array([np.ones_like(slope), *pressed, stored, bound])
     return found * scene.measure(x) if scene.axisymmetric else found
 
 
+class ContactIntegrals(NamedTuple):
+    """Integrals over contacts.
+
+    Attributes
+    ----------
+    parts : ndarray (3, 4)
+        Springs, surface, adhesion as it binds, and pressure; in rows their integrals, those of
+        absolute values, and errors.
+    rounding : float
+        What the heights are off by as measured, which is counted in the errors [length].
+    hidden : ndarray
+        Places of features that the samples of the profile have missed [length].
+    """
+
+    parts: Array
+    rounding: float
+    hidden: Array
+
+
 def in_contact(
     scene: Scene, depth: float, contacts: Array, profile: Resolved | None = None
-) -> tuple[Array, float, Array]:
-    """Springs, surface, adhesion as it binds and pressure over contacts (m, 2).
+) -> ContactIntegrals:
+    """Springs, surface, adhesion and pressure over contacts.
 
-    Their integrals, those of absolute values, and errors (3, 4); what the heights are off by as
-    measured, which is counted in the errors; and where there are features that the samples of the
-    profile, if it is given, have missed.
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    contacts : ndarray (m, 2)
+        Their ends [length].
+    profile : Resolved, optional
+        With whose samples panels are compared.
+
+    Returns
+    -------
+    ContactIntegrals
     """
-    ends, smooth, k = _ends(scene, contacts), scene.indenter.complete, scene.stiffness
-    rounding, lost = height_rounding(scene.indenter, ends.T), np.zeros((5, 1))
+    ends = _ends(scene, contacts)
+    smooth = scene.indenter.complete
+    rounding = height_rounding(scene.indenter, ends.T)
+    lost = np.zeros((5, 1))
     if rounding:
         deepest = float(np.abs(depth - scene.indenter.height(ends)).max())
         wide = np.diff(contacts).sum() + 2 * scene.elastocapillary_length
         lost[1] = rounding * wide * float(scene.measure(contacts.max()))
         lost[2] = 2 * deepest * lost[1]
-    part, density = ROUNDING / max(1, ends.shape[1]), functools.partial(densities, scene, depth)
+    part = ROUNDING / max(1, ends.shape[1])
+    density = functools.partial(densities, scene, depth)
     sums = summed(density, ends, part, lost, smooth=smooth)
     hidden = np.empty(0)
     if profile is not None and not smooth:
         sums = _compared(scene, density, contacts, profile, sums, part, lost)
         hidden = profile.hidden(scene, _closer(profile, sums.ends))
-    found = np.array(sums[1:]).sum(axis=2)
-    return found[:, [2, 3, 4, 1]] * (k / 2, 1.0, scene.work_of_adhesion, k), rounding, hidden
+    _, g, g_squared, stretched, bound = np.array(sums[1:]).sum(axis=2).T
+    k = scene.stiffness
+    parts = [g_squared * (k / 2), stretched * 1.0, bound * scene.work_of_adhesion, g * k]
+    return ContactIntegrals(np.array(parts).T, rounding, hidden)
 
 
 def _compared(
@@ -229,10 +393,12 @@ def _thinned(x: Array) -> Array:
 
 def _closer(profile: Resolved, ends: Array) -> Array:
     """The places at which panels (2, n) were looked at that are narrower than the samples."""
-    middle, x = ends.sum(axis=0) / 2, profile.x
+    x = profile.x
+    middle = ends.sum(axis=0) / 2
     i = np.clip(np.searchsorted(x, middle, "right") - 1, 0, x.size - 2)
-    lo, hi = ends[:, ends[1] - ends[0] < _CLOSE * (x[i + 1] - x[i])]
-    return np.asarray((lo[:, None] + (hi - lo)[:, None] * _AT).ravel())
+    narrow = ends[1] - ends[0] < _CLOSE * (x[i + 1] - x[i])
+    low, high = ends[:, narrow]
+    return np.asarray((low[:, None] + (high - low)[:, None] * _CROWDED.places).ravel())
 
 
 def _ends(scene: Scene, contacts: Array, more: ArrayLike = ()) -> Array:
@@ -248,7 +414,7 @@ def _ends(scene: Scene, contacts: Array, more: ArrayLike = ()) -> Array:
 
 
 def height_rounding(indenter: Indenter, ends: Array) -> float:
-    """How far f(x) is off by its own arithmetic [length], on panels with ends (n, 2).
+    """How far f(x) is off by its own arithmetic.
 
     It may lose digits that the height itself has not: cosh(x) - 1 is a multiple of 2⁻⁵³ however
     small x is. Over a short step s the height must change by the integral of the slope,
@@ -256,26 +422,49 @@ def height_rounding(indenter: Indenter, ends: Array) -> float:
         f(x + s) - f(x) = ∫ f' dx,    s = 2⁻¹⁰ of a panel,
 
     which Gauss points give exactly for a profile that is smooth on s; what the two differ by is the
-    rounding of f. Corners nobody declared fall on few of the steps, which are left out. 0 for
-    indenters that say where they are smooth: their heights are computed without such a loss.
+    rounding of f. Corners nobody declared fall on few of the steps, which are left out.
+
+    Parameters
+    ----------
+    indenter : Indenter
+    ends : ndarray (n, 2)
+        Of panels [length].
+
+    Returns
+    -------
+    float
+        [length]; 0 for indenters that say where they are smooth: their heights are computed without
+        such a loss.
     """
     if indenter.complete or not (ends[:, 1] > ends[:, 0]).any():
         return 0.0
     wide = ends[ends[:, 1] > ends[:, 0]]
-    lo, hi = wide[np.arange(_STEPS) * len(wide) // _STEPS].T
-    start = lo + (hi - lo) * (1 - _SHORT) * (np.arange(_STEPS) * _GOLDEN % 1)
-    stop = np.minimum(start + _SHORT * (hi - lo), hi)
+    low, high = wide[np.arange(_STEPS) * len(wide) // _STEPS].T
+    start = low + (high - low) * (1 - _SHORT) * (np.arange(_STEPS) * _GOLDEN % 1)
+    stop = np.minimum(start + _SHORT * (high - low), high)
     x = start[:, None] + np.outer(stop - start, (_POINTS + 1) / 2)
-    rise = (np.asarray(indenter.slope(x), float) @ _WEIGHTS) * ((stop - start) / 2)
-    step = np.asarray(indenter.height(stop), float) - np.asarray(indenter.height(start), float)
-    return float(np.sort(np.abs(step - rise))[-1 - _LEFT_OUT])
+    by_slope = (np.asarray(indenter.slope(x), float) @ _WEIGHTS) * ((stop - start) / 2)
+    heights = np.asarray(indenter.height(stop), float) - np.asarray(indenter.height(start), float)
+    return float(np.sort(np.abs(heights - by_slope))[-1 - _LEFT_OUT])
 
 
 class Interval(NamedTuple):
     """Totals over contacts and their free surfaces, with the force by two routes.
 
-    errors: of energy and force; rounding: what measured heights are off by [length], among these;
-    hidden: places of features that the samples of the profile have missed.
+    Attributes
+    ----------
+    energy, force : float
+        U and P = dU/dd.
+    force_by_field : float
+        k∫u dx.
+    energy_scale, force_scale : float
+        Sums of the sizes of the terms.
+    errors : tuple of float
+        Of energy and force.
+    rounding : float
+        What measured heights are off by, which is counted in these [length].
+    hidden : ndarray
+        Places of features that the samples of the profile have missed [length].
     """
 
     energy: float
@@ -301,24 +490,57 @@ def refined(
     free: Sequence[Free],
     profile: Resolved | None = None,
 ) -> Interval:
-    """Energy and force of contacts (m, 2) and of the free surfaces beside them."""
-    parts, rounding, hidden = in_contact(scene, depth, contacts, profile)
-    (springs, tension, adhesion, force), (*_, size), off = parts.tolist()
-    pulls = [pull for each in free for pull in each.pulls]
-    stored = springs + tension + sum(each.energy for each in free)
-    by_field = force + sum(each.area for each in free)
-    scales = stored + adhesion, size + sum(map(abs, pulls))
-    totals = stored - adhesion, force + sum(pulls), by_field, *scales
-    return Interval(*totals, (sum(off[:3]), off[3]), rounding, hidden)
+    """Energy and force of contacts and of the free surfaces beside them.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    contacts : ndarray (m, 2)
+        [length].
+    free : sequence of Free
+        All free surfaces.
+    profile : Resolved, optional
+        As in `in_contact`.
+
+    Returns
+    -------
+    Interval
+    """
+    found = in_contact(scene, depth, contacts, profile)
+    totals, sizes, errors = found.parts.tolist()
+    springs, tension, adhesion, pressure = totals
+    pulls = [pull for surface in free for pull in surface.pulls]
+    stored = springs + tension + sum(surface.energy for surface in free)
+    return Interval(
+        energy=stored - adhesion,
+        force=pressure + sum(pulls),
+        force_by_field=pressure + sum(surface.area for surface in free),
+        energy_scale=stored + adhesion,
+        force_scale=sizes[3] + sum(map(abs, pulls)),
+        errors=(sum(errors[:3]), errors[3]),
+        rounding=found.rounding,
+        hidden=found.hidden,
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Integrals:
     """The integrals of `densities` over a resolved profile, g from the depth of first touch.
 
-    Only of what may be in contact, f <= level: what stands higher would but cost digits. parts
-    (5, n): from the lowest point to each x (n,), increasing, with the heights f. hidden: places of
-    features that the samples of the profile have missed.
+    Only of what may be in contact, f <= level: what stands higher would but cost digits.
+
+    Attributes
+    ----------
+    scene : Scene
+    profile : Resolved
+    x, f : ndarray (n,)
+        Places, increasing, and heights there [length].
+    parts : ndarray (5, n)
+        Integrals from the lowest point to each place.
+    hidden : ndarray
+        Places of features that the samples of the profile have missed [length].
     """
 
     scene: Scene
@@ -337,27 +559,32 @@ class Integrals:
         found = summed(density, ends[:, low], _EXACT, np.zeros((5, 1)), smooth=True)
         x = np.unique(np.append(profile.x, found.ends))
         f = np.asarray(profile.indenter.height(x), float)
-        start, sums = int(np.argmin(f)), np.zeros((5, x.size - 1))
+        sums = np.zeros((5, x.size - 1))
         sums[:, np.searchsorted(x, found.ends[0])] = found.sums
-        before = -np.cumsum(sums[:, :start][:, ::-1], axis=1)[:, ::-1]
-        after = np.cumsum(sums[:, start:], axis=1)
+        lowest = int(np.argmin(f))
+        before = -np.cumsum(sums[:, :lowest][:, ::-1], axis=1)[:, ::-1]
+        after = np.cumsum(sums[:, lowest:], axis=1)
+        parts = np.hstack([before, np.zeros((5, 1)), after])
         hidden = np.empty(0)
         if not profile.indenter.complete:
             hidden = profile.hidden(scene, _closer(profile, found.ends))
-        return cls(scene, profile, x, f, np.hstack([before, np.zeros((5, 1)), after]), hidden)
+        return cls(scene, profile, x, f, parts, hidden)
 
     def at(self, x: Array) -> Array:
-        """The five integrals from the lowest point to x (n,)."""
+        """The five integrals (5, n) from the lowest point to x (n,)."""
         last = self.x.size - 1
-        i = np.clip(np.searchsorted(self.x, x) - 1, 0, last)
-        beyond = np.minimum(i + 1, last)
-        i = np.where(self.f[i] <= self.f[beyond], i, beyond)  # the lower
+        before = np.clip(np.searchsorted(self.x, x) - 1, 0, last)
+        after = np.minimum(before + 1, last)
+        lower = np.where(self.f[before] <= self.f[after], before, after)
         density = functools.partial(densities, self.scene, self.profile.touch)
-        return self.parts[:, i] + over(density, np.array([self.x[i], x]))[0]
+        return self.parts[:, lower] + over(density, np.array([self.x[lower], x]))[0]
 
     def contact(self, x: Array, depth: Array, w: float) -> Array:
         """C(x), the sum of its terms' absolute values, and ∂C/∂d (3, n)."""
-        width, g, square, stored, bound = self.at(x)
-        d, k = depth - self.profile.touch, self.scene.stiffness
-        parts = np.array([k / 2 * d * d * width, k * d * g, k / 2 * square, stored, -w * bound])
-        return np.array([parts.sum(axis=0), np.abs(parts).sum(axis=0), k * (d * width + g)])
+        width, g, g_squared, stored, bound = self.at(x)
+        d = depth - self.profile.touch
+        k = self.scene.stiffness
+        springs = [k / 2 * d * d * width, k * d * g, k / 2 * g_squared]
+        parts = np.array([*springs, stored, -w * bound])
+        sizes = np.abs(parts).sum(axis=0)
+        return np.array([parts.sum(axis=0), sizes, k * (d * width + g)])
