@@ -18,7 +18,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,27 +33,39 @@ MOST = 200_000  # samples
 LOOKS = 8  # times a profile is resolved again around what quadrature has found between its samples
 _FIRST = 512  # samples of the first pass
 _TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
-_PART = 1 / 64  # of √(2w/γ₁), which a slope must change by for a contact line to notice
+
+# When the cubic through two samples is good enough, and when what is found between them is a
+# feature that they have missed.
+_OF_KINK = 1 / 64  # of √(2w/γ₁): by less a slope may change unnoticed by a contact line
 _OF_RANGE = 1 / 256  # of how much the slope varies within an interval
 _HIDDEN = 4.0  # times what samples resolve: more in between is a feature that they have missed,
 _LONE = 16.0  # or so many times what the cubic is off by at both tests, if a contact line or an
 _SLIGHT = 1e-3  # energy notices: of √(2w/γ₁), or without adhesion of the steepest slope
 _NOISE = 1e-12  # of the steepest slope, and of an interval: they are not known better
-_NAMED = 5  # places in a warning
 _FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
 _ROUNDS = 48  # of halving, more than _FINEST allows
-_MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
-_WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
-_WIDEST = 2.0**34  # first half windows: an endless profile that has not risen by then falls
+_NAMED = 5  # places in a warning
+
+# How far an endless profile is followed.
+_MARGIN = 0.125  # of δ₀ and of the depth: how much higher than contact is possible
+_WINDOW = 64.0  # elastocapillary lengths, the first half window
+_WIDEST = 2.0**34  # first half windows: a profile that has not risen by then falls
 BEFORE_VERTICAL = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
 
 
 @dataclass(frozen=True, eq=False)
 class Resolved:
-    """Samples of a profile in increasing order (n,): x, heights f, slopes.
+    """A profile known by samples.
 
-    A corner stands twice: first with the slope on its left, then with that on its right. touch:
-    the least height, at x = lowest; edges: of a pattern, on either side of which there is a sample.
+    A corner stands twice: first with the slope on its left, then with that on its right.
+
+    Attributes
+    ----------
+    indenter : Indenter
+    x, f, slope : ndarray (n,)
+        Places in increasing order, heights [length] and slopes there.
+    edges : ndarray
+        Those of a pattern, on either side of which there is a sample [length].
     """
 
     indenter: Indenter
@@ -65,22 +77,30 @@ class Resolved:
     @classmethod
     def of(cls, indenter: Indenter, x: Array, edges: ArrayLike = ()) -> Resolved:
         """With samples at these places, increasing, the corners among them."""
-        corners, edges = (np.asarray(part, float) for part in (indenter.corners, edges))
+        corners = np.asarray(indenter.corners, float)
         inner = corners[(corners > x[0]) & (corners < x[-1])]
         x = np.repeat(x, 1 + np.isin(x, inner))
         twice = x[1:] == x[:-1]
-        f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
+        side = np.append(1, twice) - np.append(twice, 1)  # -1 left, 1 right of a corner
+        f, slope = _read(indenter, x, side)
         kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
-        return cls(indenter, x[kept], f[kept], slope[kept], edges)
+        return cls(indenter, x[kept], f[kept], slope[kept], np.asarray(edges, float))
 
-    touch = functools.cached_property(lambda self: float(self.f.min()))
-    lowest = functools.cached_property(lambda self: float(self.x[int(np.argmin(self.f))]))
+    @functools.cached_property
+    def touch(self) -> float:
+        """The least height: the depth of first touch [length]."""
+        return float(self.f.min())
+
+    @functools.cached_property
+    def lowest(self) -> float:
+        """Where that is [length]."""
+        return float(self.x[int(np.argmin(self.f))])
 
     def beyond(self, start: float, limit: float) -> slice:
         """Samples strictly between two positions, increasing."""
-        lo = int(np.searchsorted(self.x, min(start, limit), side="right"))
-        hi = int(np.searchsorted(self.x, max(start, limit), side="left"))
-        return slice(lo, max(lo, hi))
+        first = int(np.searchsorted(self.x, min(start, limit), side="right"))
+        stop = int(np.searchsorted(self.x, max(start, limit), side="left"))
+        return slice(first, max(first, stop))
 
     def past(self, x: Any, side: Any) -> Any:
         """x just on this side of a pattern's edge, where adhesion is that of the next patch.
@@ -90,7 +110,8 @@ class Resolved:
         if not self.edges.size:
             return x
         at_edge = np.isin(x, self.edges) | np.isin(np.nextafter(x, math.inf), self.edges)
-        found = np.where(at_edge, np.nextafter(x, np.copysign(math.inf, side)), x)
+        moved = np.nextafter(x, np.copysign(math.inf, side))
+        found = np.where(at_edge, moved, x)
         return found if np.ndim(x) else float(found)
 
     def beside(self, x: Array, side: Any) -> tuple[Array, Array]:
@@ -99,10 +120,11 @@ class Resolved:
         slope = np.asarray(self.indenter.slope(x), float)
         if not len(self.indenter.corners):
             return f, slope
-        right, left = np.searchsorted(self.x, x, side="right") - 1, np.searchsorted(self.x, x)
+        right = np.searchsorted(self.x, x, side="right") - 1
+        left = np.searchsorted(self.x, x)
         i = np.clip(np.where(np.greater(side, 0), right, left), 0, self.x.size - 1)
-        known = self.x[i] == x
-        return np.where(known, self.f[i], f), np.where(known, self.slope[i], slope)
+        is_sample = self.x[i] == x
+        return np.where(is_sample, self.f[i], f), np.where(is_sample, self.slope[i], slope)
 
     @functools.cached_property
     def corners(self) -> Array:
@@ -112,48 +134,84 @@ class Resolved:
     @functools.cached_property
     def joints(self) -> Array:
         """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
-        ends, known = self.x[[0, -1]], np.append(self.corners, self.edges)
-        inside = known[(known > ends[0]) & (known < ends[1])]
+        ends = self.x[[0, -1]]
+        places = np.append(self.corners, self.edges)
+        inside = places[(places > ends[0]) & (places < ends[1])]
         return np.unique(np.append(ends, inside)) if inside.size else ends
 
     def hidden(self, scene: Scene, x: Array) -> Array:
-        """The place in each interval between samples where a feature shows that they have missed.
+        """Features that samples have missed.
 
-        x: places at which quadrature has looked closer. There the cubic must predict the slope as
-        it does at the tests of every interval, or nearly so.
+        At places where quadrature has looked closer the cubic must predict the slope as it does at
+        the tests of every interval, or nearly so.
+
+        Parameters
+        ----------
+        scene : Scene
+        x : ndarray
+            Those places [length].
+
+        Returns
+        -------
+        ndarray
+            The worst place in each interval in which one is missed [length].
         """
         i = np.clip(np.searchsorted(self.x, x, "right") - 1, 0, self.x.size - 2)
         inside = (self.x[i] < x) & (x < self.x[i + 1])
-        i, x = i[inside], x[inside]
+        i = i[inside]
+        x = x[inside]
         if not x.size:
             return x
         steep = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
         steep = steep or float(np.abs(self.slope).max())
-        places = self.x[i] + np.array(_TESTS)[:, None] * (self.x[i + 1] - self.x[i])
-        z = np.vstack([x, places])
-        slope = np.asarray(self.indenter.slope(z), float)
-        off = np.abs(slope - self._cubic_slope(i, z))
-        seen = np.vstack([slope[1:], self.slope[i], self.slope[i + 1]])
-        resolved = np.maximum(_PART * steep, _OF_RANGE * np.ptp(seen, axis=0))
-        missed = (off[0] > _HIDDEN * resolved) | (off[0] > _LONE * off[1:].max(axis=0))
-        missed &= off[0] > _SLIGHT * steep
-        found, off = x[missed], off[0][missed]
-        order = np.lexsort((off, i[missed]))
-        last = np.append(np.diff(i[missed][order]) > 0, True)[: order.size]
-        return found[order][last]
+        tests = self.x[i] + np.array(_TESTS)[:, None] * (self.x[i + 1] - self.x[i])
+        places = np.vstack([x, tests])
+        slope = np.asarray(self.indenter.slope(places), float)
+        off = np.abs(slope - self._cubic_slope(i, places))
+        off_here = off[0]
+        off_at_tests = off[1:].max(axis=0)
+
+        known = np.vstack([slope[1:], self.slope[i], self.slope[i + 1]])
+        resolved = np.maximum(_OF_KINK * steep, _OF_RANGE * np.ptp(known, axis=0))
+        missed = (off_here > _HIDDEN * resolved) | (off_here > _LONE * off_at_tests)
+        missed &= off_here > _SLIGHT * steep
+        interval = i[missed]
+        order = np.lexsort((off_here[missed], interval))
+        is_worst = np.append(np.diff(interval[order]) > 0, True)[: order.size]
+        return x[missed][order][is_worst]
 
     def _cubic_slope(self, i: Indices, x: Array) -> Array:
         """f' at x of the cubic through heights and slopes at the samples i and i + 1."""
-        width, low, high = self.x[i + 1] - self.x[i], self.slope[i], self.slope[i + 1]
-        secant, t = (self.f[i + 1] - self.f[i]) / width, (x - self.x[i]) / width
-        a, b = 3 * (low + high - 2 * secant), 6 * secant - 4 * low - 2 * high
-        return np.asarray(low + t * (b + a * t))
+        width = self.x[i + 1] - self.x[i]
+        secant = (self.f[i + 1] - self.f[i]) / width
+        cubic = CubicSlope.of(self.slope[i], self.slope[i + 1], secant)
+        return cubic.at((x - self.x[i]) / width)
 
     def falls(self, slopes: str) -> Array:
         """By how much the slope falls at the corners; for finite slopes the inclination [rad]."""
-        at = np.flatnonzero(np.diff(self.x) == 0)
-        one, other = self.slope[at], self.slope[at + 1]
-        return np.asarray(np.arctan(one) - np.arctan(other) if slopes == "finite" else one - other)
+        left = np.flatnonzero(np.diff(self.x) == 0)
+        before = self.slope[left]
+        after = self.slope[left + 1]
+        if slopes == "finite":
+            return np.asarray(np.arctan(before) - np.arctan(after))
+        return np.asarray(before - after)
+
+
+class CubicSlope(NamedTuple):
+    """The slope low + b t + a t², t from 0 to 1, of a cubic between two samples; arrays (n,)."""
+
+    low: Array
+    b: Array
+    a: Array
+
+    @classmethod
+    def of(cls, low: Array, high: Array, secant: Array) -> CubicSlope:
+        """With these slopes at the samples, and this one between their heights."""
+        return cls(low, 6 * secant - 4 * low - 2 * high, 3 * (low + high - 2 * secant))
+
+    def at(self, t: Any) -> Array:
+        """The slope at t."""
+        return np.asarray(self.low + t * (self.b + self.a * t))
 
 
 def warn_hidden(places: Array, stacklevel: int) -> None:
@@ -169,19 +227,37 @@ def warn_hidden(places: Array, stacklevel: int) -> None:
 
 
 def resolve(scene: Scene, depth: float, places: ArrayLike = ()) -> Resolved:
-    """The profile of a scene; of an endless one what may be in contact at depths up to this one.
+    """The profile of a scene, resolved; of an endless one what may be in contact.
 
-    places: where it is sampled besides, as it has a narrow feature there.
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        Contact at depths up to this one is possible [length].
+    places : array_like
+        Where it is sampled besides, as it has a narrow feature there [length].
 
-    AccuracyWarning where MOST samples do not resolve it; ValueError for a profile without a lowest
-    point, or with heights that are not finite.
+    Returns
+    -------
+    Resolved
+
+    Warns
+    -----
+    AccuracyWarning
+        Where MOST samples do not resolve it.
+
+    Raises
+    ------
+    ValueError
+        For a profile without a lowest point, or with heights that are not finite.
     """
     indenter = Radial(scene.indenter) if scene.axisymmetric else scene.indenter
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
     size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
-    lo, hi = window(indenter, depth, _WINDOW * size, scene.opened.critical_separation)
-    known = np.concatenate([indenter.breaks(), edges, np.nextafter(edges, -math.inf), places])
-    cuts = np.unique(np.concatenate([[lo, hi], known[(known > lo) & (known < hi)]]))
+    low, high = window(indenter, depth, _WINDOW * size, scene.opened.critical_separation)
+    beside_edges = np.nextafter(edges, -math.inf)
+    known = np.concatenate([indenter.breaks(), edges, beside_edges, places])
+    cuts = np.unique(np.concatenate([[low, high], known[(known > low) & (known < high)]]))
     x, resolved = _refined(scene, indenter, cuts)
     if not resolved:
         warnings.warn(
@@ -197,25 +273,49 @@ def resolve(scene: Scene, depth: float, places: ArrayLike = ()) -> Resolved:
 def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple[float, float]:
     """Where contact is possible: the extent, or as far as the profile is low around x = 0.
 
-    half: the first half width that is tried; reach: how far above the depth, or first touch, a
-    contact is held. An end at which the profile turns over is left out.
+    An end at which the profile turns over is left out.
+
+    Parameters
+    ----------
+    indenter : Indenter
+    depth : float
+        [length].
+    half : float
+        Half width that is tried first [length].
+    reach : float
+        How far above the depth, or first touch, a contact may be [length].
+
+    Returns
+    -------
+    low, high : float
+        [length].
+
+    Raises
+    ------
+    ValueError
+        If there is no lowest point.
     """
     with np.errstate(divide="ignore"):
-        turned = [math.isfinite(x) and bool(np.isinf(indenter.slope(x))) for x in indenter.extent]
-    lo, hi = np.where(turned, BEFORE_VERTICAL * np.array(indenter.extent), indenter.extent).tolist()
-    if math.isfinite(lo) and math.isfinite(hi):
-        return lo, hi
-    start, widest = min(max(0.0, lo), hi), _WIDEST * half
+        vertical = [math.isfinite(x) and bool(np.isinf(indenter.slope(x))) for x in indenter.extent]
+    shortened = BEFORE_VERTICAL * np.array(indenter.extent)
+    low, high = np.where(vertical, shortened, indenter.extent).tolist()
+    if math.isfinite(low) and math.isfinite(high):
+        return low, high
+    start = min(max(0.0, low), high)
+    widest = _WIDEST * half
     while half <= widest:
-        ends = max(lo, start - half), min(hi, start + half)
-        x = np.linspace(*ends, 2 * _FIRST + 1)
+        left = max(low, start - half)
+        right = min(high, start + half)
+        x = np.linspace(left, right, 2 * _FIRST + 1)
         f = heights(indenter, x)
-        low, touch = float(x[int(np.argmin(f))]), float(f.min())
-        top = max(depth, touch)
-        level = top + reach + _MARGIN * (reach + top - touch)
-        clear = (f[0] > level or ends[0] == lo) and (f[-1] > level or ends[1] == hi)
-        if clear and abs(low - start) <= half / 2:
-            return ends
+        lowest = float(x[int(np.argmin(f))])
+        touch = float(f.min())
+        pressed = max(depth, touch)
+        level = pressed + reach + _MARGIN * (reach + pressed - touch)
+        clear_left = f[0] > level or left == low
+        clear_right = f[-1] > level or right == high
+        if clear_left and clear_right and abs(lowest - start) <= half / 2:
+            return left, right
         half *= 2
     raise ValueError(
         f"indenter = {indenter!r} has no lowest point within {half!r} of x = {start!r}; give "
@@ -274,34 +374,66 @@ def on_the_way_to(name: str, *given: float) -> Iterator[None]:
 
 
 def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
-    """Whether lines at x are at the edge of the body, so that there is nothing beside them.
+    """Whether lines are at the edge of the body, so that there is nothing beside them.
 
-    Their contacts are on the left (side 1) or right (-1); beside is outwards (aside 1) or inwards.
+    Parameters
+    ----------
+    indenter : Indenter
+    x : float or ndarray
+        Positions of the lines [length].
+    side : int or ndarray
+        1 where the contact is on the left, -1 on the right.
+    aside : int or ndarray
+        1 where it is looked outwards of the contact, -1 inwards, 0 neither.
+
+    Returns
+    -------
+    ndarray of bool
     """
     left, right = (end if end in indenter.walls else math.nan for end in indenter.extent)
-    outwards = np.multiply(side, aside)
-    return np.equal(x, np.where(outwards > 0, right, left)) & (outwards != 0)
+    to_the_right = np.multiply(side, aside)
+    return np.equal(x, np.where(to_the_right > 0, right, left)) & (to_the_right != 0)
 
 
 def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool]:
-    """x of samples of the pieces between cuts, and whether they resolve them."""
-    count = np.maximum(1, np.ceil(np.diff(cuts) / np.ptp(cuts) * _FIRST)).astype(int)
+    """x of samples of the pieces between cuts, and whether they resolve them.
+
+    Intervals are halved until the cubic predicts the slope in all of them, at most 48 times, or to
+    200 000 samples.
+    """
+    x = _first_samples(cuts)
+    noticed = (
+        _OF_KINK * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
+    )
+    shortest = _FINEST * float(np.ptp(cuts))
+    left = x[:-1]
+    right = x[1:]
+    for i in range(_ROUNDS):
+        at_left = _read(indenter, left, 1)
+        at_right = _read(indenter, right, -1)
+        if i == 0:
+            steepest = float(np.abs([at_left[1], at_right[1]]).max())
+            noticed = max(noticed, _NOISE * steepest)
+        rough = _unpredicted(indenter, left, right, at_left, at_right, noticed)
+        rough &= right - left > shortest
+        left = left[rough]
+        right = right[rough]
+        if not left.size or x.size + left.size > MOST:
+            break
+        middle = (left + right) / 2
+        x = np.append(x, middle)
+        left = np.append(left, middle)
+        right = np.append(middle, right)
+    return np.sort(x), not left.size
+
+
+def _first_samples(cuts: Array) -> Array:
+    """512 samples over all pieces between cuts, or more if these are many, evenly in each."""
+    widths = np.diff(cuts)
+    count = np.maximum(1, np.ceil(widths / np.ptp(cuts) * _FIRST)).astype(int)
     first = np.repeat(np.cumsum(count) - count, count)
     t = (np.arange(first.size) - first) / np.repeat(count, count)
-    x = np.append(np.repeat(cuts[:-1], count) + np.repeat(np.diff(cuts), count) * t, cuts[-1])
-    noticed = _PART * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
-    lo, hi, least = x[:-1], x[1:], _FINEST * float(np.ptp(cuts))
-    for i in range(_ROUNDS):
-        low, high = _read(indenter, lo, 1), _read(indenter, hi, -1)
-        if not i:
-            noticed = max(noticed, _NOISE * float(np.abs([low[1], high[1]]).max()))
-        rough = _unpredicted(indenter, lo, hi, low, high, noticed) & (hi - lo > least)
-        lo, hi = lo[rough], hi[rough]
-        if not lo.size or x.size + lo.size > MOST:
-            break
-        middle = (lo + hi) / 2
-        x, lo, hi = np.append(x, middle), np.append(lo, middle), np.append(middle, hi)
-    return np.sort(x), not lo.size
+    return np.append(np.repeat(cuts[:-1], count) + np.repeat(widths, count) * t, cuts[-1])
 
 
 def _read(indenter: Indenter, x: Array, side: Any) -> Array:
@@ -312,32 +444,51 @@ def _read(indenter: Indenter, x: Array, side: Any) -> Array:
 
 
 def _unpredicted(
-    indenter: Indenter, lo: Array, hi: Array, low: Array, high: Array, tolerance: float
+    indenter: Indenter,
+    left: Array,
+    right: Array,
+    at_left: Array,
+    at_right: Array,
+    tolerance: float,
 ) -> Mask:
-    """Intervals within which the cubic does not predict the slope, or its slope turns round."""
-    width, off = hi - lo, np.zeros(lo.size)
-    secant = (high[0] - low[0]) / width
-    least, most = np.minimum(low[1], high[1]), np.maximum(low[1], high[1])
-    a, b = 3 * (low[1] + high[1] - 2 * secant), 6 * secant - 4 * low[1] - 2 * high[1]
-    with np.errstate(divide="ignore", invalid="ignore"):  # of low[1] + b t + a t²
-        t, turn = -b / (2 * a), low[1] - b * b / (4 * a)
-    beyond = np.where((t > 0) & (t < 1), np.maximum(turn - most, least - turn), 0.0)
-    turns = beyond > np.maximum(tolerance, _OF_RANGE * np.maximum(most, -least))
+    """Intervals (n,) within which the cubic does not predict the slope, or its slope turns back.
+
+    at_left, at_right: f and f' (2, n) at their ends.
+    """
+    width = right - left
+    f_left, low = at_left
+    f_right, high = at_right
+    cubic = CubicSlope.of(low, high, (f_right - f_left) / width)
+    least = np.minimum(low, high)
+    most = np.maximum(low, high)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t_extreme = -cubic.b / (2 * cubic.a)
+        extreme = low - cubic.b * cubic.b / (4 * cubic.a)
+    inside = (t_extreme > 0) & (t_extreme < 1)
+    overshoot = np.where(inside, np.maximum(extreme - most, least - extreme), 0.0)
+    turns = overshoot > np.maximum(tolerance, _OF_RANGE * np.maximum(most, -least))
+    off = np.zeros(left.size)
     for t in _TESTS:
-        slope = np.asarray(indenter.slope(lo + t * width), float)
-        off = np.maximum(off, np.abs(slope - (low[1] + t * (b + a * t))))
-        least, most = np.minimum(least, slope), np.maximum(most, slope)
+        slope = np.asarray(indenter.slope(left + t * width), float)
+        off = np.maximum(off, np.abs(slope - cubic.at(t)))
+        least = np.minimum(least, slope)
+        most = np.maximum(most, slope)
     return np.asarray(turns | (off > np.maximum(tolerance, _OF_RANGE * (most - least))))
 
 
 def _extremes(samples: Resolved) -> Array:
     """The local extremes of f between its samples."""
+
+    def slope(x: Array, numbers: Indices) -> Array:
+        return np.asarray(samples.indenter.slope(x), float)
+
     found = []
     for sign in (1, -1):
-        lo, hi, guess, rise, *_ = minima(samples.x, sign * samples.f, sign * samples.slope)
-        own = (lo < hi) & (rise > 0)
-        part = lo[own], hi[own], guess[own], sign * rise[own]
-        x = crossings(lambda x, _: np.asarray(samples.indenter.slope(x), float), *part, 0.0)
-        tie = _NOISE * (part[1] - part[0])  # so near to a sample it is that
-        found.append(x[(part[0] + tie < x) & (x < part[1] - tie)])
+        cubic = minima(samples.x, sign * samples.f, sign * samples.slope)
+        own = (cubic.lo < cubic.hi) & (cubic.bend > 0)
+        low = cubic.lo[own]
+        high = cubic.hi[own]
+        x = crossings(slope, low, high, cubic.at[own], sign * cubic.bend[own], 0.0)
+        tie = _NOISE * (high - low)  # so near to a sample it is that
+        found.append(x[(low + tie < x) & (x < high - tie)])
     return np.concatenate(found)
