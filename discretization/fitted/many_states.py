@@ -115,7 +115,7 @@ def _both(lines: ManyLines) -> tuple[Array, Array, Mask]:
 
 def _turned(surfaces: Surfaces, s: Array, u: Array) -> Mask:
     """Which of these surfaces beside lines at s, displaced by u, would turn over."""
-    if not u.size or surfaces.held(1, s, math.inf, u, -u) is not None:
+    if not u.size or surfaces.energy_and_reaction(1, s, math.inf, u, -u) is not None:
         return np.zeros(u.size, bool)
     if u.size == 1:
         return np.ones(1, bool)
@@ -231,7 +231,7 @@ class ManyContacts:
         lost = np.zeros(s.size, bool)
         if isinstance(surfaces, MeniscusSurfaces):
             lost = (s > 0) & (s < menisci.LEAST[1])
-        found = surfaces.held(1, s, math.inf, u, -u)
+        found = surfaces.energy_and_reaction(1, s, math.inf, u, -u)
         if found is None:
             lost |= _turned(surfaces, s, u)
             found = np.full(s.size, math.nan), np.full(s.size, math.nan)

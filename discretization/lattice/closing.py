@@ -1,9 +1,9 @@
 """At which depth a contact closes that is narrower than a link.
 
 Between nodes a line rests at x where a link in the middle of which it is would be passed at this
-depth: the depth of `Rules.passes`, with heights between the nodes and whatever distance to the line
-that it faces. Both lines of a contact that closes meet at one x, and the lines that they face rest
-as well, so that of x, the depth d, and the faced lines q and p
+depth: the depth of `Thresholds.advance`, with heights between the nodes and whatever distance to
+the line that it faces. Both lines of a contact that closes meet at one x, and the lines that they
+face rest as well, so that of x, the depth d, and the faced lines q and p
 
     D(x; q) = d,   D(x; p) = d,   D(q; x) = d,   D(p; x) = d,
 
@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from discretization.nodes.row import Row
-from discretization.nodes.rules import Thresholds
+from discretization.nodes.thresholds import Thresholds
 
 _TURNS = 12  # of Newton's method: from within a link it takes five
 _STEP = 1e-6  # links: of difference quotients

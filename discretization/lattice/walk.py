@@ -3,11 +3,11 @@
 Contacts are node intervals ((first, last), ...), and between and beside them lie free parts, each
 given by the contact node on its left and on its right (None: none there). In contact the
 displacement is prescribed, so that free parts do not feel each other: each has a next change of its
-own, at a depth known in closed form (rules.py). With growing depth a line passes a link, two lines
-that face each other do so at once, or a free node touches; with falling depth a line, or two, open
-a link, a node inside a contact is torn open, or a lone node lets go: as soon as it is pulled, or,
-where it stands for a contact narrower than a link, when that closes (closing.py). The earliest
-change on the way happens: a heap has the next one of every part (`Front`). Changes that follow at
+own, at a depth known in closed form (thresholds.py). With growing depth a line passes a link, two
+lines that face each other do so at once, or a free node touches; with falling depth a line, or two,
+open a link, a node inside a contact opens, or a lone node does: as soon as it is pulled, or, where
+it stands for a contact narrower than a link, when that closes (closing.py). The earliest change
+happens: a heap has the next one of every part (`Front`). Changes that follow at
 no other depth belong to it: together they are an event, if they release energy or leave another
 number of contacts.
 """

@@ -1,9 +1,9 @@
-"""A row of fixed nodes: the lattice, its energy, and what the nodes see of an indenter.
+"""A row of fixed nodes: the lattice, its energy, and the nodes under an indenter.
 
 Springs, links and free surfaces (lattice.py, radial.py about an axis), U[u] of all nodes
-(nodal_energy.py), the nodes under an indenter and what contacts take of them (row.py), the depths
-at which something happens to contacts (rules.py), and the surface without adhesion (obstacle.py).
-What is in contact at a depth is found and judged by ../lattice, which asks these.
+(nodal_energy.py), the nodes under an indenter and the energy of contacts on them (row.py), the
+depths at which contacts change (thresholds.py), and the surface without adhesion (obstacle.py).
+What is in contact at a depth is found and judged by the package `lattice`, which uses these.
 """
 
 from discretization.nodes.lattice import Lattice, RadialLattice

@@ -16,7 +16,7 @@ import numpy as np
 
 from discretization import profile
 from discretization.nodes.lattice import PIECE, Lattice
-from discretization.nodes.rules import Thresholds
+from discretization.nodes.thresholds import Thresholds
 from energy import Indenter, Scene
 from energy.arrays import Array, Nodes
 

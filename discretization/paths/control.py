@@ -20,7 +20,7 @@ from numpy.polynomial import Legendre
 
 from discretization.paths.branch import Leg, Point
 from discretization.roots import crossings
-from discretization.surfaces.network import on_elements, rounded, to_legendre
+from discretization.surfaces.network import gauss_lobatto, on_elements, to_legendre
 from energy.arrays import Array, Indices
 from energy.checks import positive
 
@@ -205,7 +205,7 @@ def _drawn(
     leg: Leg, control: Control, parts: list[tuple[float, float]], *, roughly: bool = False
 ) -> Iterator[tuple[Array, Array, Legendre, float]]:
     """t at Gauss-Lobatto points of parts, C there, the polynomial, and what it may be off by."""
-    t = np.array([np.interp(rounded(_DEGREE)[0], [-1.0, 1.0], ends) for ends in parts])
+    t = np.array([np.interp(gauss_lobatto(_DEGREE)[0], [-1.0, 1.0], ends) for ends in parts])
     values = _values(leg, control, t.ravel(), roughly=roughly).reshape(t.shape)
     for at, value, ends in zip(t, values, parts, strict=True):
         series = Legendre(value @ to_legendre(_DEGREE), domain=ends)

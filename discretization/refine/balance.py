@@ -21,7 +21,7 @@ from numpy.polynomial import legendre
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.lives import Life, Piece
 from discretization.refine.totals import Totals
-from discretization.surfaces.network import rounded, to_legendre
+from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array, Indices, Mask
 
 DEGREE = 12  # of the Lobatto rule in t
@@ -47,7 +47,7 @@ class _Part(NamedTuple):
 
 def depths_of(start: float, end: float) -> Array:
     """The depths (DEGREE + 1,) of a piece."""
-    t = (rounded(DEGREE)[0] + 1) / 2
+    t = (gauss_lobatto(DEGREE)[0] + 1) / 2
     depths = start + (end - start) * (t * (2 - t))
     depths[-1] = end
     return depths
@@ -98,7 +98,7 @@ def drawn_lives(lives: Sequence[Life], depths: Array) -> Array:
 def work(totals: Totals, piece: Piece) -> float:
     """∫P dd over a piece."""
     _, force = totals.of_surfaces(piece.lines, piece.depths)
-    points, weights, _ = rounded(DEGREE)
+    points, weights, _ = gauss_lobatto(DEGREE)
     step = piece.depths[-1] - piece.depths[0]
     return float(force @ (weights * (1 - points) / 2) * step)
 
@@ -136,7 +136,7 @@ class Balance:
         same[:, -1] = True
         direction = todo[0].life.direction
         energy, force = self.totals.of_surfaces(lines.reshape(-1, 2), depths.ravel(), direction)
-        points, weights, _ = rounded(DEGREE)
+        points, weights, _ = gauss_lobatto(DEGREE)
         steps = depths[:, -1] - depths[:, 0]
         done = force.reshape(depths.shape) @ (weights * (1 - points) / 2) * steps
         grown = np.diff(energy.reshape(depths.shape)[:, [0, -1]])[:, 0]

@@ -14,7 +14,7 @@ from discretization.lattice.lowest import runs
 from discretization.lattice.walk import End, Walk, ends_of, paired
 from discretization.nodes.obstacle import pressed as bare_contacts
 from discretization.nodes.row import Contacts
-from discretization.nodes.rules import Thresholds
+from discretization.nodes.thresholds import Thresholds
 
 _LOOKED = 32  # links whose depths are found at once, twice as many each time
 

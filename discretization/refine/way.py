@@ -14,7 +14,7 @@ from discretization.refine.balance import DEGREE, depths_of, drawn, drawn_lives
 from discretization.refine.events import NotRefined
 from discretization.refine.lives import Life, Piece
 from discretization.refine.plan import Refinement, Stretch
-from discretization.surfaces.network import rounded
+from discretization.surfaces.network import gauss_lobatto
 from energy.arrays import Array, Mask
 
 _NEAR = 1e-9  # of l: how far the equations of lines next to a fold may be from rest, over slopes
@@ -94,7 +94,7 @@ class Way:
 
     def work(self, index: int, start: float, end: float) -> float:
         """∫P dd on a stretch from one depth to another."""
-        points, weights, _ = rounded(DEGREE)
+        points, weights, _ = gauss_lobatto(DEGREE)
         total = 0.0
         for life in self.stretches[index].lives:
             for piece in life.pieces:

@@ -81,9 +81,6 @@ def gauss_lobatto(degree: int) -> Rule:
     return Rule(points.astype(float), weights.astype(float), derivative.astype(float))
 
 
-rounded = gauss_lobatto  # the name by which other packages import it
-
-
 @functools.lru_cache(maxsize=64)
 def to_legendre(degree: int) -> Array:
     """The matrix that takes rows of values at the Gauss-Lobatto points to Legendre coefficients.

@@ -265,10 +265,6 @@ class Surfaces:
         """F and what all lines are pulled by, (n,) each; None if a tail would turn over."""
         raise NotImplementedError
 
-    def held(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> Any:
-        """`energy_and_reaction`, by the name under which fitted/ calls it."""
-        return self.energy_and_reaction(side, s, width, u, rise)
-
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
         """One surface, its first line first; None if it would turn over."""
         raise NotImplementedError

@@ -16,7 +16,7 @@ from discretization.lattice.plain import Plain
 from discretization.lattice.state import answered, on_lattice
 from discretization.lattice.walk import Front, Walk, ends_of
 from discretization.nodes.row import Row
-from discretization.nodes.rules import Thresholds
+from discretization.nodes.thresholds import Thresholds
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.profile import resolve
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Wedge, terms
@@ -160,13 +160,13 @@ HELD = [(6, 12), (18, 24)]  # a gap of six links
 
 
 def case(seed, ell=4.0):
-    """Rules for random heights, each with the depth in sight of its contacts."""
+    """Thresholds for random heights, each with the depth in sight of its contacts."""
     rng = np.random.default_rng(seed)
     return rules_of(lattice(ell, w=2e-3), 0.01 * rng.normal(size=NODES).cumsum() / 6)
 
 
 def rules_of(lattice, f):
-    """Rules of one work of adhesion."""
+    """Thresholds of one work of adhesion."""
     return Thresholds(lattice, f, np.full(f.size - 1, lattice.w * lattice.spacing))
 
 

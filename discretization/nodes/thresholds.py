@@ -310,6 +310,3 @@ class Thresholds:
         height = self.f[node]
         rounding = _ROUNDING * (abs(height) + abs(shape))
         return float((height - shape - rounding) / remainder)
-
-
-Rules = Thresholds  # the name by which lattice/closing.py imports it
