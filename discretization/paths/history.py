@@ -367,7 +367,15 @@ class History:
         deepest = float(self.depth.max())
         spacing = RefinedBranch.of(self.scene, deepest).nodal.row.lattice.spacing
         path = LoadPath(LatticeBranch.of(self.scene, spacing, deepest), self.hold, _DETACHED)
-        path.go(self.values)
+        try:
+            path.go(self.values)
+        except NotCertifiedError as problem:
+            warnings.warn(
+                f"no error estimate: on nodes alone the path is not followed ({problem})",
+                AccuracyWarning,
+                stacklevel=4,
+            )
+            return dict.fromkeys(QUANTITIES, math.inf)
         empty = replace(
             self, spacing=spacing, table=np.empty((0, 6)), inner=(), events=(), friction=0.0,
             on_nodes=(),

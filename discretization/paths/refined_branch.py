@@ -127,7 +127,8 @@ class RefinedBranch(Branch):
     """Any number of contacts of a line contact with small slopes under a prescribed depth.
 
     refinements: on nodes of each closeness, as far as they have been needed; known: points of the
-    path, by depth and lines; on_nodes: first and last depths of what is not refined.
+    path, by depth and lines; on_nodes: first and last depths of what is not refined; certified:
+    lines and depths of states that are known to be in equilibrium.
     """
 
     scene: Scene
@@ -137,6 +138,7 @@ class RefinedBranch(Branch):
     refinements: dict[int, Refinement] = field(default_factory=dict)
     known: dict[tuple[float, tuple[float, ...]], Point] = field(default_factory=dict)
     on_nodes: list[tuple[float, float]] = field(default_factory=list)
+    certified: set[tuple[tuple[float, ...], float]] = field(default_factory=set)
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> RefinedBranch:
@@ -274,7 +276,21 @@ class RefinedBranch(Branch):
         refinement = self.refinement(level)
         contacts, on_nodes = self._on_nodes(start, level)
         lines = free_surfaces(start.lines or ())
-        return Way(refinement, refinement.follow(contacts, on_nodes, lines, start.depth, goal))
+        way = Way(refinement, refinement.follow(contacts, on_nodes, lines, start.depth, goal))
+        self._demand_equilibria(way)
+        return way
+
+    def _demand_equilibria(self, way: Way) -> None:
+        """NotRefined unless the states beyond all events are in equilibrium."""
+        states = list[tuple[tuple[float, ...], float]]()
+        for stretch in way.stretches:
+            if stretch.after is not None and len(stretch.after):
+                lines = self._known(way, contact_lines(stretch.after), stretch.end)
+                states.append((lines, stretch.end))
+        for state, certificate in zip(states, self._judge.certificates(states), strict=True):
+            if not certificate.ok:
+                raise NotRefined(f"no equilibrium beyond depth = {state[1]!r}", state[1])
+        self.certified.update(states)
 
     def _before(self, point: Point, failed: list[float], direction: int) -> float | None:
         """A depth before the furthest one at which nodes of some closeness fail; None if none."""
@@ -409,6 +425,7 @@ class RefinedBranch(Branch):
     def certify_all(self, points: Sequence[Point]) -> None:
         """The same of many points."""
         judged = [point for point in points if point.lines and not _is_nodal(point)]
+        judged = [p for p in judged if (p.lines, p.depth) not in self.certified]
         states = [(point.lines or (), point.depth) for point in judged]
         for point, certificate in zip(judged, self._judge.certificates(states), strict=True):
             certificate.demand(

@@ -28,6 +28,7 @@ DEGREE = 12  # of the Lobatto rule in t
 TOLERANCE = 1e-10  # of the energy's scale: what a piece may be off by, or it is halved
 REFUSED = 1e-9  # of the same: a piece that halving does not mend
 _HALVINGS = 12
+_FIRST = 4  # parts of a life at first
 _CUTS = 16  # rounds in which the depth of a corner is enclosed
 _PARTS = 15  # depths in each
 _SHORT = 1e-11  # of the size of depths: a piece that is not divided
@@ -36,13 +37,17 @@ _FAR = 0.5  # of l: how far lines may be from their nodes
 
 
 class _Part(NamedTuple):
-    """A part of a life; first, last: lines (2,) at its ends, where they are known."""
+    """A part of a life; first, last: lines (2,) at its ends, where they are known.
+
+    whole: that of which it is a half, from which lines are guessed.
+    """
 
     life: Life
     start: float
     end: float
     first: Array | None
     last: Array | None
+    whole: Piece | None = None
 
 
 def depths_of(start: float, end: float) -> Array:
@@ -103,6 +108,20 @@ def work(totals: Totals, piece: Piece) -> float:
     return float(force @ (weights * (1 - points) / 2) * step)
 
 
+def _quarters(life: Life) -> list[_Part]:
+    """A life in parts of equal depths: few profiles are so smooth that one is enough."""
+    depths = np.linspace(life.start, life.end, _FIRST + 1).tolist()
+    ends: list[Array | None] = [life.first, *([None] * (_FIRST - 1)), life.last]
+    return [_Part(life, depths[i], depths[i + 1], ends[i], ends[i + 1]) for i in range(_FIRST)]
+
+
+def _guess(part: _Part, depths: Array) -> Array:
+    """Lines (k, 2) near those of a part at depths on it."""
+    if part.whole is None:
+        return part.life.guesses(depths)
+    return drawn([part.whole], np.zeros(depths.size, int), depths)
+
+
 @dataclass(frozen=True, eq=False)
 class Balance:
     """What divides lives into smooth pieces; scale: of energies."""
@@ -115,11 +134,10 @@ class Balance:
     def pieces(self, lives: Sequence[Life]) -> None:
         """Find the pieces of all these lives, from their known start to their known end."""
         size = self.events.equations.size
-        todo = [
-            _Part(life, life.start, life.end, life.first, life.last)
-            for life in lives
-            if abs(life.end - life.start) > _SHORT * size
-        ]
+        todo = list[_Part]()
+        for life in lives:
+            if abs(life.end - life.start) > _SHORT * size:
+                todo += _quarters(life)
         for turn in range(_HALVINGS + 1):
             if not todo:
                 break
@@ -160,8 +178,9 @@ class Balance:
                 to_cut.append((part, depths[i, j], depths[i, j + 1], lines[i, j], lines[i, j + 1]))
             else:
                 middle = (part.start + part.end) / 2
-                rest.append(_Part(part.life, part.start, middle, part.first, None))
-                rest.append(_Part(part.life, middle, part.end, None, part.last))
+                whole = Piece(depths[i], lines[i]) if good[i] else None
+                rest.append(_Part(part.life, part.start, middle, part.first, None, whole))
+                rest.append(_Part(part.life, middle, part.end, None, part.last, whole))
         if to_cut:
             rest += self._cut(to_cut)
         return rest
@@ -169,7 +188,7 @@ class Balance:
     def _at_rest(self, parts: list[_Part], depths: Array) -> tuple[Array, Mask, Mask]:
         """Lines (p, j, 2), which are pinned, and whether parts are at rest (p,)."""
         lives = [part.life for part in parts]
-        guess = np.array([part.life.guesses(row) for part, row in zip(parts, depths, strict=True)])
+        guess = np.array([_guess(part, row) for part, row in zip(parts, depths, strict=True)])
         length = self.events.equations.length
         found = self.events.rest(lives, guess, depths, reach=_FAR * length, rounds=_ROUNDS)
         lines = found.lines.reshape(guess.shape)

@@ -37,9 +37,10 @@ def dips(equations: Equations, lines: Array, depths: Array, *, below: float = 0.
     if not own.size:
         none = np.empty(0)
         return Dips(own, none, none, none)
-    u, u1 = equations.surface(x, own, lines, depths)
-    v = u - depths[own] + f
-    v1 = u1 + slope
+    with np.errstate(invalid="ignore"):  # beyond an edge of the body
+        u, u1 = equations.surface(x, own, lines, depths)
+        v = u - depths[own] + f
+        v1 = u1 + slope
     first = np.append(True, own[1:] != own[:-1])
     last = np.append(first[1:], True)
     has_line = np.isfinite(lines[own])

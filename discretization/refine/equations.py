@@ -151,7 +151,7 @@ class Equations:
         at_left, at_right = self.displaced(lines, depths)[own].T
         from_left = (places - lines[own, 0]) / self.length
         from_right = (lines[own, 1] - places) / self.length
-        both = -np.expm1(-2 * (from_left + from_right))
+        both = np.maximum(-np.expm1(-2 * (from_left + from_right)), _NARROWEST)
         left = np.exp(-from_left)
         right = np.exp(-from_right)
         near = left * -np.expm1(-2 * from_right) / both
