@@ -215,10 +215,12 @@ class OneContactBranch(Branch):
         torn = max([0.0, *self.motion.opening(lines, depth)]) > unit * scale
         if torn or self.motion.penetration(lines, depth) > scale:
             what = "a gap opens inside the contact" if torn else "another contact begins"
+            remedy = "use other depths, or a line contact with slopes='small'"
+            if not self.scene.axisymmetric and self.scene.slopes == "small":
+                remedy = "use method='lattice'"
             raise NotCertifiedError(
-                f"{what} at or before depth = {depth!r}: several contacts about an axis, or with "
-                "slopes='finite', are not followed; use other depths, or a line contact with "
-                "slopes='small'"
+                f"{what} at or before depth = {depth!r}: several contacts about an axis, over a "
+                f"pattern or with slopes='finite' are not followed on the mesh; {remedy}"
             )
 
     def pinned(self, point: Point) -> Pinned:

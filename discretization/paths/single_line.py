@@ -98,7 +98,7 @@ class SingleLine:
             if not places.size:
                 return None
             values = way * (self.rest_depth(places, -way, way) - depth)
-            rests = _first(values >= 0)
+            rests = _first(values > TIE * self.rests.size)  # where it costs nothing it moves on
             if rests < values.size:
                 start = x if rests == 0 else float(places[rests - 1])
                 return self._where(depth, start, float(places[rests]), way)

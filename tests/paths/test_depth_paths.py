@@ -9,7 +9,7 @@ from scenes import ALPHA, DELTA0, SCENE, L, adhesive, plain, rescaled, turned
 from scipy.optimize import brentq
 from test_controls import SCENES, A
 
-from discretization import load_path, minimise
+from discretization import NotCertifiedError, load_path, minimise
 from discretization.surfaces import menisci
 from energy import (
     ElasticLayer,
@@ -142,14 +142,17 @@ def gap(d):
 
 
 @pytest.mark.parametrize("kind", LINE)
-def test_a_gap_opens_at_the_edge_of_a_bare_patch(kind):
-    found = load_path(wedge(pattern=LINE[kind]), depths=DEPTHS)
+def test_a_gap_that_opens_at_the_edge_of_a_bare_patch_is_followed_on_nodes(kind):
+    """The mesh follows one contact over a pattern, and says so where a gap opens."""
+    with pytest.raises(NotCertifiedError, match="use method='lattice'"):
+        load_path(wedge(pattern=LINE[kind]), depths=DEPTHS)
+    found = load_path(wedge(pattern=LINE[kind]), depths=DEPTHS, method="lattice", spacing=1 / 256)
     for step in (5, 6, 7, 8):
         d = float(DEPTHS[step])
         beside = half(d) if kind == "both" else d
-        assert found.force[step] == pytest.approx(half(d) + beside, rel=1e-9, abs=1e-10)
+        assert found.force[step] == pytest.approx(half(d) + beside, rel=1e-3, abs=1e-5)
     assert [event.kind for event in found.events[:3]] == ["touch", "jump", "splitting"]
-    assert found.events[2].depth == pytest.approx(T, rel=0, abs=1e-5)
+    assert found.events[2].depth == pytest.approx(T, rel=0, abs=2e-3)
 
 
 @pytest.mark.slow
