@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, plain, rough
+from scenes import DELTA0, L, adhesive, plain
 from scipy.optimize import brentq
 
-from discretization import AccuracyWarning, load_path, minimise
+from discretization import AccuracyWarning, load_path
 from discretization.fitted.contacts import Contacts, certify
 from discretization.paths.branch import Point
 from discretization.paths.control import Control
