@@ -37,6 +37,7 @@ _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 _ASIDE = 0.5  # margins of the depths of nodes: so far before a depth at which they fail is refined
 _BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
+_MOST_FAILURES = 4  # legs on nodes alone, after which nothing more is refined: each costs seconds
 _NEAR_NODES = 4.0  # spacings: so near to those of nodes lines must rest to be refined again
 
 
@@ -252,7 +253,7 @@ class RefinedBranch(Branch):
         """
         direction = 1 if goal >= point.depth else -1
         failed = list[float]()
-        start = self._start(point, direction)
+        start = self._start(point, direction) if len(self.on_nodes) < _MOST_FAILURES else None
         if start is None:
             return self._passed(point, goal, [])
         for level in range(start.memory.level, len(CLOSER)):
