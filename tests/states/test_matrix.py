@@ -172,7 +172,7 @@ def test_the_surface_on_nodes_is_that_of_the_mesh(states, name):
     assert off <= 1e-3
 
 
-@pytest.mark.parametrize("name", (*TAKES, "disc and rings"))
+@pytest.mark.parametrize("name", [*TAKES, "disc and rings"])
 def test_paths_of_steep_crests_and_rings_raise(name):
     scene, depth = CASES[name]
     with pytest.raises(NotCertifiedError, match="another contact begins"):
