@@ -119,6 +119,6 @@ def agree(seed):
     return said or max(off, more) <= PASSED
 
 
-@pytest.mark.parametrize("first", [0, 10])
+@pytest.mark.parametrize("first", [0, pytest.param(10, marks=pytest.mark.slow)])
 def test_random_spiked_profiles_agree_or_warn(first):
     assert [seed for seed in range(first, first + 10) if not agree(seed)] == []

@@ -101,6 +101,7 @@ def test_what_is_wide_and_far_off_hardly_counts_with_soft_l1():
         fit(START, curve, loss="huber")
 
 
+@pytest.mark.slow
 def test_an_answer_that_hangs_on_points_far_off_is_doubted():
     """A bump beside the detachment, which tells most: with it w is 8 % off."""
     bump = [(120 + i, 1e-9 * share) for i, share in enumerate((0.5, 1, 1, 1, 0.5))]
@@ -217,6 +218,7 @@ def test_youngs_modulus_is_the_stiffness_times_the_thickness():
         fit(START, CLEAN, ("E", "stiffness"))
 
 
+@pytest.mark.slow
 def test_uncertain_radius_and_thickness_widen_the_intervals():
     """On springs E = k h(1 + ν)(1 - 2ν)/(1 - ν): its relative variance has that of h in it."""
     names = ("w", "gamma1", "E", "offset")
@@ -292,6 +294,7 @@ def test_loading_and_unloading_apart_are_called_viscoelastic_or_two_works():
     assert not both.quality.fits and "unloading" not in both.unsuited
 
 
+@pytest.mark.slow
 def test_a_folder_names_the_curves_that_failed(tmp_path, capsys):
     scene, folder = tmp_path / "sphere.toml", tmp_path / "curves"
     scene.write_text(SPHERE, "utf-8")
