@@ -25,7 +25,8 @@ class Mirrored(Indenter):
     symmetric = True
 
     def __post_init__(self) -> None:
-        base, end = self.base, self.base.extent[1]
+        base = self.base
+        end = self.base.extent[1]
         steep = float(base.slope(0.0))
         convex = base.convex and steep >= 0
         for name in ("corners", "knots"):
@@ -58,16 +59,19 @@ class Radial(Indenter):
 
     def __init__(self, whole: Indenter) -> None:
         end = whole.extent[1]
-        self.height, self._whole = whole.height, whole  # type: ignore[method-assign]
+        self.height = whole.height  # type: ignore[method-assign]
+        self._whole = whole
         if not np.isin(0.0, whole.corners):
             self.slope = whole.slope  # type: ignore[method-assign]
-        self.extent, self.walls = (0.0, end), (0.0, *(x for x in whole.walls if x > 0))
+        self.extent = (0.0, end)
+        self.walls = (0.0, *(x for x in whole.walls if x > 0))
         self.corners, self.knots = (
             np.asarray([x for x in places if x > 0], float)
             for places in (whole.corners, whole.knots)
         )
         self.apex = 0.0 if whole.apex == 0 else None
-        self.complete, self.convex = whole.complete, whole.convex
+        self.complete = whole.complete
+        self.convex = whole.convex
 
     def __repr__(self) -> str:
         return repr(self._whole)
@@ -137,14 +141,16 @@ def _mirrored(indenter: Indenter) -> Indenter:
     """Both halves of a profile that begins at r = 0; of smooth samples one curve with f'(0) = 0."""
     if not isinstance(indenter, Sampled):
         return Mirrored(indenter)
-    x, z = indenter.x, indenter.z
+    x = indenter.x
+    z = indenter.z
     whole = replace(indenter, x=np.concatenate([-x[:0:-1], x]), z=np.concatenate([z[:0:-1], z]))
     return whole if whole.kind == "linear" else whole.level_at(x.size - 1)
 
 
 def check_rings(pattern: Patches) -> None:
     """ValueError for a pattern that reaches to x < 0 without being its own mirror image."""
-    edges, factors = np.asarray(pattern.edges), np.asarray(pattern.factors)
+    edges = np.asarray(pattern.edges)
+    factors = np.asarray(pattern.factors)
     mirrored = np.allclose(edges, -edges[::-1], rtol=_ROUNDING, atol=0)
     if edges.size and edges[0] < 0 and not (mirrored and (factors == factors[::-1]).all()):
         raise ValueError(

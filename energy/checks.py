@@ -82,7 +82,8 @@ def option(name: str, value: str, known: Iterable[str]) -> str:
 
 def nearest(value: object, known: Iterable[str]) -> str:
     """What may have been meant by a word that is unknown, to be put behind that; may be empty."""
-    lower, given = {word.lower(): word for word in known}, str(value).lower()
+    lower = {word.lower(): word for word in known}
+    given = str(value).lower()
     close = difflib.get_close_matches(given, lower, len(lower) or 1)
     if not close:
         return ""

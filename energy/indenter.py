@@ -67,7 +67,8 @@ class Indenter:
 
         Read as near to x as rounding allows, inside the extent.
         """
-        x, corners = np.asarray(x, float), np.asarray(self.corners, float)
+        x = np.asarray(x, float)
+        corners = np.asarray(self.corners, float)
         if not corners.size:
             return self.slope(x)
         size = np.maximum(np.abs(x), np.abs(corners[[0, -1]]).max())
@@ -164,7 +165,8 @@ def _takes_arrays(name: str, function: Callable[[ArrayLike], Any], x: Array) -> 
             found = np.shape(function(x))
         said = f"for {x.size} positions it gives {found or 'one number'}"
     except (TypeError, ValueError, IndexError) as error:
-        found, said = None, f"{type(error).__name__}: {error}"
+        found = None
+        said = f"{type(error).__name__}: {error}"
     if found != x.shape:
         raise ValueError(
             f"{name} = {function!r} must take an array of x and give one number for each: write it "
@@ -177,7 +179,8 @@ def as_indenter(profile: Any) -> Indenter:
     if isinstance(profile, Indenter):
         return profile
     not_a_class("indenter", profile)
-    height, slope = getattr(profile, "height", None), getattr(profile, "slope", None)
+    height = getattr(profile, "height", None)
+    slope = getattr(profile, "slope", None)
     if not (callable(height) and callable(slope)):
         raise ValueError(
             f"indenter = {profile!r} has no methods height(x) and slope(x); "
@@ -195,7 +198,8 @@ class Shifted(Indenter):
 
     def __post_init__(self) -> None:
         move = self.x0
-        apex, extent = self.base.apex, self.base.extent
+        apex = self.base.apex
+        extent = self.base.extent
         object.__setattr__(self, "apex", None if apex is None else apex + move)
         object.__setattr__(self, "corners", np.asarray(self.base.corners, float) + move)
         object.__setattr__(self, "knots", np.asarray(self.base.knots, float) + move)
@@ -254,8 +258,10 @@ class Sum(Indenter):
     second: Indenter
 
     def __post_init__(self) -> None:
-        one, two = self.first, self.second
-        lo, hi = max(one.extent[0], two.extent[0]), min(one.extent[1], two.extent[1])
+        one = self.first
+        two = self.second
+        lo = max(one.extent[0], two.extent[0])
+        hi = min(one.extent[1], two.extent[1])
         if not lo < hi:
             raise ValueError(f"the profiles {one!r} and {two!r} have no common points; shift one")
         object.__setattr__(self, "extent", (lo, hi))

@@ -14,7 +14,9 @@ from energy.checks import finite, option, positive
 RESPONSES = ("springs", "layer")
 _SERIES = 1.6  # 2qh, up to which sinh 2qh - 2qh is summed, as its terms cancel
 _TERMS = [1 / math.factorial(n) for n in range(3, 33, 2)]
-_FLATTEST, _STEEPEST, _STEP = -40.0, 50.0, 0.05  # of ln qh
+_FLATTEST = -40.0
+_STEEPEST = 50.0
+_STEP = 0.05  # of ln qh
 _SMALL = 1e-4  # qh, below which the ratio to springs is a parabola to rounding
 
 
@@ -124,7 +126,8 @@ def effective_length(layer: ElasticLayer, gamma1: float) -> float:
             "nothing displaces it; give a smaller Poisson's ratio"
         )
     t = np.arange(_FLATTEST, _STEEPEST, _STEP)
-    qh, still = np.exp(t), 2 * (1 - layer.nu) / (1 - 2 * layer.nu)
+    qh = np.exp(t)
+    still = 2 * (1 - layer.nu) / (1 - 2 * layer.nu)
     tension = gamma1 / (layer.shear_modulus * layer.h)
     more = (relative_stiffness(layer.nu, qh) - still + tension * qh**2) / still
     flat = (tension / still - second_order(layer.nu)) * qh**2
@@ -139,8 +142,10 @@ def second_order(nu: Any) -> Any:
 
 def relative_stiffness(nu: float, qh: ArrayLike) -> Array:
     """k(q) h/G of the bonded layer, sums of positive numbers only."""
-    kappa, ratio = np.asarray(qh, float), 3 - 4 * nu
-    decay, part = np.exp(-2 * kappa), np.minimum(2 * kappa, _SERIES)
+    kappa = np.asarray(qh, float)
+    ratio = 3 - 4 * nu
+    decay = np.exp(-2 * kappa)
+    part = np.minimum(2 * kappa, _SERIES)
     series = part**3 * polyval(part**2, _TERMS) * decay  # (sinh 2κ - 2κ) exp(-2κ)
     far = (1 - decay**2) / 2 - 2 * kappa * decay
     bulging = np.where(2 * kappa < _SERIES, series, far)

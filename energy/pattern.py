@@ -39,7 +39,8 @@ class Patches:
     factors: Sequence[float]
 
     def __post_init__(self) -> None:
-        edges, factors = array("edges", self.edges), array("factors", self.factors)
+        edges = array("edges", self.edges)
+        factors = array("factors", self.factors)
         if edges.ndim != 1 or not np.isfinite(edges).all() or (np.diff(edges) <= 0).any():
             raise ValueError(f"edges = {self.edges!r} must be increasing finite numbers; sort them")
         if factors.shape != (edges.size + 1,):

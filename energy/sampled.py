@@ -114,7 +114,8 @@ class Sampled(Indenter):
 
     def level_at(self, sample: int) -> Sampled:
         """The same with f' = 0 at a sample, as symmetry has it there but for rounding."""
-        found, slopes = replace(self), np.where(np.arange(self.x.size) == sample, 0, self._slopes)
+        found = replace(self)
+        slopes = np.where(np.arange(self.x.size) == sample, 0, self._slopes)
         object.__setattr__(found, "_slopes", slopes)
         return found
 
@@ -133,7 +134,8 @@ class Sampled(Indenter):
     @functools.cached_property
     def convex(self) -> bool:  # type: ignore[override]
         """Whether the slope of the interpolation never decreases beyond rounding."""
-        m, rounding = self._slopes, _ROUNDING * np.abs(self._slopes).max()
+        m = self._slopes
+        rounding = _ROUNDING * np.abs(self._slopes).max()
         if self.kind == "linear":
             return bool((np.diff(m) >= -rounding).all())
         secant = np.diff(self.z) / np.diff(self.x)  # f'' is linear between samples: both its ends
@@ -172,7 +174,8 @@ class Sampled(Indenter):
     @functools.cached_property
     def _heights(self) -> Array:
         """Coefficients (2 or 4, n - 1) of the powers of the distance from the last sample in f."""
-        h, m = np.diff(self.x), self._slopes
+        h = np.diff(self.x)
+        m = self._slopes
         rows = [self.z[:-1], m[: h.size]]
         if self.kind == "smooth":
             over = np.diff(self.z) / h - m[:-1], np.diff(m)
@@ -188,7 +191,8 @@ class Sampled(Indenter):
         """What has these coefficients between the samples; a value for what is outside of them."""
         x = np.asarray(x, float)[()]  # numbers, not arrays of one: faster
         i = self.x[1:-1].searchsorted(x, side="right")
-        t, value = x - self.x[i], rows[-1][i]
+        t = x - self.x[i]
+        value = rows[-1][i]
         for row in rows[-2::-1]:
             value = value * t + row[i]
         known = (x >= self.x[0]) & (x <= self.x[-1])
@@ -204,14 +208,19 @@ def _spline_slopes(x: Array, z: Array) -> Array:
     secants s and the spacings h; the two end slopes are given, by cubics through heights from the
     end on: a height of all samples would only round.
     """
-    h, secant = np.diff(x), np.diff(z) / np.diff(x)
+    h = np.diff(x)
+    secant = np.diff(z) / np.diff(x)
     near = min(4, x.size)
     ends = [
         np.polynomial.Polynomial.fit(x[i], z[i] - z[end], near - 1).deriv()(x[end])
         for i, end in ((slice(near), 0), (slice(-near, None), -1))
     ]
-    band, rhs = np.zeros((3, x.size)), np.empty_like(z)
-    band[1, [0, -1]], rhs[[0, -1]] = 1, ends
-    band[0, 2:], band[1, 1:-1], band[2, :-2] = h[:-1], 2 * (h[:-1] + h[1:]), h[1:]
+    band = np.zeros((3, x.size))
+    rhs = np.empty_like(z)
+    band[1, [0, -1]] = 1
+    rhs[[0, -1]] = ends
+    band[0, 2:] = h[:-1]
+    band[1, 1:-1] = 2 * (h[:-1] + h[1:])
+    band[2, :-2] = h[1:]
     rhs[1:-1] = 3 * (h[1:] * secant[:-1] + h[:-1] * secant[1:])
     return np.asarray(solve_banded((1, 1), band, rhs))

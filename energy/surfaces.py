@@ -111,7 +111,8 @@ class SurfaceEnergies:
     @property
     def doubt(self) -> str:
         """A question behind messages about w > 2γ₁ where the two may have changed places."""
-        w, gamma1 = self.work_of_adhesion, self.gamma1
+        w = self.work_of_adhesion
+        gamma1 = self.gamma1
         return (
             f"; w is {w / gamma1:.3g} gamma1: are the two swapped?" if w > 10 * gamma1 > 0 else ""
         )
@@ -122,7 +123,8 @@ class SurfaceEnergies:
 
         ValueError for γ₁ = 0 and for w > 2γ₁, where there is no angle.
         """
-        w, gamma1 = self.work_of_adhesion, self.gamma1
+        w = self.work_of_adhesion
+        gamma1 = self.gamma1
         if w > 2 * gamma1 or gamma1 == 0:
             raise ValueError(
                 f"w = {w!r} with gamma1 = {gamma1!r} has no Young angle (cos θ = w/γ₁ - 1 > 1 or "

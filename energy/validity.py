@@ -29,7 +29,8 @@ MUCH_LESS = 0.1  # how "≪" is read
 NOISE = 0.05
 # What springs miss at pull-off of a sphere, in %, over ν (rows) and l/h: layer_springs_worst.csv of
 # `python -m studies layer`
-_NU, _RATIOS = (0.0, 0.3, 0.4, 0.45, 0.48, 0.49), (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+_NU = (0.0, 0.3, 0.4, 0.45, 0.48, 0.49)
+_RATIOS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 _FORCE = (
     (8.2, 3.3, 1.1, 0.30, 0.069, 0.011),
     (7.7, 3.2, 0.84, 0.33, 0.068, 0.021),
@@ -112,7 +113,8 @@ def assumptions(scene: Scene, deformed: Deformation | None) -> tuple[Assumption,
 
 def _of_layer(scene: Scene, deformed: Deformation) -> tuple[Assumption, ...]:
     """Strain of the layer, and its thickness against the narrowest contact."""
-    h, strained = scene.layer.h, "the layer is strained beyond linearity"
+    h = scene.layer.h
+    strained = "the layer is strained beyond linearity"
     little = (
         Assumption("d/h", abs(deformed.indentation) / h, MUCH_LESS, strained),
         Assumption("u/h", deformed.displacement / h, MUCH_LESS, strained),
@@ -134,7 +136,8 @@ def _of_slopes(scene: Scene, deformed: Deformation | None) -> tuple[Assumption, 
     """What the small-slope energies need; nothing for finite slopes."""
     if scene.slopes != "small":
         return ()
-    w, steep = scene.work_of_adhesion, "surfaces are too steep for small-slope energies"
+    w = scene.work_of_adhesion
+    steep = "surfaces are too steep for small-slope energies"
     ratio = (2 * w / scene.gamma1 if scene.gamma1 else math.inf) if w else 0.0
     far = (
         "the contact angle is far from π" if ratio <= 4 else "Young's law (8) has no contact angle"
@@ -149,7 +152,8 @@ def _of_free_surface(scene: Scene) -> tuple[Assumption, ...]:
     """The thickness against the elastocapillary length; nothing without tension."""
     if scene.layer.exact or not scene.gamma1:
         return ()
-    nu, ratio = scene.layer.nu, scene.layer.h / scene.elastocapillary_length
+    nu = scene.layer.nu
+    ratio = scene.layer.h / scene.elastocapillary_length
     bends = (
         f"its compliance under a line load is off by {100 * abs(compliance_error(nu, ratio)):.2g} %"
     )
@@ -162,7 +166,8 @@ def _of_free_surface(scene: Scene) -> tuple[Assumption, ...]:
 
 def _of_samples(scene: Scene) -> tuple[Assumption, ...]:
     """The noise of a sampled profile; nothing where no samples are known, or no angle resists."""
-    noise, w = scene.indenter.noise_slope, scene.work_of_adhesion or scene.opened.work_of_adhesion
+    noise = scene.indenter.noise_slope
+    w = scene.work_of_adhesion or scene.opened.work_of_adhesion
     if noise is None or not (w and scene.gamma1):
         return ()
     ratio = noise / math.sqrt(2 * w / scene.gamma1)

@@ -21,7 +21,8 @@ from studies import GROUPS, MODULES, STUDIES
 from studies.shared.program import program
 from studies.shared.table import versions
 
-PIPE, INTERRUPT = 141, 130  # statuses as of a shell: 128 + SIGPIPE, 128 + SIGINT
+PIPE = 141
+INTERRUPT = 130  # statuses as of a shell: 128 + SIGPIPE, 128 + SIGINT
 
 
 def question(name: str) -> str:
@@ -90,7 +91,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def answered(name: str, rest: Sequence[str]) -> int:
     """The list, the version, or a study and its status; errors in one line."""
     if name in ("-h", "--help") and rest:
-        name, rest = rest[0], ["-h", *rest[1:]]
+        name = rest[0]
+        rest = ["-h", *rest[1:]]
     if name in ("", "-h", "--help"):
         print(listing())
         return 0

@@ -34,7 +34,8 @@ from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
 
-BAR, LEDGER = 1e-8, 1e-9
+BAR = 1e-8
+LEDGER = 1e-9
 MODERATE = 0.02  # N/m, the tension whose loops are drawn
 _NIL = 1e-8  # of the scale, printed as 0
 LENGTHS = ("jump-in half-width", "pull-off depth", "pull-off half-width")
@@ -90,7 +91,8 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tu
     """Follow all loops in `jobs` processes; `show` gets a line for each."""
     show(COLUMNS.head)
     scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
-    work, found = partial(_controls, parameters), list[Loop]()
+    work = partial(_controls, parameters)
+    found = list[Loop]()
     for own in each(work, scenes, jobs, say=lambda own: show("\n".join(map(line, own)))):
         found += own
     return tuple(found)
@@ -175,9 +177,11 @@ def over_control(record: Sequence[Loop]) -> Figure:
 
 def closed_form(history: History) -> tuple[Array, Array, Array]:
     """(d, P, a) of a parabola's whole branch."""
-    scene, given = history.scene, loops.arguments(history.scene)
+    scene = history.scene
+    given = loops.arguments(history.scene)
     d = np.linspace(-scene.critical_separation, float(history.depth.max()), 400)
-    force, a = cards.parabola.force(d, **given), cards.parabola.half_width(d, **given)
+    force = cards.parabola.force(d, **given)
+    a = cards.parabola.half_width(d, **given)
     return d, np.asarray(force), np.asarray(a)
 
 
@@ -188,7 +192,8 @@ def table(record: Sequence[Loop]) -> Table:
     given = ["indenter", "gamma1", "w", "control", "machine_stiffness"]
     rows = []
     for loop in record:
-        history, scene = loop.history, loop.history.scene
+        history = loop.history
+        scene = loop.history.scene
         forms = [v for f in loop.forms for v in (f.simulated, f.closed_form, f.error)]
         stiffness = history.machine_stiffness or ""
         at = (scene.gamma1, scene.work_of_adhesion, history.control, stiffness)

@@ -35,9 +35,12 @@ layer_of = partial(ElasticLayer, 1.0, h=1.0, response="layer")  # of this Poisso
 GENTLE = 1e-6  # w/γ₁, which only sets the scale of displacements; units: h = E = 1
 SLOPE = math.sqrt(2 * GENTLE)  # at the line
 DEPTHS = [SLOPE * part / 10 for part in range(-1, 10)]
-RTOL, FINE, EXACT = 1e-4, 1e-7, 1e-10
+RTOL = 1e-4
+FINE = 1e-7
+EXACT = 1e-10
 WIDE = 15.0  # half-width in h from which Eq. (16) is read
-WEAK, STRONG = 1e-3, 1e2  # γ₁ over the least and the most that can withstand it
+WEAK = 1e-3
+STRONG = 1e2  # γ₁ over the least and the most that can withstand it
 TENSIONS = {"weak": "γ₁ = 10⁻³ E min(a, h)", "strong": "γ₁ = 100 E a max(a/h, 1)"}
 BEYOND = 3.3  # of πwR: no sphere bears as much
 LIMITS = {
@@ -90,14 +93,16 @@ def angle(case: tuple[float, float, int]) -> Angle:
     a = minimise(scene, SLOPE, rtol=RTOL).half_width
     states = (minimise(scene, SLOPE, method="lattice", spacing=a * n / nodes) for n in (4, 2, 1))
     first, second, third = (state.angle_deficit / SLOPE for state in states)
-    before, last = 2 * second - first, 2 * third - second
+    before = 2 * second - first
+    last = 2 * third - second
     return Angle(nu, thickness, last, abs(last - before))
 
 
 def length(case: tuple[float, float]) -> Length:
     """ν and l/h: a cylinder moved between two depths, L = R Δd/Δa - a."""
     nu, ratio = case
-    R, d = WIDE**2 / SLOPE, SLOPE / 2
+    R = WIDE**2 / SLOPE
+    d = SLOPE / 2
     scene = scene_of(nu, layer_of(nu).stiffness * ratio**2, R, "line")
     narrow, wide = (minimise(scene, depth, rtol=FINE).half_width for depth in (d, 2 * d))
     return Length(*case, R * d / (wide - narrow) - (wide + narrow) / 2, scene.effective_length)
@@ -106,7 +111,8 @@ def length(case: tuple[float, float]) -> Length:
 def pull(case: tuple[float, float, str]) -> Pull:
     """ν, about which a/h, and tension: there a = R √(w/2γ₁) if strong, else wR²/(Eh³) is known."""
     nu, about, tension = case
-    gamma1, R = STRONG * about * max(about, 1.0), 2 * about / SLOPE
+    gamma1 = STRONG * about * max(about, 1.0)
+    R = 2 * about / SLOPE
     if tension == "weak":  # of the half-space and the thin layer in sum
         gamma1 = WEAK * min(about, 1.0)
         thin = min(about**6 / 288, about**4 * layer_of(nu).modulus / 8)
@@ -126,7 +132,8 @@ def springs(case: tuple[float, float, float]) -> Springs:
     nu, ratio, Lambda = case
     scene = scene_of(nu, layer_of(nu).stiffness * ratio**2, ratio / (SLOPE * Lambda**2))
     (off, _), card = pulled(scene), cards.axisymmetric.sphere.pull_off(**arguments(scene))
-    force, radius = card.force / off.force, card.half_width / off.half_width
+    force = card.force / off.force
+    radius = card.half_width / off.half_width
     return Springs(*case, float(force) - 1, float(radius) - 1)
 
 
@@ -187,7 +194,8 @@ def errors(record: Record) -> tuple[float, float]:
 def answers(record: Record) -> dict[str, str]:
     """What each figure says; springs serve from the last l/h with 5 % at most, from above."""
     (angle, length), weak, strong = errors(record), record["weak"], record["strong"][0]
-    narrow, most = min(weak, key=lambda row: row.radius), max(weak, key=lambda row: row.force)
+    narrow = min(weak, key=lambda row: row.radius)
+    most = max(weak, key=lambda row: row.force)
     served = []
     for own in grouped(record["springs_worst"]):
         good = takewhile(lambda row: max(row.force, row.radius) <= 0.05, reversed(own))
@@ -216,7 +224,8 @@ def draw(axes: Any, rows: Iterable[Any], x: str, y: str, label: str = "", **look
 
 def plot(record: Record) -> dict[str, Figure]:
     """The four figures by file name, each with its answer above it."""
-    figures, level = {}, {"color": GREY, "lw": 0.8, "ls": ":"}
+    figures = {}
+    level = {"color": GREY, "lw": 0.8, "ls": ":"}
     figures["angle"], axes = canvas(7.5, 4.8)
     axes.set(xscale="log", xlim=(0.25, 3.6), ylim=(0.97, 1.03))
     axes.set(xlabel="thickness of the layer  h / √(γ₁h/G)", ylabel="angle  (π - θ) / √(2w/γ₁)")

@@ -168,7 +168,8 @@ COLUMNS = Columns(
 
 def line(shape: str, pull: Pull) -> str:
     """One line of the table."""
-    scene, state = pull.scene, pull.simulated
+    scene = pull.scene
+    state = pull.simulated
     depth = state.depth if abs(state.depth) > BAR * scene.critical_separation else 0.0
     a = state.half_width if state.half_width > BAR * loops.size(scene) else 0.0
     numbers = pull.ratio, scene.gamma1, state.force, pull.closed_form.force, 1e6 * depth, 1e6 * a
@@ -222,7 +223,9 @@ def conclusions(curves: Sequence[Curve]) -> list[str]:
     """What tension does to each indenter, in words that follow the numbers."""
     flat, wedge, parabola = curves
     balanced = np.array([pull.balanced.force for pull in flat.pulls if pull.balanced])
-    part, blunt, wide = balanced / flat.forces, wedge.ratios < 1, parabola.ratios >= 1
+    part = balanced / flat.forces
+    blunt = wedge.ratios < 1
+    wide = parabola.ratios >= 1
     told = [
         f"w is fixed at {WORK:g} J/m²; l/b from {flat.ratios[1]:.3g} to {flat.ratios[-1]:.3g}",
         f"flat punch (paper: tension helps): {_effect(flat.forces, 1)}; Eq. (23) is the metastable "

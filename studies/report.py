@@ -93,7 +93,8 @@ class Section(NamedTuple):
 
 def page(sections: Sequence[Section], command: str, facts: str, waiting: int = 0) -> str:
     """The whole page. facts: versions and the like; waiting: how many studies are still to run."""
-    title, more = "elastocap: all studies", f" {waiting} more are to come." if waiting else ""
+    title = "elastocap: all studies"
+    more = f" {waiting} more are to come." if waiting else ""
     parts = [
         "<!doctype html><html lang=en><meta charset=utf-8>"
         "<meta name=viewport content='width=device-width, initial-scale=1'>"
@@ -224,7 +225,8 @@ def run(name: str, preset: str, out: Path, jobs: int) -> Section:
     module = importlib.import_module(MODULES[name])
     own = [] if name in TIMED else ["--jobs", str(jobs)]
     arguments = ["--preset", preset, "--out", str(out / name), *own]
-    text, start = io.StringIO(), time.perf_counter()
+    text = io.StringIO()
+    start = time.perf_counter()
     with contextlib.redirect_stdout(text):
         try:
             status = int(module.main(arguments))
@@ -248,7 +250,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = command.parser("report", __doc__, "the quick presets of all")
     command.some_of(parser, "--only", REPORTED)
     options, out = command.parse(parser, argv)
-    names, made = options.only, facts()
+    names = options.only
+    made = facts()
     identity = {"report": options.preset, "studies": names, "made_with": made}
     sections: dict[int, Section] = {}
     with Store(out.at("report.jsonl"), identity) as store:

@@ -70,7 +70,8 @@ class Parameters:
     def indenter(self) -> Sampled:
         """The rough cylinder."""
         x = self.spacing * (np.arange(self.nodes) - self.nodes // 2)
-        rng, z = np.random.default_rng(self.seed), np.zeros_like(x)
+        rng = np.random.default_rng(self.seed)
+        z = np.zeros_like(x)
         for count in range(2, int(self.length / self.shortest) + 1):
             q = 2 * np.pi * count / self.length
             z += q ** -(self.hurst + 0.5) * np.cos(q * x + rng.uniform(0, 2 * np.pi))
@@ -140,7 +141,8 @@ COLUMNS = Columns(
 
 def line(loop: Loop) -> str:
     """Most contacts, fraction and pull at the deepest, loop area, and the lowest energies."""
-    path, deepest = loop.path, int(np.argmax(loop.path.depth))
+    path = loop.path
+    deepest = int(np.argmax(loop.path.depth))
     balance = abs(path.work() / path.dissipated - 1)
     below = sum(state.energy < path.energy[step] for step, state in loop.lowest.items())
     given = loop.tension, loop.contacts.max(), loop.fraction[deepest], path.pull_off.force
@@ -170,7 +172,8 @@ def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
         curves = (loop.path.force / force.size, loop.contacts, loop.fraction)
         style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3}
         for panel, values in zip(panels, curves, strict=True):
-            x, y = loop.path.depth / depth.size, np.where(held, values, np.nan)
+            x = loop.path.depth / depth.size
+            y = np.where(held, values, np.nan)
             panel.plot(x[: params.steps], y[: params.steps], lw=0.8, ls="--", mfc="none", **style)
             label = f"l = {loop.tension:g} × shortest wavelength"
             panel.plot(x[params.steps :], y[params.steps :], lw=1.4, label=label, **style)
@@ -195,9 +198,12 @@ def _touching(axes: Any, params: Parameters, loop: Loop) -> None:
     """Indenter and surface near the middle, in the deepest of the states of lowest energy."""
     state = max(loop.lowest.values(), key=lambda one: one.depth)
     x = np.linspace(-10, 10, 4001) * params.shortest
-    u, body = state.displacement(x), state.depth - state.scene.indenter.height(x)
-    top, bottom = float(body.min() - np.ptp(body) / 4), float(u.max() + np.ptp(body) / 4)
-    across, up = prefixed(x, "m"), prefixed([top, bottom], "m")
+    u = state.displacement(x)
+    body = state.depth - state.scene.indenter.height(x)
+    top = float(body.min() - np.ptp(body) / 4)
+    bottom = float(u.max() + np.ptp(body) / 4)
+    across = prefixed(x, "m")
+    up = prefixed([top, bottom], "m")
     s = x / across.size
     axes.fill_between(s, body / up.size, top / up.size, color=RIGID, lw=0, label="indenter")
     axes.fill_between(s, u / up.size, bottom / up.size, color=SOFT, lw=0, label="layer")
@@ -222,7 +228,8 @@ def table(loops: Sequence[Loop]) -> Table:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study; 1 if a global state has more energy than the metastable one."""
-    full, quick = Parameters(), Parameters(nodes=1001, steps=15, compared=3)
+    full = Parameters()
+    quick = Parameters(nodes=1001, steps=15, compared=3)
     params, jobs, out = command.start("rough", __doc__, argv, "a shorter profile", full, quick)
     loops = run(params, command.say, jobs)
     out.table("rough.csv", params, *table(loops))

@@ -29,7 +29,8 @@ from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, GREEN, GREY, LINE, ORANGE, Figure, canvas, plain_ticks
 from studies.shared.table import Columns, Table
 
-LAYER, LENGTH = ElasticLayer(E=7e3, nu=0.0, h=10e-6), 10e-6  # Pa, 1, m; l in m
+LAYER = ElasticLayer(E=7e3, nu=0.0, h=10e-6)
+LENGTH = 10e-6  # Pa, 1, m; l in m
 GAMMA1 = LAYER.stiffness * LENGTH**2  # N/m
 GENTLE = 1e-4  # w/γ₁ with small slopes, which only sets the scale
 LARGEST = 1e-8  # relative error
@@ -103,7 +104,8 @@ def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
     """Of small slopes, under dead load and imposed depth; Λ a number or an array (n,)."""
     R = LENGTH / (math.sqrt(2 * GENTLE) * np.square(ratio))
     given = {"R": R, "k": LAYER.stiffness, "gamma1": GAMMA1, "w": GENTLE * GAMMA1}
-    springs, lift = 2 * math.pi * R * GENTLE * GAMMA1, math.sqrt(2 * GENTLE) * LENGTH
+    springs = 2 * math.pi * R * GENTLE * GAMMA1
+    lift = math.sqrt(2 * GENTLE) * LENGTH
     card: Any = cards.axisymmetric.sphere
     pull, end = (
         Pull(-found.force / springs, found.depth / lift, found.half_width / LENGTH)
@@ -171,7 +173,8 @@ def plot(spheres: Sequence[Sphere]) -> Figure:
 
 
 def _forces(axes: Any, ratios: Array, load: Pull) -> None:
-    low, high = ratios[ratios < 0.75], ratios[ratios > 1.05]
+    low = ratios[ratios < 0.75]
+    high = ratios[ratios > 1.05]
     small = 1 - low / math.sqrt(2) - 3 * low**2 / 32
     large = 0.5 + (np.log(4 * high**2) - np.euler_gamma - 0.25) / (16 * high**4)
     line_contact = np.where(ratios < 1, 1 + ratios**3 / 2, 1.5 * ratios)

@@ -16,7 +16,9 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.figures import BLUE, canvas
 
-LAYER, WORK, RADIUS = ElasticLayer(E=2.5e3, nu=0.3, h=5e-6), 1e-6, 1e-3  # Pa, 1, m; N/m; m
+LAYER = ElasticLayer(E=2.5e3, nu=0.3, h=5e-6)
+WORK = 1e-6
+RADIUS = 1e-3  # Pa, 1, m; N/m; m
 LARGEST = 1e-8  # relative error
 
 
@@ -66,7 +68,8 @@ def plot(rows: Sequence[Row]) -> Any:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
-    full, quick = Parameters(), Parameters(ratios=(0.1, 1.0))
+    full = Parameters()
+    quick = Parameters(ratios=(0.1, 1.0))
     preset, jobs, out = command.start(__file__, __doc__, argv, "two tensions", full, quick)
     rows = run(preset, jobs)
     out.table("half_width.csv", preset, Row._fields, rows)

@@ -93,7 +93,8 @@ def _encoding(data: bytes) -> str:
     for mark, name in _MARKS.items():
         if data.startswith(mark):
             return name
-    even, odd = data[0:4096:2].count(0), data[1:4096:2].count(0)
+    even = data[0:4096:2].count(0)
+    odd = data[1:4096:2].count(0)
     if max(even, odd) > 0.3 * len(data[:4096]) and min(even, odd) == 0:
         return "utf-16-le" if odd else "utf-16-be"
     try:

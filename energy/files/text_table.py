@@ -171,7 +171,8 @@ class TextTable:
         return np.array([self._number(row, place, name) for row in self.rows[:count]])
 
     def _number(self, row: Row, place: int, name: str) -> float:
-        text, mark = row.cells[place], self.pattern.decimal
+        text = row.cells[place]
+        mark = self.pattern.decimal
         value = float(text.replace(",", ".")) if self.pattern.is_number(text) else np.nan
         if not np.isfinite(value):
             why = f"{name} = {text!r} must be a finite number with the decimal mark {mark!r}"
@@ -206,7 +207,8 @@ def read_table(path: Path, layout: Layout | None = None) -> TextTable:
 
 
 def _refuse_width(path: Path, row: Row, first: Row) -> None:
-    found, count = len(row.cells), len(first.cells)
+    found = len(row.cells)
+    count = len(first.cells)
     why = f"{found} {'cell' if found == 1 else 'cells'} where line {first.line} has {count}"
     refuse(path, row, f"{why}; mend or remove the line, or skip what is above the data")
 
@@ -315,7 +317,8 @@ def _check_line_above(path: Path, row: Row, first: Row, pattern: Pattern, delimi
     others = any(DELIMITERS[key] in row.text for key in ("tab", ";", "|"))
     if delimiter == "space":
         words = {cell.casefold() for cell in row.cells}
-        others, several = False, bool(words & {"x", "z", "depth", "force"})
+        others = False
+        several = bool(words & {"x", "z", "depth", "force"})
     else:
         several = len(row.cells) > 1
     if numbers or several or others:
@@ -333,7 +336,8 @@ def _check_marks(
     """ValueError where the decimal mark is in doubt: two marks, or one that may group thousands."""
     if layout.decimal is not None:
         return
-    mark, other = pattern.decimal, "," if pattern.decimal == "." else "."
+    mark = pattern.decimal
+    other = "," if pattern.decimal == "." else "."
     for row in data:
         for cell in row.cells:
             if other in cell and NUMBER[other].fullmatch(cell):

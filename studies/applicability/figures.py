@@ -36,7 +36,8 @@ from studies.shared.figures import (
     shades,
 )
 
-THIN, STICKY = (0.02, 200.0), (1e-6, 3.0)  # h/l and w/γ₁ that are drawn
+THIN = (0.02, 200.0)
+STICKY = (1e-6, 3.0)  # h/l and w/γ₁ that are drawn
 RATIOS = {0.3: "-", 0.45: "--", 0.49: ":"}  # Poisson's ratios and their lines
 FLOOR = 1e-4  # the darkest colour of the map
 LEAST_DRAWN = 1e-16  # relative error; some are 0, which a logarithm has no place for
@@ -180,12 +181,14 @@ def draw_regimes() -> Figure:
     """
     figure, axes = canvas(8.5, 6)
     x = np.union1d(np.geomspace(*THIN, 200), 1.0)
-    strained, steep = MUCH_LESS**2 / 2 * x**2, MUCH_LESS / 2
+    strained = MUCH_LESS**2 / 2 * x**2
+    steep = MUCH_LESS / 2
     top = np.minimum(strained, steep)
     for part, colour in ((x <= 1, SKY), (x >= 1, ORANGE)):
         axes.fill_between(x[part], STICKY[0], top[part], color=colour, alpha=0.35, lw=0)
     for nu, style in RATIOS.items():
-        at, name = thickest(nu), f"springs: h/l at most this for ν = {nu:g}"
+        at = thickest(nu)
+        name = f"springs: h/l at most this for ν = {nu:g}"
         ends = STICKY[0], MUCH_LESS**2 / 2 * at**2
         axes.plot([at, at], ends, style, color="black", label=name)
     examples = sorted(Path(scenes.__path__[0]).glob("*.toml"))

@@ -77,7 +77,8 @@ def _exact(record: Record) -> Iterator[str]:
 
 def _borders(record: Record) -> str:
     """One row for each shape, steepness and quantity."""
-    largest, rows = max(record.parameters.scan), []
+    largest = max(record.parameters.scan)
+    rows = []
     for one, ten in zip(record.borders[::2], record.borders[1::2], strict=True):
         steepness = f"{one.steepness:g}" if math.isfinite(one.steepness) else "any"
         limits = (_limit(border.ratio or math.nan, f"{largest:g}, all") for border in (one, ten))
@@ -95,7 +96,8 @@ def _limit(value: float, every: str) -> str:
 
 def _conjecture(record: Record) -> Iterator[str]:
     """How the worst error grows with the steepness, and whether it vanishes for blunt bodies."""
-    rows, orders = [], []
+    rows = []
+    orders = []
     for shape, points in record.paths.items():
         for name, what in (("half_width", "half-width"), ("force", "force")):
             steepness, errors = worst_on_path(points, name)

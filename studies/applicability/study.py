@@ -146,11 +146,13 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """All comparisons, in `jobs` processes; `show` gets a line as each part begins."""
     cases = [*product(SHAPES, p.steepness, p.ratios), *product((PUNCH,), p.widths, p.ratios)]
     show("the paper's own energy, and flat faces ...")
-    small, flat = within_small_slopes(p, jobs), tuple(flat_faces(p))
+    small = within_small_slopes(p, jobs)
+    flat = tuple(flat_faces(p))
     show(f"map, {len(cases)} states ...")
     points = tuple(each(map_point, cases, jobs))
     show(f"borders of 1 % and 10 % on {len(p.lines)} lines ...")
-    found, ways = tuple(borders(p, jobs)), list(product(SHAPES, p.paths, p.tensions))
+    found = tuple(borders(p, jobs))
+    ways = list(product(SHAPES, p.paths, p.tensions))
     show(f"γ₁ alone varied, {len(ways)} states ...")
     on_path = [point for point in each(path_point, ways, jobs) if point is not None]
     maps = {shape: tuple(x for x in points if x.shape == shape) for shape in (*SHAPES, PUNCH)}

@@ -182,9 +182,11 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
 
 def fastest(points: Sequence[Point]) -> str:
     """Our fastest method and the fastest of others, to an error of a where that is known."""
-    found, known = reached(points, 1e-6), "to an error of a of 1e-06: "
+    found = reached(points, 1e-6)
+    known = "to an error of a of 1e-06: "
     if not found:  # each at its least size
-        found, known = {p.method: p for p in sorted(points, key=lambda p: -p.unknowns)}, ""
+        found = {p.method: p for p in sorted(points, key=lambda p: -p.unknowns)}
+        known = ""
     sides = ([p for p in found.values() if p.ours == own] for own in (True, False))
     best = [min(side, key=lambda p: p.seconds) for side in sides if side]
     each = [f"{p.method} {p.seconds * 1e3:.3g} ms" for p in best]
@@ -194,7 +196,8 @@ def fastest(points: Sequence[Point]) -> str:
 
 
 def _style(number: int, ours: bool) -> dict[str, Any]:
-    marker, colour = MARKERS[number % len(MARKERS)], COLOURS[number % len(COLOURS)]
+    marker = MARKERS[number % len(MARKERS)]
+    colour = COLOURS[number % len(COLOURS)]
     return {"marker": marker, "color": colour, "ms": 7 if ours else 5, "lw": 2.2 if ours else 1}
 
 

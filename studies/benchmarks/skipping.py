@@ -30,7 +30,10 @@ from studies.shared.timing import seconds
 
 ROUNDING = 1e-12
 LAYER = ElasticLayer(3e3, 0.45, 50e-6)  # Pa, 1, m
-GAMMA1, W, RADIUS, DEPTH = 0.07, 3e-4, 0.1, 2e-6  # N/m, J/m², m, m
+GAMMA1 = 0.07
+W = 3e-4
+RADIUS = 0.1
+DEPTH = 2e-6  # N/m, J/m², m, m
 Numbers = Sequence[float]
 Route = Callable[[], Numbers]
 
@@ -74,7 +77,8 @@ def solved(own: Scene, depth: float = DEPTH, asked: str = "", **options: Any) ->
 
 def pressed(beside: int) -> Numbers:
     """P and U of contact nodes over 10 l, 100 per l, and of so many free ones on each side."""
-    own, depth = scene(w=0.0), DEPTH / 40
+    own = scene(w=0.0)
+    depth = DEPTH / 40
     lattice = Lattice.of(own, own.elastocapillary_length / 100)
     inside = int(minimise(own, depth).half_width / lattice.spacing)
     node = np.arange(-inside - beside, inside + beside + 1)
@@ -85,8 +89,11 @@ def pressed(beside: int) -> Numbers:
 
 def routes() -> dict[str, tuple[Route, Route]]:
     """The call that skips, and the one that does not; what both return must agree."""
-    own, body, steps = scene(), Parabola(RADIUS), np.linspace(DEPTH, 1.1 * DEPTH, 50)
-    flat, pulled = scene(FlatPunch(6e-4)), -0.5 * own.critical_separation
+    own = scene()
+    body = Parabola(RADIUS)
+    steps = np.linspace(DEPTH, 1.1 * DEPTH, 50)
+    flat = scene(FlatPunch(6e-4))
+    pulled = -0.5 * own.critical_separation
     plain = declared(Profile(body.height, body.slope), apex=0.0, symmetric=True)
     gentle = scene(Parabola(1e6 * RADIUS), w=0.0)
     fine = minimise(own, DEPTH).half_width / 1e5
@@ -148,7 +155,8 @@ class Row(NamedTuple):
 
 def difference(found: Numbers, general: Numbers) -> float:
     """Largest relative difference of numbers that correspond."""
-    one, other = np.asarray(found, float), np.asarray(general, float)
+    one = np.asarray(found, float)
+    other = np.asarray(general, float)
     size = np.abs(other)
     return float(np.max(np.abs(one - other) / np.where(size > 0, size, 1.0)))
 
@@ -178,7 +186,8 @@ COLUMNS = Columns(
 
 def line(row: Row) -> str:
     """One row on the screen."""
-    times, spread = (1e3 * row.seconds, 1e3 * row.general), f"{row.low:.3g}..{row.high:.3g}"
+    times = (1e3 * row.seconds, 1e3 * row.general)
+    spread = f"{row.low:.3g}..{row.high:.3g}"
     return COLUMNS.line(row.name, *times, row.factor, spread, row.difference)
 
 

@@ -160,7 +160,8 @@ def plot_nodes(record: Record) -> Figure:
     figure, axes = canvas(7.5, 5)
     shapes = list(dict.fromkeys(one.shape for one in record.nodes))
     for one in record.nodes:
-        i, small = shapes.index(one.shape), one.kind == "small"
+        i = shapes.index(one.shape)
+        small = one.kind == "small"
         label = f"{one.shape}, {'small slopes (15)' if small else 'true lengths (8)'}"
         look: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 7}
         style = {"ls": "--", "mfc": "white"} if small else {"ls": "-"}

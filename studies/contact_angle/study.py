@@ -77,7 +77,8 @@ def given(shape: str, ratio: float, slopes: str) -> Scene:
 
 def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
     """The angle at each contact line of a state that no corner pins, mirror twins once."""
-    scene, surfaces = state.scene, state.scene.surfaces
+    scene = state.scene
+    surfaces = state.scene.surfaces
     law = surfaces.angle_deficit if kind == "finite" else surfaces.small_slope_deficit
     indenter, layer = (np.arctan(slope).ravel() for slope in state.line_slopes)
     ratio = scene.work_of_adhesion / scene.gamma1
@@ -93,7 +94,8 @@ def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
 
 def single(p: Parameters, shape: str) -> list[Angle]:
     """States at many w/γ₁ and depths; those that would turn over are left out."""
-    body, found = SHAPES[shape], list[Angle]()
+    body = SHAPES[shape]
+    found = list[Angle]()
     for ratio in p.ratios:
         small = given(shape, ratio, "small")
         if shape in TILTED:
@@ -113,7 +115,8 @@ def loop(steps: int, case: tuple[str, float]) -> Loop:
     """Touch, press to 2δ₀, pull until just before the contact detaches; finite slopes."""
     shape, ratio = case
     steep = given(shape, ratio, "finite")
-    end, top = detachment(steep), 2 * steep.critical_separation
+    end = detachment(steep)
+    top = 2 * steep.critical_separation
     depths = [*np.linspace(0, top, steps), *(top + (end - top) * np.linspace(0, 0.999, 2 * steps))]
     states = (minimise(steep, float(depth)) for depth in depths)
     angles = [next(measured("finite", shape, state)) for state in states]
@@ -152,7 +155,8 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     Free surfaces around an axis are read off a family that a process solves once: one process.
     """
     show(f"{len(p.ratios)} w/γ₁ x {len(SHAPES)} indenters x {len(p.widths)} depths ...")
-    own, groups = partial(single, p), (([*INDENTERS, *TILTED], jobs), (list(ROUND), 1))
+    own = partial(single, p)
+    groups = (([*INDENTERS, *TILTED], jobs), (list(ROUND), 1))
     found = chain.from_iterable(each(own, shapes, workers) for shapes, workers in groups)
     states = tuple(chain.from_iterable(found))
     show(f"loading paths at {len(p.path)} w/γ₁ ...")
@@ -166,7 +170,8 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
 
 def summary(record: Record) -> str:
     """How many contact lines of each kind obey their law, and how well."""
-    finite, small = record.of("finite"), record.of("small")
+    finite = record.of("finite")
+    small = record.of("small")
     around = [angle for angle in record.states if angle.shape in ROUND]
     worst = max(angle.residual for angle in around)
     lines = [

@@ -33,7 +33,8 @@ class Explorer:
     def __init__(self, scene: Scene, depth: float, title: str, figure: Any) -> None:
         from matplotlib.widgets import Slider
 
-        self.scene, self.figure = scene, figure
+        self.scene = scene
+        self.figure = figure
         self.axes = figure.add_axes((0.13, 0.36, 0.84, 0.55))
         lift = scene.critical_separation or abs(depth)
         reach = DEEPEST * max(lift, abs(depth))
@@ -47,7 +48,8 @@ class Explorer:
         self.axes.set(xlabel=f"{place} in µm", ylabel="displacement u, downwards, in nm")
         self.axes.set(xlim=(across[0], across[-1]), ylim=(1.2e9 * reach, -1.2e9 * reach))
         figure.suptitle(title)
-        w, gamma1 = scene.work_of_adhesion, scene.gamma1
+        w = scene.work_of_adhesion
+        gamma1 = scene.gamma1
         start = {"depth": (depth, -reach, reach)}
         for name, value in (("log₁₀ w", w), ("log₁₀ γ₁", gamma1)):
             if value:

@@ -73,7 +73,8 @@ SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "power_law": (energy.PowerLaw, ("c", "n")),
     "sampled": (energy.Sampled, ("x", "z")),
 }
-TEXTS, NUMBERS = ("slopes", "geometry", "method", "branch"), ("spacing", "rtol")  # [options]
+TEXTS = ("slopes", "geometry", "method", "branch")
+NUMBERS = ("spacing", "rtol")  # [options]
 ENERGIES = ("gamma2", "gamma12", "w")
 CONTROLS = ("depths", "forces", "drives")
 STEPS = 50
@@ -128,12 +129,14 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
     options: dict[str, Any] = {
         key: (asked.text if key in TEXTS else asked.number)(key) for key in asked.table
     }
-    slopes, geometry = options.pop("slopes", "small"), options.pop("geometry", "line")
+    slopes = options.pop("slopes", "small")
+    geometry = options.pop("geometry", "line")
     film = Table(path, "layer", file.get("layer"), ("E", "nu", "h", "response"))
     numbers = (film.number(key) for key in film.known[:3])
     layer = film.build(ElasticLayer, *numbers, film.text("response", "springs"))
     energies = Table(path, "surfaces", file.get("surfaces"), ("gamma1", *ENERGIES))
-    surfaces, opening = _energies(energies, energies.number("gamma1")), None
+    surfaces = _energies(energies, energies.number("gamma1"))
+    opening = None
     if "opening" in content:
         own = Table(path, "opening", content["opening"], ENERGIES)
         opening = _energies(own, surfaces.gamma1)
@@ -148,7 +151,8 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     programme = _programme(path, content["path"], options) if "path" in content else None
-    title, source = file.text("title", path.stem), file.text("source", "not stated")
+    title = file.text("title", path.stem)
+    source = file.text("source", "not stated")
     measured = curve_file.reading(path, content.get("measured", {}))
     if scene.axisymmetric:
         if measured.width is not None:

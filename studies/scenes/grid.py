@@ -167,7 +167,8 @@ class SolvedScene:
 
     def _group(self, points: Sequence[Mapping[str, Value]]) -> list[dict[str, Value] | None]:
         """The same of points that differ in depth, surface energies and layer alone."""
-        scenes, made = list[Scene](), dict[Any, SceneFile]()
+        scenes = list[Scene]()
+        made = dict[Any, SceneFile]()
         try:
             for point in points:
                 own = tuple(value for key, value in point.items() if key != "depth")
@@ -191,7 +192,8 @@ class SolvedScene:
 
 def follow(given: SceneFile) -> History:
     """`discretization.load_path` along the file's [path]. ValueError names the file."""
-    programme, options = given.programme, given.options
+    programme = given.programme
+    options = given.options
     if programme is None:
         raise ValueError(f"{given.path}: path is missing; add a [path] with depths to the file")
     programmed: dict[str, Any] = {programme.control: programme.values}

@@ -121,7 +121,8 @@ def summary(record: Record) -> str:
     """In how many states all assumptions hold, and the report on the worst."""
     if not record.attached:
         return "\nno state is in contact"
-    count, total = sum(not state.warnings for state in record.attached), len(record.attached)
+    count = sum(not state.warnings for state in record.attached)
+    total = len(record.attached)
     text = f"all assumptions hold in {count} of {total} states in contact; the worst of them:"
     return f"\n{text}\n{record.worst}"
 
@@ -150,7 +151,8 @@ def notes(given: SceneFile) -> list[str]:
 
 def plot(record: Record) -> Any:
     """Surface and contact line of the last state in contact; above them P(d) and a(d)."""
-    several, state = len(record.states) > 1, (record.attached or record.states)[-1]
+    several = len(record.states) > 1
+    state = (record.attached or record.states)[-1]
     figure, axes = canvas(11, 9 if several else 5, 1 + several, 2, squeeze=False)
     if several:
         _curve(axes[0, 0], record, "force", "force P", f"N{state.scene.per_length}")
@@ -170,7 +172,8 @@ def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> No
     values[~np.isfinite(values)] = np.nan
     error = np.array([state.uncertainty[name] for state in states])
     error[~np.isfinite(error)] = 0.0
-    x, y = prefixed(depths, "m"), prefixed(values, unit)
+    x = prefixed(depths, "m")
+    y = prefixed(values, unit)
     labels = np.array([state.label for state in states])
     free = labels == "detached"
     bad = np.array([bool(state.warnings) for state in states]) & ~free
@@ -178,7 +181,8 @@ def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> No
     for (label, marker), violated in itertools.product(MARKERS.items(), (False, True)):
         chosen = (labels == label) & (bad == violated)
         if chosen.any():
-            at, height = depths[chosen] / x.size, values[chosen] / y.size
+            at = depths[chosen] / x.size
+            height = values[chosen] / y.size
             colour = GREY if label == "detached" else ORANGE if violated else BLUE
             text = f"{label}, an assumption violated" if violated else label
             fill = "white" if violated else colour
@@ -236,7 +240,8 @@ def equilibria(
         print(summary(record))
     if show_json:
         print(as_json("states", [state.to_dict() for state in record.states]))
-    name, chosen = given.path.stem, {"slopes": given.scene.slopes, "options": given.options}
+    name = given.path.stem
+    chosen = {"slopes": given.scene.slopes, "options": given.options}
     written = out.table(f"{name}.csv", chosen, *table(record), notes=notes(given))
     return [written, *out.figure(name, plot(record))]
 

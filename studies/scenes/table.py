@@ -23,7 +23,9 @@ class Table:
     """One table of the file; every complaint names the file, the key and what is known."""
 
     def __init__(self, path: Path, name: str, table: Any, known: tuple[str, ...]) -> None:
-        self.path, self.name, self.known = path, name, known
+        self.path = path
+        self.name = name
+        self.known = known
         if not isinstance(table, Mapping):
             self.refuse(name, table, f"must be a table: [{name}]")
         self.table = table
@@ -77,7 +79,9 @@ class Table:
 
     def range(self) -> list[float]:
         """{ from, to, steps, spacing }: `steps` values, evenly spaced, or so in their logarithm."""
-        first, last, count = self.number("from"), self.number("to"), self.whole("steps", 2)
+        first = self.number("from")
+        last = self.number("to")
+        count = self.whole("steps", 2)
         spacing = self.text("spacing", "linear")
         if spacing not in ("linear", "log"):
             self.refuse("spacing", spacing, 'must be "linear" or "log"')

@@ -19,7 +19,8 @@ _NEUTRAL = 1e-9  # of δ₀: so near to it the line of a punch may rest anywhere
 
 def vectorised(given: SceneFile) -> bool:
     """Whether what a file asks for may be found together with other states."""
-    body, options = given.scene.indenter, given.options
+    body = given.scene.indenter
+    options = given.options
     asked = options.get("method", "auto") in ("auto", "fitted") and "spacing" not in options
     adhered = options.get("branch", "adhered") == "adhered"
     return asked and adhered and body.symmetric and body.convex and body.apex == 0
@@ -44,7 +45,8 @@ def of_states(scenes: Sequence[Scene], depths: Array) -> list[Row | None]:
             *of_states(scenes[:half], depths[:half]),
             *of_states(scenes[half:], depths[half:]),
         ]
-    body, a = scenes[0].indenter, states.half_width
+    body = scenes[0].indenter
+    a = states.half_width
     touch = float(body.height(0.0))
     height = np.asarray(body.height(a), float)
     steep = np.abs(np.asarray(body.slope(a), float))

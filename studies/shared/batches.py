@@ -44,8 +44,12 @@ class Clock:
     def __init__(
         self, done: int, total: int, failed: int, show: Callable[[Progress], object]
     ) -> None:
-        self.done, self.total, self.failed, self.show = done, total, failed, show
-        self.begun, self.told = done, -math.inf
+        self.done = done
+        self.total = total
+        self.failed = failed
+        self.show = show
+        self.begun = done
+        self.told = -math.inf
         self.since: tuple[int, float] | None = None  # how many were done, and when
 
     def tick(self, points: int = 1) -> None:
@@ -96,7 +100,8 @@ def in_own_process(function: Callable[[Case], Result], case: Case) -> Result:
 
 def alone() -> bool:
     """Whether this process has a single thread; one that has just ended may take a moment to go."""
-    tasks, until = Path("/proc/self/task"), time.monotonic() + 0.1
+    tasks = Path("/proc/self/task")
+    until = time.monotonic() + 0.1
     while tasks.is_dir():
         if len(list(tasks.iterdir())) == 1:
             return True

@@ -37,7 +37,8 @@ def parser(name: str, doc: str | None, quick: str, jobs: int | None = None) -> P
     where = "folder of tables and figures; default: results/"
     found.add_argument("--out", type=Path, default=Path("results"), metavar="DIR", help=where)
     timed = name in TIMED
-    kind, default = partial(_jobs, timed=timed), 1 if timed else jobs or os.cpu_count() or 1
+    kind = partial(_jobs, timed=timed)
+    default = 1 if timed else jobs or os.cpu_count() or 1
     about = "processes; " + ("1, for times are measured" if timed else f"default: {default}")
     found.add_argument("--jobs", type=kind, default=default, metavar="N", help=about)
     about = "print nothing but the answer; progress and failures go to stderr"

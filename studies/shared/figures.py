@@ -67,7 +67,8 @@ def save(figure: Figure, path: Path, pdf: bool = True) -> list[Path]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.image import imsave
 
-    named, image = {"Title": title(figure)}, BytesIO()
+    named = {"Title": title(figure)}
+    image = BytesIO()
     figure.set_dpi(DPI)
     drawn = FigureCanvasAgg(figure)
     drawn.draw()

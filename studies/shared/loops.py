@@ -26,7 +26,8 @@ INDENTERS: dict[str, Indenter] = {
     "wedge": Wedge(math.atan(LIFT / SIZE)),
     "parabola": Parabola(SIZE**2 / LIFT),
 }
-_DEEPEST, _BEYOND = 2.0, 0.4
+_DEEPEST = 2.0
+_BEYOND = 0.4
 
 
 _CONTROLS = {
@@ -122,8 +123,10 @@ def driven_loop(path: History, K: float) -> History:
     held = ~np.isnan(path.contacts[:, 0])
     values = (path.depth + path.force / K if K else path.force)[held]
     turn = int(np.argmax(path.depth[held]))
-    up, down = values[: turn + 1], np.unique(np.minimum.accumulate(values[turn:]))[::-1]
-    force, least = force_scale(path.scene), min(float(down[-1]), 0.0)
+    up = values[: turn + 1]
+    down = np.unique(np.minimum.accumulate(values[turn:]))[::-1]
+    force = force_scale(path.scene)
+    least = min(float(down[-1]), 0.0)
     scale = path.scene.critical_separation + force / K if K else force
     down = down[down > least + 1e-6 * scale]
     programme = [*up[up > 0], *down[1:], least - _BEYOND * scale]
@@ -170,10 +173,14 @@ def most_tensile(history: History) -> tuple[float, float, float]:
 
 def compared(history: History) -> list[Form]:
     """Jump-in, end of the contact, pull-off and loop area beside their closed forms."""
-    scene, given = history.scene, arguments(history.scene)
+    scene = history.scene
+    given = arguments(history.scene)
     jump, end, area = known(scene).loop(history.control, given, history.machine_stiffness)
-    first, last = history.events[0], history.events[-1]
-    force, lift, width = force_scale(scene), scene.critical_separation, size(scene)
+    first = history.events[0]
+    last = history.events[-1]
+    force = force_scale(scene)
+    lift = scene.critical_separation
+    width = size(scene)
     work = force * lift
     ended = last.energy_released if last.kind in ("detachment", "pull-off") else math.nan
     pulled = zip(most_tensile(history), pull_off_card(scene), strict=True)

@@ -75,13 +75,16 @@ def in_turn(rng: np.random.Generator, i: int) -> Case:
 def random_case(rng: np.random.Generator, shape: str) -> Case:
     """A state of the adhered branch with a/l in 0.03..30 and δ₀/l in 0.01..1 in random units."""
     length, stress = 10.0 ** rng.uniform(-4, 4, 2)
-    nu, thickness = rng.uniform(-0.5, 0.45), length * rng.uniform(0.1, 10)
+    nu = rng.uniform(-0.5, 0.45)
+    thickness = length * rng.uniform(0.1, 10)
     k = stress / length
     unit = ElasticLayer(1.0, nu, thickness).stiffness
     layer = ElasticLayer(k / unit, nu, thickness)
-    ell, a = length, length * 10 ** rng.uniform(-1.5, 1.5)
+    ell = length
+    a = length * 10 ** rng.uniform(-1.5, 1.5)
     alpha = 10 ** rng.uniform(-2, 0)
-    gamma1, w = k * ell**2, k * (alpha * ell) ** 2 / 2
+    gamma1 = k * ell**2
+    w = k * (alpha * ell) ** 2 / 2
     m = {"k": k, "gamma1": gamma1, "w": w}
     delta0 = alpha * ell
     indenter, own, card = _drawn(rng, shape, ell, a, alpha)
@@ -109,16 +112,19 @@ def _drawn(rng: np.random.Generator, shape: str, ell: float, a: float, alpha: fl
 def random_steep_case(rng: np.random.Generator, shape: str) -> Case:
     """The same with finite slopes: w/γ₁ in 10⁻³..0.8, a/l in 0.1..10, f'(a) in 0.02..1."""
     ell, stress = 10.0 ** rng.uniform(-4, 4, 2)
-    k, gamma1 = stress / ell, stress * ell
+    k = stress / ell
+    gamma1 = stress * ell
     w = gamma1 * 10 ** rng.uniform(-3, math.log10(0.8))
-    a, rise = ell * 10 ** rng.uniform(-1, 1), rng.uniform(0.02, 1.0)
+    a = ell * 10 ** rng.uniform(-1, 1)
+    rise = rng.uniform(0.02, 1.0)
     indenter = _steep(shape, a, rise, rng.uniform(1.5, 5))
     surfaces = SurfaceEnergies.from_work(gamma1, w)
     scene = Scene(ElasticLayer(k * ell, 0.0, ell), surfaces, indenter, slopes="finite")
     if isinstance(indenter, FlatPunch):
         d = scene.critical_separation * rng.uniform(-0.99, 1)
     else:
-        f, slope = indenter.height(a), indenter.slope(a)
+        f = indenter.height(a)
+        slope = indenter.slope(a)
         d = float(cards.finite.depth(f, slope, k=k, gamma1=gamma1, w=w))
     return Case(scene, d, a, *steep_totals(scene, d, a), shape)
 
@@ -134,7 +140,10 @@ def _steep(shape: str, a: float, rise: float, n: float) -> Indenter:
 
 def steep_totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
     """P = 2k ∫₀ᵃ g dx + 2γ₁ sin φ and U = 2 ∫₀ᵃ [k/2 g² + (γ₁-w)√(1+f'²) - γ₁] dx + 2F."""
-    k, gamma1, w, f = scene.stiffness, scene.gamma1, scene.work_of_adhesion, scene.indenter
+    k = scene.stiffness
+    gamma1 = scene.gamma1
+    w = scene.work_of_adhesion
+    f = scene.indenter
     spring = {"k": k, "gamma1": gamma1}
 
     def displaced(x: float) -> float:

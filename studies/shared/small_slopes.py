@@ -42,7 +42,8 @@ def scene(
     body: Indenter, gamma1: float, w: float, slopes: str = "finite", geometry: str = "line"
 ) -> Scene:
     """An indenter on a layer with k = 1."""
-    layer, surfaces = ElasticLayer(K, 0.0, 1.0), SurfaceEnergies.from_work(gamma1, w)
+    layer = ElasticLayer(K, 0.0, 1.0)
+    surfaces = SurfaceEnergies.from_work(gamma1, w)
     return Scene(layer, surfaces, body, slopes, geometry=geometry)
 
 

@@ -17,7 +17,11 @@ from scipy.linalg import solve_banded
 from discretization import minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 
-k, gamma1, w, R, d = 1.0, 1.0, 0.5, 4.0, 0.5  # l = 1; cos θ = w/γ₁ - 1 gives 120°
+k = 1.0
+gamma1 = 1.0
+w = 0.5
+R = 4.0
+d = 0.5  # l = 1; cos θ = w/γ₁ - 1 gives 120°
 young = np.degrees(np.arccos(w / gamma1 - 1))
 
 
@@ -26,10 +30,12 @@ def free_surface(u_line, dx):
     u = u_line * np.exp(-np.arange(round(12 / dx)) * dx)
     for _ in range(20):
         s = np.diff(np.append(u, 0.0)) / dx
-        pull, bend = gamma1 * s / np.hypot(1, s), gamma1 / np.hypot(1, s) ** 3 / dx
+        pull = gamma1 * s / np.hypot(1, s)
+        bend = gamma1 / np.hypot(1, s) ** 3 / dx
         residual = k * dx * u[1:] - np.diff(pull)
         bands = np.array([-bend[:-1], k * dx + bend[:-1] + bend[1:], -bend[1:]])
-        bands[0, 1:], bands[2, :-1] = -bend[1:-1], -bend[1:-1]
+        bands[0, 1:] = -bend[1:-1]
+        bands[2, :-1] = -bend[1:-1]
         u[1:] -= solve_banded((1, 1), bands, residual)
     s = np.diff(np.append(u, 0.0)) / dx
     return u, np.sum(k * dx * u[1:] ** 2 / 2) + np.sum(gamma1 * dx * (np.hypot(1, s) - 1))

@@ -19,13 +19,15 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 layer = ElasticLayer(E=20e3, nu=0.3, h=1e-6)  # Pa, 1, m
 surfaces = SurfaceEnergies.from_work(gamma1=0.03, w=1e-5)  # N/m, J/m²
 lens = Scene(layer, surfaces, Parabola(R=0.02), geometry="axisymmetric")
-top, bottom = 3e-8, -8e-8  # m: the motor goes down and up again
+top = 3e-8
+bottom = -8e-8  # m: the motor goes down and up again
 drives = np.concatenate([np.linspace(0, top, 200), np.linspace(top, bottom, 700)])
 path = load_path(lens, depths=drives)
 plt.plot(1e9 * path.depth, 1e6 * path.force, "k-", label="rigid: the motor is the depth")
 for K in (1000.0, 60.0, 25.0):  # N/m
     path = load_path(lens, drives=drives, machine_stiffness=K)
-    pull, lost = path.pull_off, path.dissipated
+    pull = path.pull_off
+    lost = path.dissipated
     print(
         f"K = {K:4.0f} N/m: pull-off {1e6 * pull.force:.4f} µN at d = {1e9 * pull.depth:.2f} nm, "
         f"energy lost {1e15 * lost:.2f} fJ, events: {', '.join(e.kind for e in path.events)}"

@@ -18,7 +18,11 @@ import numpy as np
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 
-E, nu, R, w, gamma1 = 2e6, 0.495, 1e-3, 0.05, 0.02  # Pa, 1, m, J/m², N/m
+E = 2e6
+nu = 0.495
+R = 1e-3
+w = 0.05
+gamma1 = 0.02  # Pa, 1, m, J/m², N/m
 modulus = E / (1 - nu**2)
 for h in (1e-3, 1e-4, 4e-5):
     layer = ElasticLayer(E, nu, h, response="layer")

@@ -31,7 +31,8 @@ class Meniscus(NamedTuple):
 
     def scaled(self, size: float) -> Meniscus:
         """All lengths in units of `size`."""
-        a, d = self.half_width / size, self.depth / size
+        a = self.half_width / size
+        d = self.depth / size
         return Meniscus(self.scene, a, d, self.x / size, self.u / size, self.closed_form / size)
 
 
@@ -58,11 +59,15 @@ class Curves(NamedTuple):
 
 def simulate(points: int) -> Curves:
     """All curves; `points` simulated states on each branch, from just before it detaches."""
-    flat, wedge, parabola, dry = cards.flat_punch, cards.wedge, cards.parabola, cards.nonadhesive
+    flat = cards.flat_punch
+    wedge = cards.wedge
+    parabola = cards.parabola
+    dry = cards.nonadhesive
     scene, _, given = case(WEDGE, ())
     end = float(wedge.detachment_depth(**given)) / scene.critical_separation + 1e-3
     edge: Law = (lambda d, a, **_: a + 0 * d, "edge of the punch")
-    lone, turned = (parabola.half_width, "Eq. (33)"), (wedge.half_width, "Eq. (25)")
+    lone = (parabola.half_width, "Eq. (33)")
+    turned = (wedge.half_width, "Eq. (25)")
     dried: tuple[Law, Law] = (dry.parabola_half_width, "Eq. (39)"), (dry.parabola_force, "Eq. (40)")
     branches = [
         branch(points, "flat punch", PUNCH, -0.999, edge, (flat.force, "Eq. (11)")),
@@ -96,7 +101,8 @@ def meniscus() -> Meniscus:
     """A punch pulled upward, drawn as in Fig. 2 of the paper."""
     punch = FlatPunch(1.2e-4)
     scene = gel(punch)
-    depth, a = brink(GRID, scene), punch.half_width
+    depth = brink(GRID, scene)
+    a = punch.half_width
     x = np.linspace(-2.4e-4, 2.4e-4, 481)
     u = GRID.solve(scene, depth).displacement(x)
     closed_form = np.array(cards.flat_punch.displacement(x, a=a, **constants(scene)))
@@ -112,7 +118,8 @@ def punch_and_meniscus(data: Meniscus) -> Figure:
     _draw_dimensions(whole, drawn, data.scene.layer.h / unit.size, unit.symbol)
     whole.set_title("Flat punch pulled upward, just before it detaches (heights stretched)")
     right = drawn.x >= 0.8 * drawn.half_width
-    x, top = drawn.x[right], -drawn.u[right]
+    x = drawn.x[right]
+    top = -drawn.u[right]
     close.fill_between(x, top, 0.15 * drawn.depth, color=LAYER)
     close.plot(x, top, color=BLUE, lw=3, label="simulated surface")
     close.plot(x, -drawn.closed_form[right], "--", color=ORANGE, label="Eq. (21)")
@@ -130,7 +137,8 @@ def punch_and_meniscus(data: Meniscus) -> Figure:
 
 def _draw_angle_and_length(axes: Any, data: Meniscus, x: Array, unit: Unit) -> None:
     """The angle at the line, and l, on the enlarged meniscus; lengths in `unit`."""
-    a, face = data.half_width, -data.depth
+    a = data.half_width
+    face = -data.depth
     length = data.scene.elastocapillary_length / unit.size
     level = -0.06 * face
     axes.axvline(a + length, color=BASE, lw=0.8, ls=":")
@@ -146,7 +154,10 @@ def _draw_angle_and_length(axes: Any, data: Meniscus, x: Array, unit: Unit) -> N
 
 def _draw_bodies(axes: Any, data: Meniscus, h: float) -> None:
     """Base, layer with the simulated surface on top, punch; closed form dashed."""
-    x, top, a, face = data.x, -data.u, data.half_width, -data.depth
+    x = data.x
+    top = -data.u
+    a = data.half_width
+    face = -data.depth
     axes.fill_between(x, -1.35 * h, -h, color=BASE)
     axes.fill_between(x, -h, top, color=LAYER, label="layer")
     axes.fill_between([-a, a], face, face + 0.7 * h, facecolor=BODY, edgecolor=BASE, label="punch")
@@ -160,8 +171,10 @@ def _draw_bodies(axes: Any, data: Meniscus, h: float) -> None:
 
 def _draw_dimensions(axes: Any, data: Meniscus, h: float, unit: str) -> None:
     """a, h, d_c and the direction of the pull."""
-    a, face = data.half_width, -data.depth
-    both, one = {"arrowstyle": "<->"}, {"arrowstyle": "-|>", "lw": 2.0, "color": "black"}
+    a = data.half_width
+    face = -data.depth
+    both = {"arrowstyle": "<->"}
+    one = {"arrowstyle": "-|>", "lw": 2.0, "color": "black"}
     axes.annotate("", (0, face + 0.2 * h), (a, face + 0.2 * h), arrowprops=both)
     axes.text(a / 2, face + 0.24 * h, f"a = {a:.0f} {unit}", ha="center", va="bottom")
     axes.annotate("", (-0.8 * a, -h), (-0.8 * a, 0), arrowprops=both)
@@ -182,7 +195,8 @@ def case_studies(branches: Sequence[Branch]) -> Figure:
     pairs = list(zip(branches, dense, strict=True))
     widths = [np.asarray(data.half_width[0](d)) for data, d in pairs]
     forces = [np.asarray(data.force[0](d)) for data, d in pairs]
-    depth, width = prefixed(np.concatenate(dense), "m"), prefixed(np.concatenate(widths), "m")
+    depth = prefixed(np.concatenate(dense), "m")
+    width = prefixed(np.concatenate(widths), "m")
     force = prefixed(np.concatenate(forces), "N/m")
     for i, (column, (data, d)) in enumerate(zip(grid.T, pairs, strict=True)):
         style: dict[str, Any] = {"ls": "", "color": COLOURS[i], "marker": MARKERS[i]}

@@ -73,7 +73,8 @@ def on_lattice(
     scene: Scene, depth: float, spacing: float, *, branch: str, origin: float | None
 ) -> Equilibrium:
     """The state of `discretization.lattice.state.on_lattice`, on nodes kept for other depths."""
-    row, most = None, _STEP * max(1, math.ceil(depth / _STEP))
+    row = None
+    most = _STEP * max(1, math.ceil(depth / _STEP))
     if not isinstance(scene.indenter, Plane):
         row = _row(scene, Lattice.of(scene, spacing, origin), most)
     return on_nodes(scene, depth, spacing, branch=branch, origin=origin, row=row)
@@ -95,7 +96,8 @@ class Grid(Mesh):
         A node stands on an axis of rotation, and at the tip on a layer with its exact response;
         there the spacing shrinks a little instead.
         """
-        spacing, origin = self._spacing(scene, length), None
+        spacing = self._spacing(scene, length)
+        origin = None
         if scene.layer.exact:
             options = {"branch": branch, "method": "lattice", "spacing": spacing}
             return _found(minimise, scene, float(depth), **options)

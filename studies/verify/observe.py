@@ -21,7 +21,8 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 _STEP = 1 / 250  # of l, between the points of a difference quotient
 _ROUGH = 50  # links per l, above which contact is looked for on rougher nodes first
 _CLOSE = 1e-13  # of a depth that is looked for
-_FLAT, _STEPS = 1e-5, 40  # of a bracket, how far a least value may be moved; steps
+_FLAT = 1e-5
+_STEPS = 40  # of a bracket, how far a least value may be moved; steps
 
 
 class Tail(NamedTuple):
@@ -40,9 +41,11 @@ class Punches(NamedTuple):
 
 def slopes_at_line(state: Equilibrium) -> tuple[float, float]:
     """u'(a-0), u'(a+0) at the right contact line, by one-sided differences of the field."""
-    line, step = float(state.contacts[-1, 1]), _STEP * state.scene.elastocapillary_length
+    line = float(state.contacts[-1, 1])
+    step = _STEP * state.scene.elastocapillary_length
     points = step * np.arange(5)
-    inside, outside = state.displacement(line - points), state.displacement(line + points)
+    inside = state.displacement(line - points)
+    outside = state.displacement(line + points)
     return float(-_ONE_SIDED @ inside) / step, float(_ONE_SIDED @ outside) / step
 
 
@@ -105,7 +108,8 @@ def punch_difference(
 
 def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-12) -> float:
     """Smallest depth that still holds, by bisection between 0 and -2 µm of the label."""
-    lo, hi = -2e-6, 0.0
+    lo = -2e-6
+    hi = 0.0
     if mesh.solve(scene, lo).label != "detached" or mesh.solve(scene, hi).label == "detached":
         raise ValueError(f"the contact does not detach between the depths {lo!r} and {hi!r}")
     while hi - lo > -rtol * lo:
@@ -123,7 +127,8 @@ def brink(mesh: Mesh, scene: Scene) -> float:
     There a wider punch has the energy of a narrower one; what it has more is a straight line over
     d². The label says whether the contact holds on one side of this depth and not on the other.
     """
-    start, raised = 0.0, -5e-7
+    start = 0.0
+    raised = -5e-7
     added = [punch_difference(mesh, scene.layer, scene.surfaces, d) for d in (start, raised)]
     depth = raised * math.sqrt(added[0].energy / (added[0].energy - added[1].energy))
     held, free = (mesh.solve(scene, depth * (1 + off)).label for off in (-mesh.short, mesh.short))
@@ -171,7 +176,8 @@ def even_energy(mesh: Mesh, scene: Scene, lo: float) -> float:
 
 def least_force(mesh: Mesh, scene: Scene, lo: float, hi: float) -> float:
     """Most tensile force between two depths, by parabolas through the three least ones known."""
-    depth, known = (lo + hi) / 2, {d: mesh.solve(scene, d).force for d in (lo, hi)}
+    depth = (lo + hi) / 2
+    known = {d: mesh.solve(scene, d).force for d in (lo, hi)}
     for _ in range(_STEPS):
         known[depth] = mesh.solve(scene, depth).force
         best, *others = sorted(known, key=known.__getitem__)[:3]

@@ -27,7 +27,9 @@ from energy import (
 )
 
 LAYER = ElasticLayer(E=310.0, nu=0.38, h=11e-6)
-GAMMA1, GAMMA2, WORK = 0.047, 0.0312, 2.3e-5
+GAMMA1 = 0.047
+GAMMA2 = 0.0312
+WORK = 2.3e-5
 
 PUNCH = FlatPunch(half_width=1.93e-4)
 WEDGE = Wedge(delta=4.7e-3)
@@ -110,5 +112,6 @@ def sharp_wedge(ratio: float) -> Wedge:
 def pulled_parabola(Lambda: float) -> Parabola:
     """Parabola, or sphere, with Λ = l/√(Rδ₀) on the gel film."""
     scene = gel(PARABOLA)
-    ell, delta0 = scene.elastocapillary_length, scene.critical_separation
+    ell = scene.elastocapillary_length
+    delta0 = scene.critical_separation
     return Parabola(R=ell**2 / (delta0 * Lambda**2))

@@ -109,7 +109,8 @@ SCREEN = Columns(
 
 def line(result: Result) -> str:
     """One line of the table on the screen."""
-    item, word = result.check, "ok" if result.passed else "FAIL"
+    item = result.check
+    word = "ok" if result.passed else "FAIL"
     values = result.simulated, result.closed_form, item.unit, result.error
     judged = order(result), fitted(result), word, result.seconds
     told = SCREEN.line(label(item.equations), item.what, *values, *judged)
@@ -129,7 +130,8 @@ def fitted(result: Result) -> str:
 
 def summary(record: Record, seconds: float) -> str:
     """The last line."""
-    total, failed = len(record.results), len(record.failed)
+    total = len(record.results)
+    failed = len(record.failed)
     both = sum(not result.check.lattice_only for result in record.results)
     counts = f"{total - failed} passed, {failed} failed"
     return f"{total} checks, {both} on both discretisations: {counts}; {seconds:.1f} s"
@@ -175,7 +177,8 @@ def report(record: Record, closing: str, drawn: Sequence[str] = ()) -> str:
 
 def answer(record: Record) -> str:
     """Whether every result comes out."""
-    count, failed = len(record.results), record.failed
+    count = len(record.results)
+    failed = record.failed
     own = sum(bool(result.check.equations) for result in record.results)
     if not failed:
         own_and_more = f"{own} of the paper's equations and {count - own} beyond"
@@ -190,7 +193,8 @@ def table(record: Record) -> Table:
     names += " fitted_error fitted_bar lattice_only passed seconds note"
     rows = []
     for r in record.results:
-        item, band = r.check, r.check.order or ("", "")
+        item = r.check
+        band = r.check.order or ("", "")
         given = " ".join(map(str, item.equations)), item.what, item.unit
         lattice = r.simulated, r.closed_form, r.error, item.bar
         order = r.observed_order if item.order else "exact", *band

@@ -85,7 +85,8 @@ def bisection(grid: Grid) -> Solve:
         return bool(u[beside] < grid.g[beside]) or state(m + 1)[0] < energy
 
     def solve() -> Answer:
-        low, high = 1, middle - 4
+        low = 1
+        high = middle - 4
         while high - low > 1:
             m = (low + high) // 2
             low, high = (m, high) if advances(m) else (low, m)
@@ -104,11 +105,15 @@ def bisection(grid: Grid) -> Solve:
 
 def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Solve:
     """scipy's solve_bvp for the free surface and a; Young's law has to be put in by hand."""
-    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    k = scene.stiffness
+    gamma1 = scene.gamma1
+    w = scene.work_of_adhesion
     ell = scene.elastocapillary_length
     finite = scene.slopes == "finite"
     deficit = scene.surfaces.angle_deficit if finite else scene.surfaces.small_slope_deficit
-    length, f, f1 = FAR * ell, scene.indenter.height, scene.indenter.slope
+    length = FAR * ell
+    f = scene.indenter.height
+    f1 = scene.indenter.slope
 
     def surface(s: Array, y: Array, a: Array) -> Array:
         bend = k / gamma1 * y[0]
@@ -123,10 +128,12 @@ def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Sol
         u = (depth - f(guess)) * np.exp(-FAR * s)
         start = np.stack((u, -u / ell))
         found = integrate.solve_bvp(surface, ends, s, start, p=[guess], tol=rtol, max_nodes=10**5)
-        a, slope = float(found.p[0]), float(found.y[1, 0])
+        a = float(found.p[0])
+        slope = float(found.y[1, 0])
         sine = slope / math.hypot(1, slope) if finite else slope
         x, weights = np.polynomial.legendre.leggauss(40)
-        x, weights = a / 2 * (x + 1), a / 2 * weights
+        x = a / 2 * (x + 1)
+        weights = a / 2 * weights
         stretch = np.hypot(1, f1(x)) if finite else 1 + f1(x) ** 2 / 2
         adhesive = stretch if finite else 1.0
         inside = k / 2 * (depth - f(x)) ** 2 + gamma1 * (stretch - 1) - w * adhesive

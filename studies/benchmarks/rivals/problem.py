@@ -44,7 +44,8 @@ def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
 
 def rough(n: int) -> tuple[Scene, dict[str, Any]]:
     """A parabola with four waves of random phase over 16 l, and options for n nodes on it."""
-    scene, rng = elastic(0.05, RADIUS), np.random.default_rng(5)
+    scene = elastic(0.05, RADIUS)
+    rng = np.random.default_rng(5)
     x = np.linspace(-8, 8, n // 2 * 2 + 1)
     z = x * x / (2 * RADIUS)
     for j in (1, 2, 3, 5):
@@ -58,7 +59,8 @@ def waves(contacts: int) -> Scene:
 
     Waves between 3 l and 12 l long of random phases, in a trough whose walls end the profile.
     """
-    half, rng = 4.0 * contacts + 20, np.random.default_rng(1)
+    half = 4.0 * contacts + 20
+    rng = np.random.default_rng(1)
     x = np.arange(-round(half / WAVES_SPACING), round(half / WAVES_SPACING) + 1) * WAVES_SPACING
     z = np.zeros_like(x)
     for wave in np.linspace(3, 12, 30):
@@ -117,7 +119,9 @@ class Grid:
         Near the line v'' = c = u/l² + f'', on the lattice v_{m+j} = c(jΔx)²/2 + j(v_{m+1} -
         cΔx²/2), so a = x_m + Δx/2 - v_{m+1}/(cΔx). Contact: multiplier in springs above the gap.
         """
-        g, dx, n = self.g, self.spacing, self.nodes
+        g = self.g
+        dx = self.spacing
+        n = self.nodes
         held = np.flatnonzero(multipliers / self.lattice.spring > np.maximum(u - g, 0))
         if held.size < 2 or held[0] < 1 or held[-1] > n - 4:
             return Answer(math.nan, math.nan, math.nan, math.nan, False)
@@ -126,7 +130,8 @@ class Grid:
             bend = (g[m + 1] - 2 * g[m] + g[m - 1]) / dx**2
             c = self.scene.stiffness / self.scene.gamma1 * u[m] - bend
             ends.append(side * self.x[m] + dx / 2 - (u[m + side] - g[m + side]) / (c * dx))
-        a, m = float(np.mean(ends)), int(held[-1])
+        a = float(np.mean(ends))
+        m = int(held[-1])
         angle = math.pi - self.deficit(u[m + 1 : m + 4], m + 1, a)
         return Answer(a, float(multipliers.sum()), float(u @ self.pushed(u)) / 2, angle, success)
 

@@ -23,7 +23,9 @@ def modelled(grid: Grid, solver: str) -> Solve:
     """cvxpy as people write it: the obstacle is a parameter; solved once before, then again."""
     import cvxpy as cp
 
-    lat, u, floor = grid.lattice, cp.Variable(grid.nodes), cp.Parameter(grid.nodes)
+    lat = grid.lattice
+    u = cp.Variable(grid.nodes)
+    floor = cp.Parameter(grid.nodes)
     springs = lat.spring / 2 * cp.sum_squares(u)
     links = lat.link / 2 * cp.sum_squares(cp.diff(u))
     ends = lat.end_stiffness / 2 * (cp.square(u[0]) + cp.square(u[-1]))
@@ -53,7 +55,8 @@ def bounded(grid: Grid) -> Solve:
         return float(u @ force) / 2, force
 
     def solve() -> Answer:
-        start, bounds = np.maximum(grid.g, 0), optimize.Bounds(grid.g, np.inf)
+        start = np.maximum(grid.g, 0)
+        bounds = optimize.Bounds(grid.g, np.inf)
         given = {"jac": True, "bounds": bounds, "method": "L-BFGS-B", "options": options}
         found = optimize.minimize(energy, start, **given)
         return grid.read(found.x, np.maximum(grid.pushed(found.x), 0), bool(found.success))

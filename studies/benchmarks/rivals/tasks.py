@@ -25,8 +25,11 @@ from studies.benchmarks.rivals.problem import (
 from studies.shared.random_cases import steep_totals
 
 Made = tuple[Solve, int]  # what solves, and its unknowns
-DEPTH, WORK = 5.0, 0.02  # k = γ₁ = 1
-STEEP_RADIUS, STEEP_WIDTH, STEEP_WORK = 5.0, 2.0, 0.3
+DEPTH = 5.0
+WORK = 0.02  # k = γ₁ = 1
+STEEP_RADIUS = 5.0
+STEEP_WIDTH = 2.0
+STEEP_WORK = 0.3
 ROUGH_NODES = (60, 200, 500, 1000, 2000, 4000, 10_000, 20_000, 40_000, 10**5)
 MARGIN = 15.0  # elastocapillary lengths of free surface that a rival's grid covers on each side
 SIMILAR = 50_000  # unknowns of a dptsv that takes about as long as a method without nodes
@@ -193,8 +196,10 @@ def convex() -> tuple[Method, ...]:
 
 def adhesive(name: str, methods: tuple[Method, ...], w: float = WORK, steps: int = 0) -> Task:
     """A parabola at DEPTH, or on 0 -> DEPTH -> just above where the contact detaches."""
-    card, given = cards.parabola, {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
-    loading, half = np.linspace(0, DEPTH, steps // 2), steps - steps // 2
+    card = cards.parabola
+    given = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
+    loading = np.linspace(0, DEPTH, steps // 2)
+    half = steps - steps // 2
     loop = np.r_[loading, np.linspace(DEPTH, -0.99 * math.sqrt(2 * w), half)]
     depths = loop if steps else np.array([DEPTH])
     known = [one(depths, **given) for one in (card.half_width, card.force, card.energy)]
@@ -204,8 +209,10 @@ def adhesive(name: str, methods: tuple[Method, ...], w: float = WORK, steps: int
 
 def finite() -> Task:
     """A steep parabola with finite slopes."""
-    a, w = STEEP_WIDTH, STEEP_WORK
-    scene, m = elastic(w, STEEP_RADIUS, "finite"), {"k": 1.0, "gamma1": 1.0, "w": w}
+    a = STEEP_WIDTH
+    w = STEEP_WORK
+    scene = elastic(w, STEEP_RADIUS, "finite")
+    m = {"k": 1.0, "gamma1": 1.0, "w": w}
     d = float(cards.finite.depth(a * a / 2 / STEEP_RADIUS, a / STEEP_RADIUS, **m))
     exact = np.array([[a, *steep_totals(scene, d, a), scene.surfaces.contact_angle]]).T
     hand = Method("one line by hand, Newton", on_grid(by_hand.bisection), 10**5)
@@ -214,7 +221,8 @@ def finite() -> Task:
 
 def rough_loop(steps: int) -> Task:
     """About `steps` / 7 depths up to three rms heights, or less with fewer steps than 600."""
-    top, half = min(3.0, steps / 200), -(-steps // 14)
+    top = min(3.0, steps / 200)
+    half = -(-steps // 14)
     depths = np.r_[np.linspace(0, top, half), np.linspace(top, -2.5, half)]
     return Task("rough loop", waves(CONTACTS[0]), depths, np.ones((4, 1)), ROUGH_PATHS)
 

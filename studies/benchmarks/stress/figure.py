@@ -68,7 +68,8 @@ def _scatter(axes: Any, trials: Sequence[Trial], grids: Sequence[str]) -> None:
     for name in grids:
         label, marker, colour = SCATTERED[name]
         own = [t for t in trials if t.grid == name and not math.isnan(t.digits[0])]
-        errors, ratios = [10 ** -min(t.digits) for t in own], [max(t.excess, LEAST) for t in own]
+        errors = [10 ** -min(t.digits) for t in own]
+        ratios = [max(t.excess, LEAST) for t in own]
         axes.loglog(errors, ratios, marker, color=colour, ms=4, alpha=0.6, label=label)
     axes.axhline(10, color="black", ls="--", lw=1, label="limit")
     axes.axhline(1, color=GREY, lw=0.8)

@@ -62,12 +62,15 @@ def answer(given: Inputs, slopes: str) -> Exact | None:
     """a, P, U of the adhered branch; None where it has detached."""
     if slopes == "finite" and "a" not in given:
         return _finite(given)
-    k, w, d = given["k"], given["w"], given["d"]
+    k = given["k"]
+    w = given["w"]
+    d = given["d"]
     if d < -(2 * w / k).sqrt():
         return None
     if "a" not in given:
         return _power(given)
-    a, width = given["a"], given["a"] + (given["gamma1"] / k).sqrt()
+    a = given["a"]
+    width = given["a"] + (given["gamma1"] / k).sqrt()
     return Exact(a, 2 * k * d * width, k * d * d * width - 2 * w * a)
 
 
@@ -79,8 +82,13 @@ def from_detachment(given: Inputs) -> float:
 
 
 def _power(v: Inputs) -> Exact | None:
-    k, w, d, c, n = v["k"], v["w"], v["d"], v["c"], v["n"]
-    gamma1, ell = v["gamma1"], (v["gamma1"] / k).sqrt()
+    k = v["k"]
+    w = v["w"]
+    d = v["d"]
+    c = v["c"]
+    n = v["n"]
+    gamma1 = v["gamma1"]
+    ell = (v["gamma1"] / k).sqrt()
     excess = d + (2 * w / k).sqrt()
     a = _root(lambda x: c * x**n + ell * _slope(c, n, x) - excess)
     if a is None and d > 0:  # a sharp wedge, pinned at its tip
@@ -101,8 +109,13 @@ def _slope(c: Decimal, n: Decimal, x: Decimal) -> Decimal:
 
 def _finite(v: Inputs) -> Exact | None:
     """Parabola with true lengths."""
-    k, gamma1, w, d, R = v["k"], v["gamma1"], v["w"], v["d"], 1 / (2 * v["c"])
-    ell, young = (gamma1 / k).sqrt(), (w / (2 * gamma1)).sqrt()
+    k = v["k"]
+    gamma1 = v["gamma1"]
+    w = v["w"]
+    d = v["d"]
+    R = 1 / (2 * v["c"])
+    ell = (gamma1 / k).sqrt()
+    young = (w / (2 * gamma1)).sqrt()
 
     def lift(x: Decimal) -> Decimal:
         """-u(a)/2l = sin((π - θ - β)/2), tan β = x/R."""
@@ -114,7 +127,8 @@ def _finite(v: Inputs) -> Exact | None:
     a = _root(lambda x: x * x / (2 * R) - d - 2 * ell * lift(x))
     if a is None:
         return None
-    t, s = a / R, -lift(a)
+    t = a / R
+    s = -lift(a)
     c = (1 - s * s).sqrt()
     force = 2 * k * (d * a - a**3 / (6 * R)) + 4 * gamma1 * s * c
     arc = R / 2 * (t * (1 + t * t).sqrt() + (t + (1 + t * t).sqrt()).ln())
@@ -134,7 +148,8 @@ def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
     x0 = Decimal(start)
     x1 = x0 * (1 + Decimal("1e-15"))
     for _ in range(12):
-        h0, h1 = h(x0), h(x1)
+        h0 = h(x0)
+        h1 = h(x1)
         if h0 == h1:
             break
         x0, x1 = x1, x1 - h1 * (x1 - x0) / (h1 - h0)
@@ -144,7 +159,8 @@ def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
 @precise()
 def conditions(given: Inputs, slopes: str, scales: Exact) -> tuple[float, float, float]:
     """Σ |p ∂Q/∂p|/scale over the inputs p: by what an input's rounding is magnified."""
-    base, total = answer(given, slopes), [Decimal(0)] * 3
+    base = answer(given, slopes)
+    total = [Decimal(0)] * 3
     assert base is not None
     for name in (name for name in given if name != "n"):
         near = (
@@ -162,8 +178,14 @@ def conditions(given: Inputs, slopes: str, scales: Exact) -> tuple[float, float,
 @precise()
 def on_nodes(v: Inputs, spacing: float, m: int) -> tuple[Decimal, Decimal]:
     """Force and energy of the contact set -m..m of a parabola, with exact tails."""
-    k, gamma1, w, d, dx, c = v["k"], v["gamma1"], v["w"], v["d"], Decimal(spacing), v["c"]
-    lam, N = _decay(v, dx), Decimal(m)
+    k = v["k"]
+    gamma1 = v["gamma1"]
+    w = v["w"]
+    d = v["d"]
+    dx = Decimal(spacing)
+    c = v["c"]
+    lam = _decay(v, dx)
+    N = Decimal(m)
     squares = N * (N + 1) * (2 * N + 1) / 3
     fourths = N * (N + 1) * (2 * N + 1) * (3 * N * N + 3 * N - 1) / 15
     b = c * dx * dx
@@ -184,8 +206,11 @@ def _decay(v: Inputs, dx: Decimal) -> Decimal:
 @precise()
 def resistance(v: Inputs, spacing: float, m: int) -> float:
     """gap/critical gap - 1 of the link m -> m+1: the line advances over it iff that is <= 0."""
-    d, dx, c = v["d"], Decimal(spacing), v["c"]
+    d = v["d"]
+    dx = Decimal(spacing)
+    c = v["c"]
     lam = _decay(v, dx)
-    f, beyond = c * (m * dx) ** 2, c * ((m + 1) * dx) ** 2
+    f = c * (m * dx) ** 2
+    beyond = c * ((m + 1) * dx) ** 2
     gap = beyond - f + (1 - lam) * (f - d)
     return float(gap / (dx * (2 * v["w"] * lam / v["gamma1"]).sqrt()) - 1)

@@ -92,18 +92,23 @@ def scene_at(
     number: int, width: float, work: float, shape: str, slopes: str = "small"
 ) -> tuple[Scene, float]:
     """a/l and w/γ₁ given; the slope at the line in π - θ (1: no tail), units and ν change."""
-    unit, nu = UNITS[number % len(UNITS)], POISSON[number // 2 % len(POISSON)]
-    ell, h = 1e-6 * unit, 3e-6 * unit
+    unit = UNITS[number % len(UNITS)]
+    nu = POISSON[number // 2 % len(POISSON)]
+    ell = 1e-6 * unit
+    h = 3e-6 * unit
     layer = ElasticLayer(2e4, nu, h)
     gamma1 = layer.stiffness * ell * ell
-    alpha, a = math.sqrt(2 * work), width * ell
+    alpha = math.sqrt(2 * work)
+    a = width * ell
     surfaces = SurfaceEnergies.from_work(gamma1, work * gamma1)
     rise = (0.6, 1.0)[number % 2] * (min(alpha, 0.7) if slopes == "finite" else alpha)
     body: Indenter
     if shape == "flat":
-        body, depth = FlatPunch(a), -0.7 * alpha * ell
+        body = FlatPunch(a)
+        depth = -0.7 * alpha * ell
     elif shape == "parabola":
-        body, depth = Parabola(a / rise), rise * (a / 2 + ell) - alpha * ell
+        body = Parabola(a / rise)
+        depth = rise * (a / 2 + ell) - alpha * ell
     else:
         n = int(shape[1:])
         body = PowerLaw(rise / n * a ** (1 - n), n)
@@ -143,7 +148,8 @@ def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
     if not state.contacts.size:
         return NO_DIGITS, 0.0, "refused", "no contact node"
     last = round(float(state.nodes[0, 1]) / spacing)
-    lattice, node = Lattice.of(scene, spacing), np.arange(-last, last + 1)
+    lattice = Lattice.of(scene, spacing)
+    node = np.arange(-last, last + 1)
     nodal = NodalEnergy(lattice, np.ones(node.size, bool), -last)
     g = depth - scene.indenter.height(lattice.x(node))
     tails = float(nodal.pulls @ g[[0, -1]])
@@ -186,7 +192,8 @@ def random(params: Parameters) -> Iterator[Point]:
     """rtol against a/l, small and finite slopes in turn."""
     rng = np.random.default_rng(params.seed)
     for i in range(params.scenes):
-        case, x = in_turn(rng, i), -rng.uniform(2, 12)
+        case = in_turn(rng, i)
+        x = -rng.uniform(2, 12)
         yield *_named(case, x), partial(verdicts.random_mesh, case, 10**x)
 
 
@@ -194,7 +201,8 @@ def nodes(params: Parameters) -> Iterator[Point]:
     """l/Δx against a/l, half of the lattices shifted."""
     rng = np.random.default_rng(params.seed)
     for i in range(params.lattices):
-        case, x = in_turn(rng, i), rng.uniform(math.log10(2), math.log10(400))
+        case = in_turn(rng, i)
+        x = rng.uniform(math.log10(2), math.log10(400))
         offset = float(rng.choice([0.0, rng.uniform(-0.5, 0.5)]))
         yield *_named(case, x), partial(verdicts.random_nodes, case, 10**x, offset)
 
@@ -276,7 +284,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def answer(trials: Sequence[Trial], bad: int) -> str:
     """How many points keep their digits, rtol and estimates."""
-    known, drawn = exact(trials), [t for t in trials if t.grid in SCATTERED]
+    known = exact(trials)
+    drawn = [t for t in trials if t.grid in SCATTERED]
     kept = sum(min(t.digits) >= KEPT for t in known)
     told = (
         f"{KEPT:g} or more at {kept} of {len(known)} points with an answer, fewer where the "

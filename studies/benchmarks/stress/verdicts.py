@@ -23,10 +23,12 @@ from studies.shared import QUANTITIES
 from studies.shared.random_cases import Case
 
 EPS = float(np.finfo(float).eps)
-SLACK, TOLERANCE = 1000.0, 1e-12
+SLACK = 1000.0
+TOLERANCE = 1e-12
 TIE = 16 * EPS  # relative distance from -δ₀ within which both verdicts are right
 NAMES = ("kink", "double kink", "plateau", "jump", "noise", "smooth noise", "tilted", "edge")
-ALIKE, CLOSE = 1e-9, 2e-3
+ALIKE = 1e-9
+CLOSE = 2e-3
 KEPT = 12.0  # digits
 RTOL = 1e-13
 BAD = ("lost", "wrong", "crash", "floating point")
@@ -64,11 +66,15 @@ def judged(grid: str, shape: str, x: float, y: float, work: Work) -> Trial:
             digits, excess, word, note = _strictly(work, "ignore")
             return Trial(grid, shape, x, y, digits, excess, word, f"{problem} {note}")
     except Exception as problem:
-        word, excess, note = "crash", math.inf, f"{type(problem).__name__}: {problem}"[:300]
+        word = "crash"
+        excess = math.inf
+        note = f"{type(problem).__name__}: {problem}"[:300]
         if isinstance(problem, FloatingPointError):
-            word, note = "floating point", str(problem)
+            word = "floating point"
+            note = str(problem)
         elif isinstance(problem, ValueError | NotCertifiedError):
-            word, excess = "refused", math.nan
+            word = "refused"
+            excess = math.nan
         return Trial(grid, shape, x, y, NO_DIGITS, excess, word, note)
 
 
@@ -82,7 +88,8 @@ def _strictly(work: Work, underflow: Literal["raise", "ignore"]) -> Judgement:
 def against_reference(scene: Scene, depth: float) -> Judgement:
     """The default method against 60 digits."""
     given = reference.inputs(scene, depth)
-    exact, state = reference.answer(given, scene.slopes), minimise(scene, depth, rtol=RTOL)
+    exact = reference.answer(given, scene.slopes)
+    state = minimise(scene, depth, rtol=RTOL)
     if exact is None or not state.contacts.size:
         alike = exact is None and not state.contacts.size
         tied = state.label == "neutral" and reference.from_detachment(given) <= TIE
@@ -158,7 +165,8 @@ def estimated(
     """Digits, the largest error over its estimate, and whether rtol and estimates were kept."""
     least = NEAR[where] / 10
     worst = max(e / max(own, least) for e, own in zip(errors, estimates, strict=True))
-    trusted, honoured = worst <= 10, max(errors) <= max(rtol, TOLERANCE)
+    trusted = worst <= 10
+    honoured = max(errors) <= max(rtol, TOLERANCE)
     word = "ok" if trusted and honoured else "lost" if trusted else "wrong"
     told = f"errors {', '.join(f'{e:.1e}' for e in errors)} for rtol = {rtol:.1e}"
     told += f", estimated {', '.join(f'{e:.1e}' for e in estimates)}"

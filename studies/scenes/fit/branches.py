@@ -25,7 +25,9 @@ from energy.arrays import Array
 
 RTOL = 1e-4  # asked of the paths, whose forces are then right to some 1e-6
 BEYOND = 1.01  # times δ₀ below touching nothing holds
-POINTS, PULLED, DENSE = 300, 600, 3000  # on a leg, below touching, and for the machine
+POINTS = 300
+PULLED = 600
+DENSE = 3000  # on a leg, below touching, and for the machine
 KEPT = 64  # paths that are remembered
 
 
@@ -55,7 +57,8 @@ class Branch:
         rise = float(spline(first, 1))
         slope = rise / (2 * first + rise / stiffness) if blunt else 0.0
         force += slope * np.minimum(ahead - blunt, 0.0)
-        risen, moved = np.diff(spline(s[-2:])).sum(), np.diff(drive[-2:]).sum()
+        risen = np.diff(spline(s[-2:])).sum()
+        moved = np.diff(drive[-2:]).sum()
         deep = risen / moved if moved else 0.0  # a machine this soft passes over every state
         return force + deep * np.maximum(drives - drive[-1], 0.0), float(drive[0])
 
@@ -76,7 +79,8 @@ def _reached(branch: Branch, stiffness: float) -> tuple[Array, Array, Array, Cub
     extreme = np.minimum.accumulate(drive[::-1])[::-1]
     if way > 0:
         extreme = np.maximum.accumulate(drive)
-    s, drive = s[extreme == drive], drive[extreme == drive]
+    s = s[extreme == drive]
+    drive = drive[extreme == drive]
     return s, drive, np.sqrt(drive - drive[0]), spline
 
 
@@ -122,7 +126,8 @@ def _one_way(
         known = _slack_leg(scene, turns, reach) if scene.gamma1 == 0 else None
         return known or _leg(scene, turns, reach)[0]
 
-    found, depths = [leg([touch])], [touch]
+    found = [leg([touch])]
+    depths = [touch]
     for drive in drives:
         (force,), _ = found[-1].read(np.array([drive]), stiffness)
         depths.append(drive - float(force) / stiffness)
@@ -137,11 +142,15 @@ def _slack_leg(scene: Scene, turns: list[float], reach: float) -> Branch | None:
     and lowers as it falls below L - δ₀, δ₀ that of opening. With A(L) the length or area in contact
     and P₀ the force at the depth L, P = P₀(L) + k A(L) (d - L).
     """
-    body, holds = scene.indenter, scene.opened.critical_separation
+    body = scene.indenter
+    holds = scene.opened.critical_separation
     if not body.convex or len(body.corners):
         return None
-    touch, start, t = turns[0], turns[-1], np.linspace(0.0, 1.0, POINTS)
-    level, lost = touch, touch - holds
+    touch = turns[0]
+    start = turns[-1]
+    t = np.linspace(0.0, 1.0, POINTS)
+    level = touch
+    lost = touch - holds
     for turn in turns:
         level = float(np.clip(level, turn, turn + holds))
     if len(turns) % 2 == 1:
@@ -166,8 +175,11 @@ def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[Branch, int]:
 
     Depths are crowded where contact begins or is lost, over whose root the force is smooth.
     """
-    touch, start, t = turns[0], turns[-1], np.linspace(0.0, 1.0, POINTS)
-    below, inwards = BEYOND * scene.opened.critical_separation, len(turns) % 2 == 1
+    touch = turns[0]
+    start = turns[-1]
+    t = np.linspace(0.0, 1.0, POINTS)
+    below = BEYOND * scene.opened.critical_separation
+    inwards = len(turns) % 2 == 1
     while True:
         depth = start + (touch + reach - start) * t**2
         if not inwards:
@@ -185,10 +197,13 @@ def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[Branch, int]:
         below = 2 * below or reach
     if not own:
         raise ValueError(f"depth = {start!r}: no contact to retract from")
-    last, smooth = own[-1].before, len(own) <= 1
+    last = own[-1].before
+    smooth = len(own) <= 1
     held = depth > last.depth
-    depth, force = np.append(depth[held], last.depth), np.append(force[held], last.force)
+    depth = np.append(depth[held], last.depth)
+    force = np.append(force[held], last.force)
     depth, chosen = np.unique(depth, return_index=True)
-    kind, even = CubicSpline if smooth else PchipInterpolator, t * math.sqrt(start - last.depth)
+    kind = CubicSpline if smooth else PchipInterpolator
+    even = t * math.sqrt(start - last.depth)
     force = kind(np.sqrt(depth - last.depth), force[chosen])(even)
     return Branch((last.depth + even**2)[::-1], force[::-1], smooth), len(history.events)

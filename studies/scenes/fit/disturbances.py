@@ -8,7 +8,8 @@ from scipy.special import chdtri
 
 from energy.arrays import Array, Mask
 
-LINE, RARE = 1.5, 1e-4  # off a line, of the noise; and the chance of more than that on one
+LINE = 1.5
+RARE = 1e-4  # off a line, of the noise; and the chance of more than that on one
 WHOLE = 0.01  # by which multiples of a step may be off a whole number
 STICKS_OUT = 8.0  # times the noise: a spike
 APART = 3.0  # times what a line leaves of its four neighbours: a spike, and no jump or kink

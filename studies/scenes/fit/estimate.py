@@ -45,7 +45,8 @@ OF_TENSION = ("2w/γ₁", "noise slope/√(2w/γ₁)", "slope")  # assumptions o
 NOT_FITTED = "gamma1 is not fitted, which takes a start from gamma1 > 0"
 JKR_TENSION = 0.01  # of w, in place of no tension on a layer
 LOSSES = ("linear", "soft_l1")
-LOOSE, CONDITION = 1.0, 100.0
+LOOSE = 1.0
+CONDITION = 100.0
 CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
 FARTHEST = 20.0  # half-widths of the linearised interval
 ELSEWHERE = "start from other parameters, or leave it out of --parameters"
@@ -274,7 +275,8 @@ def fit(
     else:
         best = sought(model)
     condition, weakest, spread = conditioning(best.jac, len(names))
-    reach, quality = math.sqrt((best.limit - 1) * best.squares) * spread, _quality(model, best)
+    reach = math.sqrt((best.limit - 1) * best.squares) * spread
+    quality = _quality(model, best)
     asked = quality.fits, profiles
     own = [_estimate(model, best, i, float(reach[i]), *asked) for i in range(best.x.size)]
     estimates = (*own, *_baseline(model, best, reach, quality.fits))
@@ -346,7 +348,8 @@ def _disturbances(data: Data) -> tuple[str, ...]:
 
 def _quality(model: Model, best: Best) -> Quality:
     data = model.data
-    count, free = int(data.used.sum()), int(data.free.sum())
+    count = int(data.used.sum())
+    free = int(data.free.sum())
     # twice the roots of the weights: a point far out counts no more than c of the loss
     contact, out, ends = np.split(best.fun * data.roots, [count, count + free])
     sigma = data.sigma if noise(data.curve.force) else 0.0
@@ -358,7 +361,8 @@ def _quality(model: Model, best: Best) -> Quality:
 
 def _baseline(model: Model, best: Best, reaches: Array, fits: bool) -> list[Estimate]:
     """Estimates of the line out of contact; reaches: half-widths of all linearised intervals."""
-    found, line = [], model.line(best.x).tolist()
+    found = []
+    line = model.line(best.x).tolist()
     for name, value, reach in zip(BASELINE, line, reaches[best.x.size :].tolist(), strict=False):
         ends = (value - reach, value + reach) if fits else None
         found.append(Estimate(name, value, ends, None, True, False))
@@ -369,7 +373,9 @@ def _estimate(
     model: Model, best: Best, i: int, reach: float, fits: bool, profiles: bool
 ) -> Estimate:
     """Estimate and intervals of parameter i; reach: half-width of the linearised interval."""
-    x, name, bound = float(best.x[i]), model.names[i], model.on_bound(best.x, i)
+    x = float(best.x[i])
+    name = model.names[i]
+    bound = model.on_bound(best.x, i)
     loose = math.inf if name == "offset" else LOOSE  # an offset may have any size
     identifiable = math.isfinite(reach) and reach <= loose and not bound
     interval = profile = None

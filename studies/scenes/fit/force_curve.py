@@ -144,15 +144,22 @@ def _without(curve: Curve, left_out: tuple[Hold, ...]) -> Curve:
 def turning_points(depth: Array) -> tuple[int, ...]:
     """Indices at which loading turns into unloading or back, by more than the depth's own noise."""
     least = max(CLEAR * noise(depth), ROUNDING * float(np.ptp(depth)))
-    values, turns, low, high, way = depth.tolist(), list[int](), 0, 0, 0
+    values = depth.tolist()
+    turns = list[int]()
+    low = 0
+    high = 0
+    way = 0
     for i, value in enumerate(values):  # low, high: since the last turn
-        low, high = low if value >= values[low] else i, high if value <= values[high] else i
+        low = low if value >= values[low] else i
+        high = high if value <= values[high] else i
         if way >= 0 and values[high] - value > least:
             turns += [high] if way else []
-            low, way = i, -1
+            low = i
+            way = -1
         elif way <= 0 and value - values[low] > least:
             turns += [low] if way else []
-            high, way = i, 1
+            high = i
+            way = 1
     rests = (int((depth[turn:] != depth[turn]).argmax()) for turn in turns)  # points that stay
     return tuple(turn + (rest - 1) // 2 for turn, rest in zip(turns, rests, strict=True))
 
@@ -177,7 +184,8 @@ def outer_legs(depth: Array) -> tuple[slice, slice]:
 
 def free_parts(curve: Curve) -> Mask:
     """Points before and after all contact whose force is a line but for noise (n,)."""
-    free, n = np.zeros(curve.force.size, bool), curve.force.size
+    free = np.zeros(curve.force.size, bool)
+    n = curve.force.size
     before, after = outer_legs(curve.depth)
     first = _flat(curve.depth[before], curve.force[before])
     last = _flat(curve.depth[after][::-1], curve.force[after][::-1])
@@ -203,14 +211,18 @@ def falls_on_approach(position: Array, force: Array) -> bool:
 def _flat(depth: Array, force: Array) -> int:
     """How many of the first points lie on a line that is no part of the contact; 0 if too few."""
     sigma = max(noise(force), ROUNDING * float(np.abs(force).max(initial=0.0)))
-    count, line, n = 0, np.zeros(2), FLAT
+    count = 0
+    line = np.zeros(2)
+    n = FLAT
     while n <= force.size - 2:
         degree = int(not _is_constant(depth[:n], depth))
         own = np.polyfit(depth[:n] - depth[0], force[:n], degree)
         off = force[:n] - np.polyval(own, depth[:n] - depth[0])
         if not may_be_noise(off, 2, sigma):
             break
-        count, line, n = n, own, max(n + 1, int(1.2 * n))
+        count = n
+        line = own
+        n = max(n + 1, int(1.2 * n))
     if not count:
         return 0
     beyond = np.abs(force - np.polyval(line, depth - depth[0])) > CLEAR * sigma
@@ -257,7 +269,8 @@ def baseline(curve: Curve, free: Mask, wave: float = 0.0) -> Array:
     instrument that measures it from first touch on. None (n, 0) without free points. Interference
     adds a cosine and a sine of the position with so many waves per length.
     """
-    x, order = curve.depth - curve.depth[0], np.linspace(0.0, 1.0, curve.depth.size)
+    x = curve.depth - curve.depth[0]
+    order = np.linspace(0.0, 1.0, curve.depth.size)
     columns = np.stack([np.ones(x.size), x, order], axis=1)
     if not free.any():
         return columns[:, :0]
@@ -339,7 +352,8 @@ def _next_to(found: Sequence[Contact], count: int) -> Mask:
     near = np.zeros(count, bool)
     for contact in found:
         points = np.concatenate([leg.points for leg in contact.legs])
-        first, last = int(points[0]), int(points[-1])
+        first = int(points[0])
+        last = int(points[-1])
         near[max(first - WIDEST_SPIKE, 0) : first + WIDEST_SPIKE] = True
         near[max(last + 1 - WIDEST_SPIKE, 0) : last + 1 + WIDEST_SPIKE] = True
     return near

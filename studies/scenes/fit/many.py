@@ -127,8 +127,10 @@ def common(name: str, low: Array, high: Array) -> Common:
     if not known.any():
         raise ValueError(f"shared = {name!r}: no curve has an interval of it; look at the table")
     ends = np.log(np.stack([low[known], high[known]]))
-    logs, errors = ends.mean(axis=0), np.ptp(ends, axis=0) / (2 * NORMAL)
-    mean, reach = float(np.average(logs, weights=errors**-2)), np.sum(errors**-2) ** -0.5
+    logs = ends.mean(axis=0)
+    errors = np.ptp(ends, axis=0) / (2 * NORMAL)
+    mean = float(np.average(logs, weights=errors**-2))
+    reach = np.sum(errors**-2) ** -0.5
     chance = float(np.sum(((logs - mean) / errors) ** 2)) / max(logs.size - 1, 1)
     low_end, high_end = np.exp(mean + NORMAL * reach * np.array([-1.0, 1.0])).tolist()
     return Common(name, math.exp(mean), (low_end, high_end), chance, logs.size)
@@ -177,7 +179,8 @@ def report(
         raise ValueError(f"shared = {shared!r} must be one of what is fitted: {', '.join(shown)}")
 
     def fitted(notes: Sequence[str] = ()) -> Record:
-        path, identity = out.folder / f"{name}.jsonl", job.identity(files)
+        path = out.folder / f"{name}.jsonl"
+        identity = job.identity(files)
         record = sweep(job, {"curve": files}, path, jobs=jobs, identity=identity, show=tell)
         written.append(out.table(f"{name}.csv", repr(job), *table(record), notes=notes))
         return record

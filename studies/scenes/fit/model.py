@@ -19,13 +19,17 @@ NAMES = ("w", "gamma1", "stiffness", "E", "offset", "opening")
 UNCERTAIN = ("R", "h")  # what may be known with an uncertainty
 DEFAULT = ("w", "gamma1", "offset")
 Round = Circle | Parabola  # indenters that have a radius
-FAR, STRIDE, HUGE = math.log(1e4), 1e-3, 700.0
-FACTOR, SHIFT = (FAR, 0.8, STRIDE), (1.0, math.inf, 1e-5)  # of logarithms and offset: see `ranges`
+FAR = math.log(1e4)
+STRIDE = 1e-3
+HUGE = 700.0
+FACTOR = (FAR, 0.8, STRIDE)
+SHIFT = (1.0, math.inf, 1e-5)  # of logarithms and offset: see `ranges`
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
 DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
 SHARP = 0.02  # of the distance between points in contact: how straight the end stays
 CLEARLY = 0.01  # of the range of the drives in contact
-STARTS, ROUNDS = 100, 3  # offsets among which the best one is where the search begins, and beside
+STARTS = 100
+ROUNDS = 3  # offsets among which the best one is where the search begins, and beside
 
 
 def parameters_of(scene: Scene) -> dict[str, float]:
@@ -66,7 +70,9 @@ def scene_with(scene: Scene, changes: Mapping[str, float]) -> Scene:
     A contact opens with the work of adhesion `opening` where that exceeds w, else with w.
     """
     p = completed(scene, changes)
-    layer, indenter, opening = scene.layer, scene.indenter, None
+    layer = scene.layer
+    indenter = scene.indenter
+    opening = None
     if (p["E"], p["h"]) != (layer.E, layer.h):
         layer = replace(layer, E=p["E"], h=p["h"])
     if isinstance(indenter, Round) and p["R"] != indenter.R:
@@ -125,7 +131,8 @@ class Model:
         to start from; else that at which the scene is nearest to the data.
 
         ValueError for unknown names, a scene that cannot be fitted, too few points."""
-        scene, count = _usable(scene, tuple(names)), int(data.used.sum())
+        scene = _usable(scene, tuple(names))
+        count = int(data.used.sum())
         names = (*names, *(name for name, _ in data.known))
         if count <= len(names) + 1:
             raise ValueError(
@@ -155,8 +162,10 @@ class Model:
             moves = zip(here, rates @ (x - at), strict=True)
             moved = {b: replace(b, depth=b.depth + d, force=b.force + p) for b, (d, p) in moves}
             return [moved[branch] for branch in here]
-        p, found = self.parameters(x), []
-        scene, stiffness = scene_with(self.scene, p), self.data.curve.machine_stiffness
+        p = self.parameters(x)
+        found = []
+        scene = scene_with(self.scene, p)
+        stiffness = self.data.curve.machine_stiffness
         for contact in self.data.contacts:
             drives = tuple(leg.turn - p["offset"] for leg in contact.legs[1:])
             found += ways(scene, self.touch, self.reach, drives, stiffness)
@@ -172,12 +181,14 @@ class Model:
         def numbers(x: Array) -> Array:
             return np.array([[one.depth, one.force] for one in self.branches(x)]).ravel()
 
-        here, rates = self.branches(x), optimize.approx_fprime(x, numbers, self.ranges[2])
+        here = self.branches(x)
+        rates = optimize.approx_fprime(x, numbers, self.ranges[2])
         return replace(self, known=(x, here, rates.reshape(len(here), 2, -1, x.size)))
 
     def nearest(self, branch: Branch) -> float:
         """The offset, of all with a contact in it, at which a branch is nearest to the data."""
-        data, drive = self.data, self.data.curve.drive[self.data.used]
+        data = self.data
+        drive = self.data.curve.drive[self.data.used]
         measured = data.flat.force[data.used]
 
         def off(offset: float) -> float:
@@ -187,11 +198,13 @@ class Model:
             found = np.sum((force - measured) ** 2) + data.size**2 * len(late)
             return float(found) * (1 + sum((one / data.span) ** 2 for one in late))
 
-        low, high = drive.min() - data.span - self.touch, drive.max() - self.touch
+        low = drive.min() - data.span - self.touch
+        high = drive.max() - self.touch
         for _ in range(ROUNDS):
             offsets, step = np.linspace(low, high, STARTS, retstep=True)
             best = min(offsets.tolist(), key=off)
-            low, high = best - step, best + step
+            low = best - step
+            high = best + step
         return best
 
     @property
@@ -226,8 +239,10 @@ class Model:
 
     def forces(self, x: Array) -> tuple[Array, dict[str, float]]:
         """P at every point of the curve (n,), 0 out of contact; drives at its begin and its end."""
-        curve, offset = self.data.curve, self.parameters(x)["offset"]
-        force, end = np.zeros(curve.force.size), 0.0
+        curve = self.data.curve
+        offset = self.parameters(x)["offset"]
+        force = np.zeros(curve.force.size)
+        end = 0.0
         for leg, branch in zip(self.data.legs, self.branches(x), strict=True):
             at = curve.drive[leg.points] - offset
             force[leg.points], end = branch.read(at, curve.machine_stiffness, self.blunt)

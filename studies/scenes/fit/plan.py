@@ -33,7 +33,8 @@ from studies.scenes.fit.trials import simulated
 from studies.shared import command
 from studies.shared.batches import each
 
-TOLD, FACTOR = 0.2, 1.5  # a parameter is told that is known to 20 %; scatter over what was foretold
+TOLD = 0.2
+FACTOR = 1.5  # a parameter is told that is known to 20 %; scatter over what was foretold
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,9 @@ class Experiment:
 
 def changes(one: Experiment) -> dict[str, Experiment]:
     """The experiment, and what else might be done."""
-    scene, body, layer = one.scene, one.scene.indenter, one.scene.layer
+    scene = one.scene
+    body = one.scene.indenter
+    layer = one.scene.layer
     found = {"as planned": one, "half the noise": replace(one, noise=one.noise / 2)}
     found["twice as deep"] = replace(one, deepest=2 * one.deepest)
     scenes = {
@@ -105,7 +108,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     about = "simulated curves that are fitted; default: 20, quick 5"
     parser.add_argument("--checks", type=int, metavar="N", help=about)
     options, out = command.parse(parser, argv)
-    one, rows = _planned(options), []
+    one = _planned(options)
+    rows = []
     for name, other in changes(one).items():
         w, gamma1, condition = other.foretold()
         told = [one for one, reach in (("w", w), ("gamma1", gamma1)) if reach <= TOLD]

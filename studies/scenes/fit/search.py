@@ -12,19 +12,24 @@ from energy.arrays import Array
 from studies.scenes.fit.model import Model
 
 BLUNT = 100.0, 10.0  # straight ends of branches at first
-FINE, ROUGH = 1e-6, 1e-2  # gains at last, and where straight ends or HOPELESS noise are left
+FINE = 1e-6
+ROUGH = 1e-2  # gains at last, and where straight ends or HOPELESS noise are left
 HOPELESS = 4.0  # times the noise
 ASTRAY = 2.0  # of logarithms: by how much straight ends may lead away without another look
 SIMULATED = 1e-6  # of the largest force: simulated forces are off by up to this
-STEPS, SOLVED = 25, 1e-7  # where branches are known: at most, and gain of the last one
+STEPS = 25
+SOLVED = 1e-7  # where branches are known: at most, and gain of the last one
 UNBOUND = 1e6  # over the largest force: so small, residuals do not hold back scipy's first step
-ROUNDS, SHORTER = 15, 0.25  # places at most; the reach after a failure
+ROUNDS = 15
+SHORTER = 0.25  # places at most; the reach after a failure
 SHORTEST = 1e-3  # reach at least
 FAIR = 0.75  # of the gain that was promised: the reach grows
-CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
+CHORDS = 4
+ENOUGH = 1e-3  # steps with one Jacobian, and the relative gain that needs no other
 DEAD = 1e-5  # of the longest column: what simulated forces do not tell
 CONFIDENCE = 0.95
-TURNS, SETTLED = 20, 0.01  # weights of a robust loss: at most, and of a standard deviation
+TURNS = 20
+SETTLED = 0.01  # weights of a robust loss: at most, and of a standard deviation
 ROUNDING = 1e-10  # of a force, relative to the largest
 
 
@@ -124,7 +129,8 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
     squares of the branches that go on by these rates are is the next place, within a reach that
     becomes shorter where that is no better. It ends where they gain less than ftol.
     """
-    x, fun = start.copy(), model.residuals(start)
+    x = start.copy()
+    fun = model.residuals(start)
     if not np.isfinite(fun).all():
         raise ValueError(
             f"scene = {model.scene!r} has no equilibria along the measured depths to start from; "
@@ -138,7 +144,8 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
         promised = before - squares
         enough = ROUGH if hopeless(model, squares) else ftol
         small = promised <= max(ftol, enough) * before + least**2
-        moves, edge = best - x, np.where(best > x, box[1], box[0]) - x
+        moves = best - x
+        edge = np.where(best > x, box[1], box[0]) - x
         held = (moves != 0) & (np.abs(moves) > 0.99 * np.abs(edge))  # it would go farther
         if not moves.any() or (small and not (held.any() and reach.min() > SHORTEST)):
             break
@@ -147,7 +154,8 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
         if gained > FAIR * promised:
             reach = np.minimum(2 * reach, model.ranges[1])
         if gained > 0:
-            x, fun = best, trial
+            x = best
+            fun = trial
         else:
             reach = SHORTER * np.minimum(reach, np.abs(moves).max())
     jac = model.near(x).jacobian(x)
@@ -159,7 +167,8 @@ def minimum(
     model: Model, start: Array, box: tuple[Array, Array], fixed: int | None = None
 ) -> tuple[Array, float]:
     """The least squares from `start` in a box, where and how much; coordinate `fixed` stays."""
-    free, x = [i for i in range(start.size) if i != fixed], start.copy()
+    free = [i for i in range(start.size) if i != fixed]
+    x = start.copy()
     unit = UNBOUND * model.data.size
 
     def residuals(values: Array) -> Array:
@@ -188,7 +197,9 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
     """
     error = best.fun.size * (SIMULATED * model.data.size) ** 2
     others = [j for j in range(best.x.size) if j != i]
-    x, reach, least = best.x.copy(), model.ranges[0, others], math.inf
+    x = best.x.copy()
+    reach = model.ranges[0, others]
+    least = math.inf
     step = np.linalg.pinv(np.delete(best.jac, i, axis=1))[: len(others)]
     moves = step @ best.jac[:, i] * (at - x[i])
     x[i] = at
@@ -198,7 +209,8 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
         squares = float(residuals @ residuals) + error
         if not squares < (1 - ENOUGH) * least:
             return float(np.fmin(squares, least)) / best.squares  # nan: there is no state
-        least, moves = squares, step @ residuals
+        least = squares
+        moves = step @ residuals
     return followed(model, x, i, 1e-4).squares / best.squares
 
 
@@ -214,7 +226,8 @@ def conditioning(jacobian: Array, count: int) -> tuple[float, Array, Array]:
     spread = np.full(sizes.size, math.inf)
     _, singular, right = np.linalg.svd(jacobian[:, ~dead] / sizes[~dead], full_matrices=False)
     spread[~dead] = np.linalg.norm(right.T / singular, axis=1) / sizes[~dead]
-    own, line = jacobian[:, :count], jacobian[:, count:]
+    own = jacobian[:, :count]
+    line = jacobian[:, count:]
     own = own - line @ np.linalg.lstsq(line, own, rcond=None)[0]
     lengths = np.linalg.norm(own, axis=0)
     lost = dead[:count] | (lengths <= 1e-9 * sizes[:count])

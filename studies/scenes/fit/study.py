@@ -75,11 +75,17 @@ from studies.shared.table import Table
 def plot(found: Fit, title: str) -> Figure:
     """P over the position of the machine with the fit above, residuals with ± 2s below."""
     figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
-    data, curve, unit = found.model.data, found.model.data.curve, found.unit("level")
+    data = found.model.data
+    curve = found.model.data.curve
+    unit = found.unit("level")
     offset = found.model.parameters(found.best.x)["offset"]
-    drive, off = curve.drive - offset, curve.force - found.fitted
-    x, y, z = prefixed(drive, "m"), prefixed(curve.force, unit), prefixed(off[data.used], unit)
-    drive, used = drive / x.size, data.used | data.free
+    drive = curve.drive - offset
+    off = curve.force - found.fitted
+    x = prefixed(drive, "m")
+    y = prefixed(curve.force, unit)
+    z = prefixed(off[data.used], unit)
+    drive = drive / x.size
+    used = data.used | data.free
     _points(top, found, drive, curve.force / y.size, ~used)
     _points(bottom, found, drive, off / z.size, np.zeros(used.size, bool))
     for number, leg in enumerate(data.legs):
@@ -104,7 +110,8 @@ def plot(found: Fit, title: str) -> Figure:
 
 def _points(axes: Any, found: Fit, x: Array, y: Array, aside: Mask) -> None:
     """What was measured on the way in and out, out of contact, and what was not used."""
-    data, grows = found.model.data, loading(found.model.data.curve.drive)
+    data = found.model.data
+    grows = loading(found.model.data.curve.drive)
     for chosen, colour, marker, name in (
         (data.used & grows, BLUE, "o", "loading"),
         (data.used & ~grows, ORANGE, "s", "unloading"),
@@ -119,7 +126,9 @@ def _points(axes: Any, found: Fit, x: Array, y: Array, aside: Mask) -> None:
 
 def table(found: Fit) -> Table:
     """Depth, force, fitted force and residual; nan where the point took no part."""
-    data, unit, force = found.model.data, found.unit("level"), found.model.data.curve.force
+    data = found.model.data
+    unit = found.unit("level")
+    force = found.model.data.curve.force
     fitted = np.where(data.used | data.free, found.fitted, math.nan)
     columns = {
         "depth [m]": data.curve.depth,
@@ -233,7 +242,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         uncertainties=uncertainties,
     )
     print(found)
-    name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
+    name = f"{options.data.stem}_fit"
+    notes = [f"scene: {given.scene}", *str(found).splitlines()]
     written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
     written += out.figure(f"{name}.png", plot(found, given.title))
     print(f"written: {', '.join(map(str, written))}")

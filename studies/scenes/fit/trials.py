@@ -57,10 +57,17 @@ SCENE = Scene(
     Parabola(R=5e-6),
     geometry="axisymmetric",
 )
-THICK, NU = 20e-6, 0.49  # of "half-space", m, and of "layer"
-NOISE, POINTS, DEPTH = (5e-12, 40e-12), (80, 200), (1.0, 2.5)  # N, on each way, over δ₀
-SPREAD, WRONG, FAR_OFF = math.log(2.0), 1.5, 2.0
-NEEDED, COVERED, SILENT = 0.9, 0.91, 0.01  # called rightly, intervals that hold, wrong answers
+THICK = 20e-6
+NU = 0.49  # of "half-space", m, and of "layer"
+NOISE = (5e-12, 40e-12)
+POINTS = (80, 200)
+DEPTH = (1.0, 2.5)  # N, on each way, over δ₀
+SPREAD = math.log(2.0)
+WRONG = 1.5
+FAR_OFF = 2.0
+NEEDED = 0.9
+COVERED = 0.91
+SILENT = 0.01  # called rightly, intervals that hold, wrong answers
 
 
 @dataclass(frozen=True)
@@ -104,7 +111,8 @@ class Record:
     @property
     def passed(self) -> bool:
         """Whether enough is called rightly, intervals hold the truth, and nothing is silent."""
-        kinds, n = self.parameters.kinds, self.parameters.curves
+        kinds = self.parameters.kinds
+        n = self.parameters.curves
         slack = 2 * math.sqrt(COVERED * (1 - COVERED) / n)  # of a share found in n curves
         called = all(self.shares(kind)[0] >= NEEDED for kind in kinds)
         held = [share for kind in kinds if kind in GOOD for share in self.shares(kind)[2:]]
@@ -138,7 +146,8 @@ def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
     except ValueError:  # refused, which is a word
         return Outcome(kind, number, kind not in GOOD, False, (None,) * 3, math.nan)
     doubted = bool(found.doubts)
-    holds, silent = list[bool | None](), False
+    holds = list[bool | None]()
+    silent = False
     for i, (name, true) in enumerate(truth.items()):
         one = found[name]
         if one.interval is None or not one.identifiable:
@@ -170,7 +179,8 @@ def case(p: Parameters, kind: str, number: int) -> Case:
     force = (_half_space if kind == "half-space" else simulated)(scene, drive, stiffness)
     noise = math.exp(rng.uniform(*np.log(NOISE)))
     force = force + noise * rng.standard_normal(force.size)
-    passed, sides = np.linspace(0.0, 1.0, force.size), rng.choice([-1.0, 1.0], 2)
+    passed = np.linspace(0.0, 1.0, force.size)
+    sides = rng.choice([-1.0, 1.0], 2)
     zero = float(rng.uniform(-5e-6, 5e-6)) if kind == "offset" else 0.1 * scene.critical_separation
     if kind == "baseline":
         force = force + rng.uniform(-0.5e-9, 0.5e-9) + rng.uniform(-3e-3, 3e-3) * drive
@@ -208,7 +218,8 @@ def _spiked(force: Array, noise: float, rng: np.random.Generator) -> Array:
 def _interference(drive: Array, noise: float, rng: np.random.Generator) -> Array:
     """Waves over the position, which a laser that interferes adds to the force."""
     free = -float(drive[0])
-    periods, phase = float(rng.uniform(1.5, 4)), float(rng.uniform(0, 2 * math.pi))
+    periods = float(rng.uniform(1.5, 4))
+    phase = float(rng.uniform(0, 2 * math.pi))
     amplitude = noise * float(rng.uniform(5, 20))
     return np.asarray(amplitude * np.sin(2 * math.pi * periods * drive / free + phase))
 
@@ -217,7 +228,8 @@ def _held(
     drive: Array, force: Array, noise: float, rng: np.random.Generator
 ) -> tuple[Array, Array]:
     """Positions and forces with a hold at the deepest point, where the force relaxes."""
-    top, points = drive.size // 2, int(rng.integers(40, 120))
+    top = drive.size // 2
+    points = int(rng.integers(40, 120))
     share = float(rng.uniform(0.1, 0.5))
     relaxed = force[top] * (1 - share * (1 - np.exp(-np.arange(points) / 20)))
     relaxed += noise * rng.standard_normal(points)
@@ -246,8 +258,10 @@ def _through_a_file(curve: Curve, kind: str) -> Curve:
 
 def _varied(scene: Scene, kind: str, rng: np.random.Generator) -> Scene:
     w, gamma1, size = (float(x) for x in np.exp(rng.uniform(-SPREAD, SPREAD, 3)))
-    w, gamma1 = w * scene.work_of_adhesion, gamma1 * scene.gamma1
-    opening, layer = None, scene.layer
+    w = w * scene.work_of_adhesion
+    gamma1 = gamma1 * scene.gamma1
+    opening = None
+    layer = scene.layer
     if kind == "hysteresis":
         opening = SurfaceEnergies.from_work(gamma1, w * float(rng.uniform(2, 5)))
     if kind == "half-space":
@@ -264,9 +278,11 @@ def _drives(scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
     unit = math.sqrt(2 * scene.work_of_adhesion / SCENE.stiffness)
     R = cast(Parabola, scene.indenter).R
     pull = 2 * math.pi * R * scene.opened.work_of_adhesion / stiffness
-    reach, deep = pull + 2 * scene.opened.critical_separation, float(rng.uniform(*DEPTH)) * unit
+    reach = pull + 2 * scene.opened.critical_separation
+    deep = float(rng.uniform(*DEPTH)) * unit
     if scene.layer.h == THICK:
-        deep, reach = 4 * deep + pull, pull + 4 * unit
+        deep = 4 * deep + pull
+        reach = pull + 4 * unit
     else:
         deep += max(minimise(replace(scene, opening=None), deep).force, 0.0) / stiffness
     n = int(rng.integers(*POINTS))
@@ -283,15 +299,14 @@ def simulated(scene: Scene, drive: Array, stiffness: float) -> Array:
 
 def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
     """Without tension on a body far thicker than the contact (energy.cards.layer)."""
-    R, w = cast(Parabola, scene.indenter).R, scene.work_of_adhesion
+    R = cast(Parabola, scene.indenter).R
+    w = scene.work_of_adhesion
     given = {"R": R, "E": scene.layer.E, "nu": scene.layer.nu, "w": w}
     modulus = cards.layer.half_space_modulus(scene.layer.E, scene.layer.nu)
     least = np.cbrt(math.pi * w * R**2 / (8 * modulus))  # dd/da = 0
     a = least * np.linspace(12.0, 1.0, 2000)
-    depth, force = (
-        cards.layer.half_space_depth(a, **given),
-        cards.layer.half_space_force(a, **given),
-    )
+    depth = cards.layer.half_space_depth(a, **given)
+    force = cards.layer.half_space_force(a, **given)
     found, end = Branch(np.asarray(depth), np.asarray(force), True).read(drive, stiffness)
     way = np.arange(drive.size) < drive.size // 2
     return np.where(drive < np.where(way, 0.0, end), 0.0, found)

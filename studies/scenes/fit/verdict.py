@@ -29,7 +29,8 @@ LOOKS = 5  # states along the curve whose assumptions are looked at
 DRIFTS = 5.0  # standard errors of a drift of the depth that are no chance
 THICK = 2.0  # h/a where the layer is as thick as the contact is wide
 NORMAL_MEDIAN = 0.6745  # of the absolute value of a normal variable
-FAR, FEW = 5.0, 0.1  # times the noise; and the share of points that may be so far off
+FAR = 5.0
+FEW = 0.1  # times the noise; and the share of points that may be so far off
 ALONE = 6.0  # times the noise: points on which no answer may hang
 NO_WEIGHT = 1e-6
 FEWEST = 5  # points of unloading whose depths are those of loading, to compare both
@@ -82,7 +83,8 @@ class Quality(NamedTuple):
             return "the noise cannot be told from so few points: nothing says whether it fits"
         if self.fits:
             return ""
-        size, why = f"residual is {self.times:.3g} times the noise", CHECK
+        size = f"residual is {self.times:.3g} times the noise"
+        why = CHECK
         if self.times <= TIMES and abs(self.zero) > ZERO:
             why = f"check zero: the force out of contact is {self.zero:+.2g} standard errors off"
         elif self.times <= TIMES:
@@ -110,7 +112,8 @@ def runs(residuals: Array) -> float:
     With n₊ and n₋ signs, n together: mean 1 + 2n₊n₋/n, variance (mean - 1)(mean - 2)/(n - 1).
     """
     signs = np.sign(residuals[residuals != 0])
-    n, above = signs.size, int((signs > 0).sum())
+    n = signs.size
+    above = int((signs > 0).sum())
     if above in (0, n):
         return -math.sqrt(n)  # one run: its limit for many points of both signs
     mean = 1 + 2 * above * (n - above) / n
@@ -179,7 +182,8 @@ def compared(model: Model, best: Best, reaches: Array) -> tuple[Alternative, ...
 
     reaches: half-widths of the intervals; adhesion that is well known is needed, and not left out.
     """
-    lost, names = hopeless(model, best.squares), list(model.fitted)
+    lost = hopeless(model, best.squares)
+    names = list(model.fitted)
     at = parameters_of(model.scene) if lost else model.parameters(best.x)
     for name, _ in model.data.known:
         del at[name]  # it is known at the value of the scene
@@ -210,7 +214,8 @@ def _beside(model: Model) -> Best:
 
 
 def _alternative(name: str, model: Model, best: Best, other: Model, found: Best) -> Alternative:
-    at, own = model.parameters(best.x), other.parameters(found.x)
+    at = model.parameters(best.x)
+    own = other.parameters(found.x)
     values = {one: own[one] for one in other.names if one in ("w", "gamma1")}
     off = {one: at[one] / value - 1 for one, value in values.items()}
     return Alternative(name, criterion(best) - criterion(found), values, off)
@@ -218,7 +223,8 @@ def _alternative(name: str, model: Model, best: Best, other: Model, found: Best)
 
 def along(model: Model, best: Best) -> list[Equilibrium]:
     """Some states of the fitted curve, from its shallowest points to its deepest one."""
-    p, data = model.parameters(best.x), model.data
+    p = model.parameters(best.x)
+    data = model.data
     scene = replace(scene_with(model.scene, p), opening=None)
     force, _ = model.forces(best.x)
     own = data.curve.drive - p["offset"] - force / data.curve.machine_stiffness
@@ -321,13 +327,15 @@ def drifting(model: Model, best: Best) -> str:
     """
     if "offset" not in model.names:
         return ""
-    data, order = model.data, np.linspace(0.0, 1.0, model.data.used.size)
+    data = model.data
+    order = np.linspace(0.0, 1.0, model.data.used.size)
     used = order[data.used]
     ends = [used[0 if mark.kind == "touch" else -1] for mark in data.ends]
     shares = [*used, *order[data.free], *ends, *(0.0 for _ in data.known)]
     moved = best.jac[:, model.names.index("offset")] * shares
     beside = moved - best.jac @ np.linalg.lstsq(best.jac, moved, rcond=None)[0]
-    size, drift = float(beside @ beside), abs(float(beside @ best.fun))
+    size = float(beside @ beside)
+    drift = abs(float(beside @ best.fun))
     if drift <= DRIFTS * best.scatter * math.sqrt(size):
         return ""
     return (

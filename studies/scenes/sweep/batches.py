@@ -50,7 +50,9 @@ def solve(function: Function, points: Sequence[Point]) -> Batch:
     A function may find several points together, by a method `many` that gives a result for each
     point, or None where the point is to be found by itself.
     """
-    start, lines, failed = time.perf_counter(), [], 0
+    start = time.perf_counter()
+    lines = []
+    failed = 0
     together = getattr(function, "many", None)
     known = together([point for _, point in points]) if together else [None] * len(points)
     for (at, point), found in zip(points, known, strict=True):

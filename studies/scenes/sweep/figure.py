@@ -53,16 +53,20 @@ def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
     figure, panels = canvas(11, 5.2, 1, 2)
     shape = [len(axis.values) for axis in record.grid.axes]
     order = sorted(range(len(shape)), key=lambda i: -shape[i])
-    first, second = order[0], order[1] if len(order) > 1 else None
+    first = order[0]
+    second = order[1] if len(order) > 1 else None
     path = any("pull_off_force" in result.get("found", {}) for result in record.results)
     for axes, (name, label, unit) in zip(panels, PATH if path else STATE, strict=True):
         keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
         columns = record.column(name), record.column(f"error_{name}"), record.detached
         table, error, apart = (column.reshape(shape)[keep] for column in columns)
         if second is not None and first > second:
-            table, error, apart = table.T, error.T, apart.T
+            table = table.T
+            error = error.T
+            apart = apart.T
         unit += per_length * (unit != "m")
-        size, error = prefixed(table, unit), np.nan_to_num(error)
+        size = prefixed(table, unit)
+        error = np.nan_to_num(error)
         quantity = f"{label} in {size.symbol}"
         values = Values(table / size.size, error / size.size, apart)
         _draw(axes, record, (first, second), values, quantity)
@@ -117,7 +121,8 @@ def _draw(
 def _crosses(axes: Any, x: Array, values: Values) -> None:
     """The detached states, if there are any."""
     if values.detached.any():
-        lone, ms = values.detached.reshape(len(x), -1), 5
+        lone = values.detached.reshape(len(x), -1)
+        ms = 5
         for column, apart in zip(values.table.reshape(len(x), -1).T, lone.T, strict=True):
             axes.plot(x[apart], column[apart], "x", color=GREY, ms=ms)
         axes.plot([], [], "x", color=GREY, ms=ms, label="detached")
@@ -156,7 +161,8 @@ def _unit(record: Record, i: int) -> Unit:
 
 def _coordinates(axes: Any, which: str, record: Record, i: int) -> Array:
     """Positions along x or y, whose label and scale are set; texts stand at their numbers."""
-    axis, unit = record.grid.axes[i], _unit(record, i)
+    axis = record.grid.axes[i]
+    unit = _unit(record, i)
     if isinstance(axis.values[0], str):
         axes.set(**{f"{which}label": f"{_words(record, i)}: {', '.join(map(str, axis.values))}"})
         return np.arange(len(axis.values), dtype=float)

@@ -51,7 +51,8 @@ class Store:
     """A file of results that is appended to and synced now and then; a context manager."""
 
     def __init__(self, path: Path, identity: Any) -> None:
-        self.path, self.identity = path, identity
+        self.path = path
+        self.identity = identity
 
     def __enter__(self) -> Store:
         """Open or begin the file. ValueError if it holds another sweep, or one is writing it."""
@@ -87,7 +88,8 @@ class Store:
             return
 
     def _check(self, text: str) -> None:
-        saved, wanted = _object(text.partition("\n")[0]), json.loads(json.dumps(self.identity))
+        saved = _object(text.partition("\n")[0])
+        wanted = json.loads(json.dumps(self.identity))
         differing = [key for key in wanted if key not in saved or saved[key] != wanted[key]]
         if text and differing:
             raise ValueError(

@@ -97,7 +97,8 @@ def scattered(count: int) -> list[int]:
 def table(record: Record) -> Table:
     """Columns and a row for each point in the order of the grid; errors in the last column."""
     columns = list(dict.fromkeys(name for r in record.results for name in r.get("found", {})))
-    keys, rows = [axis.key for axis in record.grid.axes], []
+    keys = [axis.key for axis in record.grid.axes]
+    rows = []
     for at, result in enumerate(record.results):
         found = result.get("found", {})
         row = [*record.grid.point(at).values(), *(found.get(name, "") for name in columns)]
@@ -131,7 +132,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("scene", type=Path, help="scene file with a list or range for a number")
     parser.add_argument("--retry", action="store_true", help="try failed points again")
     options, out = command.parse(parser, argv)
-    path, content, quick = options.scene, read(options.scene), options.preset == "quick"
+    path = options.scene
+    content = read(options.scene)
+    quick = options.preset == "quick"
     content = coarser(content) if quick else content
     found = axes(path, content)
     if not found:

@@ -14,7 +14,9 @@ from studies.verify.scenes import Case, case, known, limit, pulled_parabola
 
 axi = cards.axisymmetric
 ROUND: dict[str, Any] = {"geometry": "axisymmetric"}
-SPHERE, CONE, CYLINDER = Parabola(R=2.3e-2), Wedge(delta=4.7e-3), FlatPunch(1.13e-4)
+SPHERE = Parabola(R=2.3e-2)
+CONE = Wedge(delta=4.7e-3)
+CYLINDER = FlatPunch(1.13e-4)
 BODIES: tuple[tuple[Indenter, Any], ...] = (
     (SPHERE, axi.sphere),
     (Parabola(R=6.1e-3), axi.sphere),

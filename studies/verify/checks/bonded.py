@@ -14,12 +14,17 @@ from studies.verify.convergence import FIRST, Comparison, Found, check
 from studies.verify.mesh import Mesh
 from studies.verify.scenes import GAMMA1, LAYER, PARABOLA, WORK, gel
 
-E, H, R = LAYER.E, LAYER.h, PARABOLA.R
+E = LAYER.E
+H = LAYER.h
+R = PARABOLA.R
 SPHERE = {"R": R, "w": WORK}
 THIN = "sphere, ν = ½, h ≪ a, no tension: radius"
 TENSION = "sphere, tension alone: P = 2πa(γ₁a/R - √(2wγ₁))"
-KINK, JKR, LOGARITHMIC = (1.0, 1.5), (1.2, 1.7), (0.5, 0.9)  # orders that are no whole powers
-unshifted, bonded = partial(check, anchored=True), partial(ElasticLayer, response="layer")
+KINK = (1.0, 1.5)
+JKR = (1.2, 1.7)
+LOGARITHMIC = (0.5, 0.9)  # orders that are no whole powers
+unshifted = partial(check, anchored=True)
+bonded = partial(ElasticLayer, response="layer")
 
 
 def _size(mesh: Mesh, lowest: float) -> float:
@@ -64,9 +69,11 @@ def angle(mesh: Mesh) -> Comparison:
 @unshifted(what="sphere, h ≫ a, no tension: JKR", unit="m", order=JKR, bar=1e-2, fitted_bar=2e-4)
 def half_space(mesh: Mesh) -> Comparison:
     """h = nb and γ₁ = Ea/n² at a = 3b/2, where b is the radius at pull-off, n = 5 to 40."""
-    n, given = _size(mesh, 5.0), {**SPHERE, "E": E, "nu": 0.4}
+    n = _size(mesh, 5.0)
+    given = {**SPHERE, "E": E, "nu": 0.4}
     a = 1.5 * float(cards.layer.half_space_pull_off(**given).half_width)
-    layer, depth = bonded(E, 0.4, n * a / 1.5), float(cards.layer.half_space_depth(a, **given))
+    layer = bonded(E, 0.4, n * a / 1.5)
+    depth = float(cards.layer.half_space_depth(a, **given))
     return Comparison(_sphere(layer, E * a / n**2, depth).radius, a)
 
 
@@ -83,7 +90,8 @@ def incompressible(mesh: Mesh) -> Comparison:
 @unshifted(what="sphere, l ≫ h: force of springs", unit="N", bar=3e-5, fitted_bar=2e-7)
 def springs(mesh: Mesh) -> Comparison:
     """ν = 0.3, h = l/n, n = 5 to 40; the error is c₂/n² in size."""
-    k, ell = LAYER.stiffness, 4 * H
+    k = LAYER.stiffness
+    ell = 4 * H
     h = ell / _size(mesh, 5.0)
     layer = bonded(k * h / ElasticLayer(1.0, 0.3, h).modulus, 0.3, h)
     depth = 1.1 * float(cards.plane.critical_separation(k, WORK))

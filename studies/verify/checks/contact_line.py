@@ -58,7 +58,8 @@ def amplitude(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
     a, u_a = _lines(scene)
     measured = [tail(state).amplitude for state in _states(mesh, scene)]
-    k, gamma1 = scene.stiffness, scene.gamma1
+    k = scene.stiffness
+    gamma1 = scene.gamma1
     expected = cards.tail.amplitude(u_a, a=a, k=k, gamma1=gamma1)
     return Comparison(measured, expected)
 
@@ -96,7 +97,8 @@ def _line_residuals(mesh: Mesh, indenters: Iterable[Indenter]) -> Found:
     for indenter in indenters:
         scene = gel(indenter)
         for state in _states(mesh, scene):
-            f, slope = indenter.height(state.contacts[0]), indenter.slope(state.contacts[0])
+            f = indenter.height(state.contacts[0])
+            slope = indenter.slope(state.contacts[0])
             given = state.depth, f, np.array([-1.0, 1.0]) * slope
             misfit = cards.contact_line.line_residual(*given, **constants(scene))
             yield Comparison(misfit, 0.0, scene.critical_separation)

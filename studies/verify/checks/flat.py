@@ -33,7 +33,8 @@ def critical_separation(mesh: Mesh) -> Found:
 @check(21, what="surface beside a flat punch about to detach", unit="m", fitted_bar=SHORT)
 def meniscus(mesh: Mesh) -> Comparison:
     scene = gel(PUNCH)
-    d_c, a = brink(mesh, scene), PUNCH.half_width
+    d_c = brink(mesh, scene)
+    a = PUNCH.half_width
     x = a + scene.elastocapillary_length * np.linspace(-1, 3, 9)
     u = mesh.solve(scene, d_c).displacement(x)
     expected = cards.flat_punch.displacement(x, a=a, **constants(scene))

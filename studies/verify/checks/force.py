@@ -32,7 +32,8 @@ def _cases() -> list[tuple[Scene, Array, Array]]:
 def elastic_force(mesh: Mesh) -> Found:
     for scene, depths, widths in _cases():
         force = [observe.contact_pressure(mesh.solve(scene, d)) for d in depths]
-        f, k = scene.indenter.height, scene.stiffness
+        f = scene.indenter.height
+        k = scene.stiffness
         yield Comparison(force, cards.force.elastic(depths, widths, f=f, k=k))
 
 
@@ -62,8 +63,11 @@ def _faint() -> tuple[Scene, Array, Array]:
 def _compared(measure: Callable[[Scene, float], float], some: slice = np.s_[:]) -> Found:
     """What is measured of each scene at some of its three depths, against (11)."""
     for scene, every, ends in _cases():
-        depths, widths = every[some], ends[some]
-        f, k, gamma1 = scene.indenter.height, scene.stiffness, scene.gamma1
+        depths = every[some]
+        widths = ends[some]
+        f = scene.indenter.height
+        k = scene.stiffness
+        gamma1 = scene.gamma1
         total = cards.force.total(depths, widths, f=f, k=k, gamma1=gamma1)
         yield Comparison([measure(scene, d) for d in depths], total)
 

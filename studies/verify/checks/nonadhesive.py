@@ -21,7 +21,8 @@ def slope_jump(mesh: Mesh) -> Found:
     for scene in _scenes():
         for d in DEPTHS:
             state = mesh.solve(scene, d)
-            slope, u_a = float(scene.indenter.slope(state.half_width)), line_by_far_field(state)
+            slope = float(scene.indenter.slope(state.half_width))
+            u_a = line_by_far_field(state)
             jump = cards.nonadhesive.slope_jump(slope, u_a, **constants(scene))
             yield Comparison(jump, 0.0, slope)
 
@@ -29,7 +30,8 @@ def slope_jump(mesh: Mesh) -> Found:
 @check(37, what="no adhesion: f(a) - d + lf'(a), |x|ⁿ, n = 1.5, 2, 3, 4", unit="m")
 def line_condition(mesh: Mesh) -> Found:
     for scene in _scenes():
-        a, f = mesh.sweep(scene, DEPTHS, "half_width"), scene.indenter
+        a = mesh.sweep(scene, DEPTHS, "half_width")
+        f = scene.indenter
         given = DEPTHS, f.height(a), f.slope(a)
         misfit = cards.nonadhesive.line_residual(*given, **constants(scene))
         yield Comparison(misfit, 0.0, DEPTHS)

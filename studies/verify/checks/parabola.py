@@ -48,5 +48,6 @@ def half_width(mesh: Mesh) -> Found:
 
 @check(33, what="parabola: half-width a(d) for γ₁ = 0, lowest energy", order=EXACT, unit="m")
 def half_width_without_tension(mesh: Mesh) -> Found:
-    card, options = cards.parabola.half_width, {"length": 3e-5, "branch": "global"}
+    card = cards.parabola.half_width
+    options = {"length": 3e-5, "branch": "global"}
     return swept(mesh, _cases(gamma1=0.0), "half_width", card, **options)

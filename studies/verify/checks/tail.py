@@ -42,7 +42,9 @@ def contact_field(mesh: Mesh) -> Found:
 )
 def contact_field_by_programme(grid: Grid) -> Comparison:
     """w = 0; the contact (39) has to come out, to within the link at either end."""
-    scene, d, R = gel(PARABOLA, w=0.0), 1.3e-7, PARABOLA.R
+    scene = gel(PARABOLA, w=0.0)
+    d = 1.3e-7
+    R = PARABOLA.R
     a = float(cards.nonadhesive.parabola_half_width(d, R=R, **constants(scene)))
     x, u = membrane(grid, scene, d, 1.5 * a)
     inside = np.abs(x) <= a - (x[1] - x[0])

@@ -23,7 +23,8 @@ def _cases() -> list[Case]:
 def line_condition(mesh: Mesh) -> Found:
     for shape in SHAPES:
         scene, depths, _ = case(shape, LEVELS)
-        a, slope = mesh.sweep(scene, depths, "half_width"), math.tan(shape.delta)
+        a = mesh.sweep(scene, depths, "half_width")
+        slope = math.tan(shape.delta)
         misfit = cards.contact_line.line_residual(depths, a * slope, slope, **constants(scene))
         yield Comparison(misfit, 0.0, scene.critical_separation)
 
