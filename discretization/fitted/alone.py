@@ -34,22 +34,46 @@ from discretization.profile import past_wall, unknown
 from discretization.roots import bracketed, least
 from discretization.surfaces.protocol import At, Felt, Free, Surfaces
 from energy import Indenter, Scene
+from energy.arrays import Array
 
-_NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
-_TIP = 2.0**-1000  # beside an apex at 0, in any unit: nearer to it doubles lose digits
-_ROUNDED = 1e-6  # of the slope beside the apex: by less it does not fall towards 0, but is a kink
-_RESTS = 1e-11  # of the size of depths: D - d of a line that has been found
-_NARROW = 8 * DIFFERENCE  # of l: contacts as narrow as the steps of a difference
-_TOUCHING = 2.0**-100  # of LEAST: beside the axis D is next to nothing whether a line rests or not
-_DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
-_BESIDE = np.array([[1], [1], [-1], [0], [0], [0], [0]])  # on which side D judges a line
+# Of the size of depths: D - d within the rounding of its terms, where moving a line costs nothing.
+_NEUTRAL = ROUNDING
+# Distance from an apex at 0, in any unit of length: products of smaller numbers are subnormal and
+# lose digits.
+_TIP = 2.0**-1000
+# Of the slope beside the apex: if it falls by less over half of the orders of magnitude down to the
+# nearest place, it does not fall towards 0, and the apex is a kink that nobody declared.
+_ROUNDED = 1e-6
+# Of the size of depths: D - d of a line that has been found, above the rounding of a root finder.
+_RESTS = 1e-11
+# Of l: half the width of contacts in which a difference of two steps would look beyond the apex.
+_NARROW = 8 * DIFFERENCE
+# Of LEAST: beside the axis D is next to nothing whether a line rests or not.
+_TOUCHING = 2.0**-100
+# Powers of e inwards of a radius in which the least D about an axis is looked for: down to 1e-13.
+_DEEP = 30.0
+# Of a length of the scene: a lowest point further away is where the slope of a profile that falls
+# for ever has become too small for doubles.
+_LOWEST_WITHIN = 1e30
+# Of the same: a corner so near to where the slope changes its sign is the lowest point itself.
+_AT_CORNER = 1e-12
+
+Excess = Callable[[float], float]  # D - d of a line at a position
 
 
 @dataclass(frozen=True, eq=False)
 class Alone:
-    """The one contact of a scene; touch: the depth at which it begins, at x = apex.
+    """The one contact of a scene.
 
-    sides: of the left and the right line; about an axis there is one.
+    Attributes
+    ----------
+    scene : Scene
+    surfaces : Surfaces
+        Its free surfaces.
+    apex : float
+        Where the profile is lowest and the contact begins [length].
+    touch : float
+        The height of the profile there: the depth at which it begins [length].
     """
 
     scene: Scene
@@ -57,52 +81,89 @@ class Alone:
     apex: float
     touch: float
 
+    profile = None  # it needs no samples
+
     @classmethod
     def of(cls, scene: Scene) -> Alone:
-        """With the free surfaces of the scene."""
+        """The one contact of a scene whose indenter is convex.
+
+        Raises
+        ------
+        ValueError
+            If the profile has no lowest point.
+        """
         apex = scene.indenter.apex
         if apex is None:
             apex = lowest_point(scene.indenter, scene.elastocapillary_length)
         return cls(scene, surfaces_of(scene), apex, float(scene.indenter.height(apex)))
 
-    profile = None  # it needs no samples
-    sides = property(lambda self: (1,) if self.scene.axisymmetric else (-1, 1))
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """-1 for the left line and 1 for the right one; about an axis there is only one line."""
+        return (1,) if self.scene.axisymmetric else (-1, 1)
 
     def size(self, *depths: float) -> float:
         """A displacement to measure others by: the largest of these depths, and δ₀."""
         return max(map(abs, depths)) + self.scene.critical_separation
 
     def rest_depth(self, side: Any, x: Any, beside: Any = None, work: Any = None) -> Any:
-        """D of a line at x, with another work of adhesion than that of a contact that closes.
+        """Depth D at which lines would rest.
 
-        beside: outwards (1) or inwards (-1) of x, unlike at corners; beyond an edge D is infinite.
+        Parameters
+        ----------
+        side : {1, -1}, or ndarray
+            1 for a line whose contact is on its left.
+        x : float or ndarray
+            Positions of the lines [length].
+        beside : {1, -1}, or ndarray, optional
+            Whether D is read just outwards (1) or inwards (-1) of x, which differ at corners.
+            Beyond an edge of the body D is infinite.
+        work : float or ndarray, optional
+            Work of adhesion [energy/area], if not that of a contact that closes.
+
+        Returns
+        -------
+        float or ndarray
+            [length].
         """
-        scene, indenter = self.scene, self.scene.indenter
-        beyond = indenter.slope(x) if beside is None else indenter.slope_beside(x, side * beside)
+        scene = self.scene
+        indenter = scene.indenter
+        height = indenter.height(x)
+        slope = indenter.slope(x) if beside is None else indenter.slope_beside(x, side * beside)
         w = scene.work_of_adhesion if work is None else work
-        found = self.surfaces.rest_depth(side, x, indenter.height(x), beyond, None, w)
+        found = self.surfaces.rest_depth(side, x, height, slope, None, w)
         if beside is None or not indenter.walls:
             return found
         return np.where(past_wall(indenter, x, side, beside), np.copysign(math.inf, beside), found)
 
     def solve(self, side: int, x: float, depth: float) -> Free:
-        """The free surface beyond a line. ValueError where it would turn over."""
+        """The free surface beyond a line.
+
+        Raises
+        ------
+        ValueError
+            If it would turn over.
+        """
         line = At(x, float(self.scene.indenter.height(x)))
-        left, right = (line, None) if side > 0 else (None, line)
+        left = line if side > 0 else None
+        right = line if side < 0 else None
         return self.surfaces.solve(left, right, depth)
 
     def lines(self, depth: float) -> tuple[float, ...]:
-        """Both ends of the contact, 0 at the axis; () where it has let go."""
-        right, body = self.find(1, depth), self.scene.indenter
+        """Both ends of the contact at a depth [length], 0 at the axis; () where it has let go."""
+        indenter = self.scene.indenter
+        right = self.find(1, depth)
         if self.scene.axisymmetric:
             left = 0.0
+        elif indenter.symmetric and not self.apex:
+            left = -right
         else:
-            left = -right if body.symmetric and not body.apex else self.find(-1, depth)
+            left = self.find(-1, depth)
         if left == right and depth < self.touch:
-            held = self.pointed(left) and float(self.rest_depth(1, left)) < depth
+            touches = self.pointed(left) and float(self.rest_depth(1, left)) < depth
         else:
-            held = left <= right
-        return (left, right) if held else ()
+            touches = left <= right  # False for nan
+        return (left, right) if touches else ()
 
     def pointed(self, x: float) -> bool:
         """Whether a contact of the one point x stands for one too narrow for doubles."""
@@ -110,59 +171,117 @@ class Alone:
 
     @functools.cached_property
     def tip(self) -> float:
-        """Distance from the apex at which a line is last told from it; 0: lines get there.
+        """Least distance from the apex at which a line is told from it; 0 where lines get there.
 
-        At a corner, about an axis, and where the slope no longer changes towards the apex, as at a
-        kink nobody declared, there is no such place either.
+        Lines get to a corner, to an axis, and to an apex beside which the slope does not change, as
+        at a kink nobody declared.
         """
-        scene, indenter, apex = self.scene, self.scene.indenter, self.apex
-        least = max(_TIP, ULPS * math.ulp(apex)) if apex else _TIP
+        scene = self.scene
+        indenter = scene.indenter
+        apex = self.apex
         if scene.axisymmetric or apex in indenter.corners or apex in indenter.extent:
             return 0.0
-        sides = np.array(self.sides)
+        least = max(_TIP, ULPS * math.ulp(apex)) if apex else _TIP
         middle = max(least, math.sqrt(least * LEAST * scene.elastocapillary_length))
+        sides = np.array(self.sides)
         near = sides * indenter.slope(apex + sides * least)
         far = sides * indenter.slope(apex + sides * middle)
-        return least if (near < (1 - _ROUNDED) * far).all() else 0.0
+        falls_to_zero = (near < (1 - _ROUNDED) * far).all()
+        return least if falls_to_zero else 0.0
 
     def felt(self, lines: Sequence[float], depth: float) -> list[Felt]:
-        """What judges both lines, or the one about an axis; held are those at corners, and there.
+        """Evidence for the certificate, of both lines or of the one about an axis.
 
-        The terms of D - d are d, f, and what f' and w add to D.
+        Parameters
+        ----------
+        lines : sequence of float
+            Both ends of the contact [length], 0 at an axis.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        list of Felt
+            Pinned are lines at corners, and at the axis.
         """
-        scene, sides, length = self.scene, np.array(self.sides), self.scene.elastocapillary_length
-        x, w = np.array(lines)[-sides.size :], scene.work_of_adhesion
-        known = np.array([-math.inf, *scene.indenter.corners, math.inf])
-        first, after = known.searchsorted(x), known.searchsorted(x, "right")
-        loose, near = (first == after) & ((x != 0) | (sides.size > 1)), np.spacing(np.abs(x))
-        span = np.minimum(np.maximum(x, LEAST * length), length) if scene.axisymmetric else length
-        off, step = ULPS * near * loose * sides, np.maximum(DIFFERENCE * span, FELT * near)
-        beyond = off
-        if lines[1] - lines[0] <= _NARROW * length:
-            # no difference looks beyond the apex, at which a contact of one point is held
-            step = np.where(x == self.apex, step, np.minimum(step, np.abs(x - self.apex) / 2))
-            if lines[0] == lines[1] and self.pointed(lines[0]):
-                loose, beyond = np.zeros_like(loose), self.tip * sides
-        ends = np.clip([x + step, x - step], (x + known[first - 1]) / 2, (x + known[after]) / 2)
-        z = np.clip([x + beyond, x + beyond, x - off, x, x, *ends], *scene.indenter.extent)
-        works = np.array([w, 0.0, scene.opened.work_of_adhesion, w, 0.0, w, w])[:, None]
-        closing, bare, behind, *rest = self.rest_depth(sides, z, _BESIDE, works)
-        f, (there, free, one, other) = np.asarray(scene.indenter.height(x), float), rest
-        if lines[0] == lines[1]:
-            behind -= math.inf
-        size = abs(depth) + np.abs(f) + np.abs(free - f) + np.abs(free - there)
-        rate = (one - other) * sides / np.where(z[5] > z[6], z[5] - z[6], math.inf)
-        with np.errstate(divide="ignore"):
-            moved = 1 / np.abs(rate)
-        firm = ~loose | (rate + FLAT * size / span > 0)
-        rows = np.array([x, loose, closing, bare, behind, size, moved, firm]).T.tolist()
-        return [Felt(*row) for row in rows]
+        start, end = lines
+        of_sides = lines[-len(self.sides) :]
+        return [
+            self._line_state(side, x, end - start, depth)
+            for side, x in zip(self.sides, of_sides, strict=True)
+        ]
+
+    def _line_state(self, side: int, x: float, width: float, depth: float) -> Felt:
+        """Evidence of one line of a contact of this width."""
+        scene = self.scene
+        point_contact = width == 0
+        at_corner = x in scene.indenter.corners or (x == 0 and scene.axisymmetric)
+        unresolved = point_contact and self.pointed(x)
+        pinned = at_corner or unresolved
+
+        # D is read a few roundings outside and inside of a free line, at a corner exactly there,
+        # and of a point that stands for a contact where lines can be told from it.
+        rounding = 0.0 if pinned else side * ULPS * math.ulp(x)
+        outside = self._within(x + (side * self.tip if unresolved else rounding))
+        inside = self._within(x - rounding)
+        low, high = self._difference(x, width)
+        w = scene.work_of_adhesion
+        readings = [
+            (outside, 1, w),
+            (outside, 1, 0.0),
+            (inside, -1, scene.opened.work_of_adhesion),
+            (x, 0, w),
+            (x, 0, 0.0),
+            (high, 0, w),
+            (low, 0, w),
+        ]
+        found = self.rest_depth(side, *map(np.array, zip(*readings, strict=True)))
+        closing, without_adhesion, opening, resting, resting_bare, at_high, at_low = found.tolist()
+        if point_contact:
+            opening = -math.inf
+
+        # The terms that cancel in D - d are d, f, and what slope and adhesion add to D.
+        height = float(scene.indenter.height(x))
+        size = abs(depth) + abs(height) + abs(resting_bare - height) + abs(resting_bare - resting)
+
+        rate = side * (at_high - at_low) / (high - low) if high > low else 0.0
+        stable = pinned or rate + FLAT * size / self._span(x) > 0
+        sensitivity = 1 / abs(rate) if rate else math.inf
+        return Felt(x, not pinned, closing, without_adhesion, opening, size, sensitivity, stable)
+
+    def _difference(self, x: float, width: float) -> Pair:
+        """Places on both sides of a line for dD/dx by a central difference that crosses no corner.
+
+        In a contact of a small width it does not look beyond the apex either.
+        """
+        corners = self.scene.indenter.corners
+        step = max(DIFFERENCE * self._span(x), FELT * math.ulp(x))
+        if width <= _NARROW * self.scene.elastocapillary_length and x != self.apex:
+            step = min(step, abs(x - self.apex) / 2)
+        before = max((corner for corner in corners if corner < x), default=-math.inf)
+        after = min((corner for corner in corners if corner > x), default=math.inf)
+        low = self._within(max(x - step, (x + before) / 2))
+        high = self._within(min(x + step, (x + after) / 2))
+        return low, high
+
+    def _span(self, x: float) -> float:
+        """The length over which D of a line varies: l, or about an axis a smaller radius."""
+        length = self.scene.elastocapillary_length
+        return min(max(x, LEAST * length), length) if self.scene.axisymmetric else length
+
+    def _within(self, x: float) -> float:
+        """The position, or the end of the known profile if that is nearer."""
+        start, end = self.scene.indenter.extent
+        return min(max(x, start), end)
 
     def opening(self, lines: tuple[float, ...], depth: float) -> list[float]:
         """Forces that would open a contact without adhesion: -kg at an end, as f'' >= 0."""
-        scene, f = self.scene, np.asarray(self.scene.indenter.height(np.array(lines)), float)
+        scene = self.scene
+        if scene.opened.work_of_adhesion:
+            return []
+        f = np.asarray(scene.indenter.height(np.array(lines)), float)
         unit = scene.stiffness * scene.elastocapillary_length
-        return [] if scene.opened.work_of_adhesion else (unit * (f - depth)).tolist()
+        return (unit * (f - depth)).tolist()
 
     def penetration(self, lines: tuple[float, ...], depth: float) -> float:
         """How far the profile sticks through; not beside a contact, as u' + f' grows outwards."""
@@ -172,7 +291,8 @@ class Alone:
     def lowest(self) -> tuple[float, float]:
         """The innermost place where a line may rest, and D there: at that depth contact is lost.
 
-        About an axis it is the least D, looked for in log r.
+        About an axis it is the least D, looked for in log r between the line at the depth of
+        touching and the axis.
         """
         if not self.scene.axisymmetric:
             ahead = self.rest_depth(np.array(self.sides), self.apex, 1)
@@ -180,94 +300,153 @@ class Alone:
         outer = self.find(1, self.touch)
         if not outer:
             return 0.0, self.touch
-        last = float(self.rest_depth(1, outer, -1))
-        deep, value = least(lambda t: self.rest_depth(1, outer * np.exp(-t)), 0.0, _DEEP, -math.inf)
-        places = (outer * math.exp(-deep), value), (outer, last), (0.0, self.touch)
-        return min(places, key=lambda found: found[1])
+
+        def inwards(powers: Array) -> Array:
+            return np.asarray(self.rest_depth(1, outer * np.exp(-powers)))
+
+        depth_at_outer = float(self.rest_depth(1, outer, -1))
+        power, least_depth = least(inwards, 0.0, _DEEP, -math.inf)
+        inner = outer * math.exp(-power)
+        places = (inner, least_depth), (outer, depth_at_outer), (0.0, self.touch)
+        return min(places, key=lambda place: place[1])
 
     def find(self, side: int, depth: float) -> float:
         """A line outwards of the innermost place, which it is itself where nothing beyond holds.
 
-        nan about an axis where it rests nowhere.
+        A line rests at the first corner just outwards of which D exceeds the depth, or before it
+        where D reaches the depth.
+
+        Parameters
+        ----------
+        side : {1, -1}
+            1 for the right line.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        float
+            Position [length]; nan about an axis where it rests nowhere.
+
+        Raises
+        ------
+        ValueError
+            If the line leaves the known profile, or the surface beside it would turn over.
         """
         start = self.apex
         if self.scene.axisymmetric and depth < self.touch:
-            start, low = self.lowest
-            if low > depth:
+            start, least_depth = self.lowest
+            if least_depth > depth:
                 return math.nan
 
         @functools.cache
-        def h(x: float, beside: int | None = None) -> float:
+        def excess(x: float, beside: int | None = None) -> float:
             return float(self.rest_depth(side, x, beside)) - depth
 
-        corners = [float(x) for x in self.scene.indenter.corners if side * x > side * start]
-        places = [start, *corners[::side]]
-        beyond = self.rest_depth(side, np.array(places) if corners else start, 1) - depth
-        tie, beyond = _NEUTRAL * self.size(depth, self.touch), np.atleast_1d(beyond)
-        for inside, x, held in zip([start, *places], places, beyond > tie, strict=False):
-            if held:
-                return bracketed(h, inside, x) if inside != x and h(x, -1) > tie else x
+        outer_corners = [float(x) for x in self.scene.indenter.corners if side * x > side * start]
+        places = [start, *outer_corners[::side]]
+        positions = np.array(places) if outer_corners else start
+        ahead = np.atleast_1d(self.rest_depth(side, positions, 1) - depth)
+        tie = _NEUTRAL * self.size(depth, self.touch)
+        inside = start
+        for x, excess_ahead in zip(places, ahead.tolist(), strict=True):
+            if excess_ahead > tie:
+                rests_before = x != inside and excess(x, -1) > tie
+                return bracketed(excess, inside, x) if rests_before else x
+            inside = x
         last = places[-1]
-        if beyond[-1] >= 0:
+        if ahead[-1] >= 0:
             return last
-        found = bracketed(h, *self._around(h, side, last, depth))
+        return self._beyond_corners(excess, side, last, depth)
+
+    def _beyond_corners(self, excess: Excess, side: int, last: float, depth: float) -> float:
+        """A line that rests beyond the last corner, or beyond the apex if there is none."""
+        found = bracketed(excess, *self._around(excess, side, last, depth))
         near = LEAST * self.scene.elastocapillary_length
         if last != self.apex or abs(found - last) > near:
             return found
-        at_rest = abs(h(found)) <= _RESTS * self.size(depth, self.touch)
-        if at_rest and not (self.scene.axisymmetric and found < _TOUCHING * near):
+        rests = abs(excess(found)) <= _RESTS * self.size(depth, self.touch)
+        if rests and not (self.scene.axisymmetric and found < _TOUCHING * near):
             return found
-        return self._beside_apex(h, side, found)
+        return self._beside_apex(excess, side, found)
 
-    def _beside_apex(self, h: Callable[[float], float], side: int, found: float) -> float:
+    def _beside_apex(self, excess: Excess, side: int, found: float) -> float:
         """A line so near to the apex that its distance is found by its logarithm; or the apex.
 
         found: by the distance itself, if this does not find it.
         """
-        apex, tip = self.apex, _TIP if self.scene.axisymmetric else self.tip
+        apex = self.apex
+        tip = _TIP if self.scene.axisymmetric else self.tip
         if not tip:
             return found
-        if h(apex + side * tip) >= 0:
+        if excess(apex + side * tip) >= 0:
             return apex
-        ends = math.log(tip), math.log(LEAST * self.scene.elastocapillary_length)
-        return apex + side * math.exp(bracketed(lambda t: h(apex + side * math.exp(t)), *ends))
 
-    def _around(self, h: Callable[[float], float], side: int, start: float, depth: float) -> Pair:
+        def excess_by_logarithm(t: float) -> float:
+            return excess(apex + side * math.exp(t))
+
+        nearest = math.log(tip)
+        furthest = math.log(LEAST * self.scene.elastocapillary_length)
+        return apex + side * math.exp(bracketed(excess_by_logarithm, nearest, furthest))
+
+    def _around(self, excess: Excess, side: int, start: float, depth: float) -> Pair:
         """Points on both sides of a line, or ValueError where the known profile ends before it."""
-        indenter, finite = self.scene.indenter, self.scene.slopes == "finite"
-        x, limit = start, indenter.extent[0 if side < 0 else 1]
-        for inside, x in _further(start, side * self.scene.elastocapillary_length, limit):
-            if h(x) > 0:
+        scene = self.scene
+        limit = scene.indenter.extent[0 if side < 0 else 1]
+        x = start
+        for inside, x in _further(start, side * scene.elastocapillary_length, limit):
+            if excess(x) > 0:
                 return inside, x
-            if finite and depth < indenter.height(x):  # pulled up, and further out even more
+            pulled_up = depth < scene.indenter.height(x)  # and further out even more
+            if scene.slopes == "finite" and pulled_up:
                 self.solve(side, x, depth)
         raise unknown(depth, x)
 
 
 def _further(start: float, step: float, limit: float) -> Iterator[Pair]:
     """Intervals from a place on, each to four times as far from it, up to a limit."""
-    x, side = start, math.copysign(1.0, step)
+    side = math.copysign(1.0, step)
+    x = start
     while x != limit and math.isfinite(step):
-        inside, x = x, side * min(side * (start + step), side * limit)
+        inside = x
+        x = side * min(side * (start + step), side * limit)
         yield inside, x
         step *= 4
 
 
 def lowest_point(indenter: Indenter, size: float) -> float:
-    """Where the slope of a convex profile changes sign, or the end of its extent it falls to."""
+    """Where a convex profile is lowest: its slope changes sign, or its extent ends.
+
+    Parameters
+    ----------
+    indenter : Indenter
+    size : float
+        A length of the scene, the first distance in which it is looked for.
+
+    Returns
+    -------
+    float
+        [length].
+
+    Raises
+    ------
+    ValueError
+        If the profile falls for ever.
+    """
     start = min(max(0.0, indenter.extent[0]), indenter.extent[1])
     side = 1 if indenter.slope(start) < 0 else -1
-    x, limit = start, indenter.extent[0 if side < 0 else 1]
+    limit = indenter.extent[0 if side < 0 else 1]
 
     def rise(z: float) -> float:
         return side * float(indenter.slope(z))
 
+    x = start
     if rise(start):
         x = next((x for _, x in _further(start, side * size, limit) if rise(x) >= 0), limit)
-    if not math.isfinite(x) or abs(x - start) > 1e30 * size:
+    if not math.isfinite(x) or abs(x - start) > _LOWEST_WITHIN * size:
         raise ValueError(f"indenter = {indenter!r} has no lowest point; give it a finite extent")
     if rise(x) > 0 and x != start:
         x = bracketed(rise, start, x)
     corners = np.asarray(indenter.corners, float)
-    near = corners[np.abs(corners - x) <= 1e-12 * size].tolist()
+    near = corners[np.abs(corners - x) <= _AT_CORNER * size].tolist()
     return min([*near, x], key=lambda z: float(indenter.height(z)))
