@@ -36,14 +36,22 @@ from discretization.surfaces.protocol import At, Felt, Free
 from energy import Scene
 from energy.arrays import Array, Mask
 
-_POSITION = ROUNDING / 4  # of |x|, to which a line is found
+# Of |x|: a line is found to four roundings of its position, as root finders leave it (roots.py).
+_POSITION = ROUNDING / 4
 
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Contacts with these lines, from left to right, at a depth; motion: what knows their lines.
+    """Contacts at a depth.
 
-    size: of the terms that cancel in D - d.
+    Attributes
+    ----------
+    motion : Motion or Alone
+        What knows their lines and free surfaces.
+    lines : tuple of float
+        Both ends of every contact, from left to right [length].
+    depth : float
+        [length].
     """
 
     motion: Motion | Alone
@@ -58,35 +66,49 @@ class Contacts:
     @functools.cached_property
     def pinned(self) -> Mask:
         """Which lines are held, as the end at an axis is (m, 2)."""
-        held = [not line.free for line in self.felt]
-        return np.array([True] * (self.x.size - len(held)) + held).reshape(-1, 2)
+        of_lines = [not line.free for line in self.felt]
+        at_axis = [True] * (self.x.size - len(of_lines))
+        return np.array(at_axis + of_lines).reshape(-1, 2)
 
     @functools.cached_property
     def surfaces(self) -> list[Free]:
-        """The free surfaces. ValueError if one would turn over."""
+        """The free surfaces from left to right.
+
+        Raises
+        ------
+        ValueError
+            If one would turn over.
+        """
         f = np.asarray(self.motion.scene.indenter.height(self.x), float)
-        lines = [None, *map(At, self.lines, f.ravel().tolist()), None]
+        ends = [None, *map(At, self.lines, f.ravel().tolist()), None]
         solve = self.motion.surfaces.solve
-        return [solve(*pair, self.depth) for pair in zip(lines[::2], lines[1::2], strict=True)]
+        return [
+            solve(left, right, self.depth)
+            for left, right in zip(ends[::2], ends[1::2], strict=True)
+        ]
 
     @functools.cached_property
     def felt(self) -> list[Felt]:
-        """What judges the lines."""
+        """Evidence for the certificate, of every line."""
         return self.motion.felt(self.lines, self.depth)
 
-    size = property(lambda self: max(line.size for line in self.felt))
+    @property
+    def size(self) -> float:
+        """The terms that cancel in D - d, at most [length]."""
+        return max(line.size for line in self.felt)
 
     @property
     def neutral(self) -> bool:
         """Whether a line at an edge of the body costs nothing to move inwards."""
-        walls = self.motion.scene.indenter.walls
-        if not (self.motion.scene.work_of_adhesion and walls):
+        scene = self.motion.scene
+        walls = scene.indenter.walls
+        if not (scene.work_of_adhesion and walls):
             return False
-        off = (abs(line.opening - self.depth) for line in self.felt if line.x in walls)
-        return min(off, default=math.inf) <= 2 * ROUNDING * self.size
+        distances = [abs(line.opening - self.depth) for line in self.felt if line.x in walls]
+        return min(distances, default=math.inf) <= 2 * ROUNDING * self.size
 
     def totals(self) -> Interval:
-        """Energy and force."""
+        """Energy and force, with the features that the samples of the profile have missed."""
         profile = self.motion.profile
         return refined(self.motion.scene, self.depth, self.x, self.surfaces, profile)
 
@@ -94,47 +116,103 @@ class Contacts:
 def estimated(
     scene: Scene, depth: float, lines: Array, moves: Array, found: Interval
 ) -> dict[str, float]:
-    """Errors of half-width, force and energy: of the quadrature, the lines, and rounding.
+    """Relative errors of half-width, force and energy: of quadrature, lines, and rounding.
 
-    moves: how far lines (m, 2) may be off.
+    A line that may be off by δq changes the force by at most |dP/dq| δq, see `push`, and the energy
+    by nothing: where it rests, ∂U/∂q = 0.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    lines, moves : ndarray (m, 2)
+        The lines, and how far they may be off [length].
+    found : Interval
+        Energy and force, and the errors of their quadrature.
+
+    Returns
+    -------
+    dict
+        By the names of `equilibrium.QUANTITIES`.
     """
-    (energy, force), width = found.errors, (lines[:, 1] - lines[:, 0]).sum()
-    off = moves > 0
-    force += float(push(scene, depth, lines[off]) @ moves[off])
-    parts = (
-        moves.sum() / width + ROUNDING if width else 0.0,
-        force / (found.force_scale or 1.0) + 4 * ROUNDING,
-        energy / (found.energy_scale or 1.0) + 4 * ROUNDING,
-    )
-    return dict(zip(QUANTITIES, map(float, parts), strict=True))
+    energy_error, force_error = found.errors
+    uncertain = moves > 0
+    force_error += float(push(scene, depth, lines[uncertain]) @ moves[uncertain])
+    width = (lines[:, 1] - lines[:, 0]).sum()
+    of_width = moves.sum() / width + ROUNDING if width else 0.0
+    of_force = force_error / (found.force_scale or 1.0) + 4 * ROUNDING
+    of_energy = energy_error / (found.energy_scale or 1.0) + 4 * ROUNDING
+    return dict(zip(QUANTITIES, map(float, (of_width, of_force, of_energy)), strict=True))
 
 
 def push(scene: Scene, depth: float, x: Array) -> Array:
-    """A bound of |dP/dq| of lines: k|g| + k l |f'|."""
-    g, slope = depth - scene.indenter.height(x), scene.indenter.slope(x)
-    felt = np.abs(g) + scene.elastocapillary_length * np.abs(slope)
-    return np.asarray(scene.stiffness * felt * scene.measure(x))
+    """A bound of |dP/dq| of lines: (k|g| + k l |f'|) times the length of a line.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    x : ndarray (n,)
+        Positions of the lines [length].
+
+    Returns
+    -------
+    ndarray (n,)
+        [force/length], or this per length of a line contact.
+    """
+    g = depth - scene.indenter.height(x)
+    slope = scene.indenter.slope(x)
+    displacement = np.abs(g) + scene.elastocapillary_length * np.abs(slope)
+    return np.asarray(scene.stiffness * displacement * scene.measure(x))
 
 
 def certify(contacts: Contacts, found: Interval) -> Certificate:
-    """Judge contacts with these totals."""
-    scene, depth = contacts.motion.scene, contacts.depth
+    """The certificate of contacts, by the conditions at the head of this module.
+
+    Parameters
+    ----------
+    contacts : Contacts
+    found : Interval
+        Their energy and force.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    ValueError
+        If a free surface would turn over.
+    """
+    scene = contacts.motion.scene
+    depth = contacts.depth
+    lines = contacts.felt
     scale = displacement_scale(scene, depth, contacts.size)
     if scale * scene.elastocapillary_length == 0:
         return Certificate.undeformed()
-    off = np.array([line[2:5] for line in contacts.felt]) - depth
-    (closing, bare), opening = -off[:, :2].min(axis=0), off[:, 2].max()
-    through = bare if closing > ROUNDING * contacts.size else closing  # no more than that
+
+    # How much deeper than D of a line that closes the contact is, and less deep than D of one that
+    # opens. Without adhesion a line rests later, D₀ >= D.
+    advances = -min(line.closing - depth for line in lines)
+    passes_through = -min(line.bare - depth for line in lines)
+    recedes = max(line.opening - depth for line in lines)
+    # What is rounding where the line is judged with adhesion is rounding without it.
+    rests = advances <= ROUNDING * contacts.size
+    through = advances if rests else passes_through
+    penetration = contacts.motion.penetration(contacts.lines, depth)
+
+    # Stable is any line that another work of adhesion holds than moves it, and any of a convex
+    # energy.
+    always_stable = scene.hysteretic or not scene.work_of_adhesion
+    stable = always_stable or all(line.stable for line in lines)
     size = scale + _steepest(contacts)  # of the terms that cancel in D
-    beyond = contacts.motion.penetration(contacts.lines, depth)
-    # held by another work of adhesion than what moves them, or the energy is convex
-    held = scene.hysteretic or not scene.work_of_adhesion
-    firm = held or all(line.stable for line in contacts.felt)
     return Certificate(
-        penetration=float(max(0.0, through / size, beyond / scale)),
+        penetration=float(max(0.0, through / size, penetration / scale)),
         stationarity=max(each.residual for each in contacts.surfaces),
-        opening=_tension(contacts, scale),
-        neighbours=float(max(0.0, closing / size, opening / size, not firm)),
+        opening=_opening(contacts, scale),
+        neighbours=float(max(0.0, advances / size, recedes / size, not stable)),
         force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
     )
 
@@ -149,22 +227,55 @@ def _steepest(contacts: Contacts) -> float:
     return scene.elastocapillary_length * float(np.abs(slopes).max())
 
 
-def _tension(contacts: Contacts, scale: float) -> float:
-    """Largest force that would open a contact, over kδl."""
-    scene, x = contacts.motion.scene, contacts.x
+def _opening(contacts: Contacts, scale: float) -> float:
+    """Largest force that would open a contact, over klδ with the depth δ that sets the scale."""
+    scene = contacts.motion.scene
     forces = contacts.motion.opening(contacts.lines, contacts.depth)
-    lone = (x[:, 0] == x[:, 1]) & (scene.measure(x[:, 0]) > 0)
-    if lone.any():
-        lone &= ~np.array([contacts.motion.pointed(left) for left in x[:, 0].tolist()])
-    if lone.any():
-        pulls = np.ravel([each.pulls for each in contacts.surfaces])[1:-1].reshape(-1, 2)
-        forces += (-pulls.sum(axis=1)[lone] / scene.measure(x[lone, 0])).tolist()
-    return max([0.0, *forces]) / (scene.stiffness * scene.elastocapillary_length * scale)
+    forces += _pulls_on_points(contacts)
+    unit = scene.stiffness * scene.elastocapillary_length
+    return max([0.0, *forces]) / (unit * scale)
+
+
+def _pulls_on_points(contacts: Contacts) -> list[float]:
+    """What the free surfaces on both sides of contacts of one point pull at them, per length.
+
+    One that stands for a contact too narrow for doubles may be pulled, it adheres; and at the axis
+    a point has no length.
+    """
+    x = contacts.x
+    measure = contacts.motion.scene.measure(x[:, 0])
+    points = (x[:, 0] == x[:, 1]) & (measure > 0)
+    if points.any():
+        points &= ~np.array([contacts.motion.pointed(left) for left in x[:, 0].tolist()])
+    if not points.any():
+        return []
+    pulls_at_lines = np.ravel([each.pulls for each in contacts.surfaces])[1:-1].reshape(-1, 2)
+    return (-pulls_at_lines.sum(axis=1)[points] / measure[points]).tolist()
 
 
 def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
-    """Errors of rounding times the condition of the lines, and of the quadrature."""
-    off, x = ROUNDING * contacts.size + found.rounding, contacts.x
-    moves = [line.free and off * line.moved + _POSITION * abs(line.x) for line in contacts.felt]
-    moves = [0.0] * (x.size - len(moves)) + moves  # an end at an axis
-    return estimated(contacts.motion.scene, contacts.depth, x, np.reshape(moves, x.shape), found)
+    """Errors of rounding times the condition of the lines, and of the quadrature.
+
+    Parameters
+    ----------
+    contacts : Contacts
+    found : Interval
+        Their energy and force, and the errors of their quadrature.
+
+    Returns
+    -------
+    dict
+        As of `estimated`.
+    """
+    off = ROUNDING * contacts.size + found.rounding
+    moves = [_line_error(line, off) for line in contacts.felt]
+    at_axis = [0.0] * (contacts.x.size - len(moves))
+    all_moves = np.reshape(at_axis + moves, contacts.x.shape)
+    return estimated(contacts.motion.scene, contacts.depth, contacts.x, all_moves, found)
+
+
+def _line_error(line: Felt, off: float) -> float:
+    """How far a line may be off where D may be by `off` [length]; one that is pinned is not."""
+    if not line.free:
+        return 0.0
+    return off * line.moved + _POSITION * abs(line.x)
