@@ -9,7 +9,6 @@ fitted mesh, the adhered state, and none. Lattices are halved until two of them 
 state.
 """
 
-import contextlib
 import math
 import warnings
 from collections.abc import Iterator
@@ -29,70 +28,151 @@ from energy import Scene
 from energy.arrays import Array
 
 _PER_LENGTH = 16  # nodes per l of the first lattice
-_PER_WAVE = 16  # and per wave: from where the slope turns round to where it does so likewise
-_NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count
-_FINER = 4  # lattices, each with half the spacing of the last
-_BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
-_MOST_RINGS = 6000  # of a lattice of which only the topology is taken
-_SAME = 1e-9  # of the energy's scale: energies of the same state
-_UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once
+_PER_WAVE = (
+    16  # nodes of it per wave: from where the slope turns round to where it does so likewise
+)
+_NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count as a wave
+_LATTICES = 4  # at most, each with half the spacing of the last
+_BESIDE = 1 / 64  # of δ₀: depths beside the one asked for, whose lowest states are tried as well
+_MOST_RINGS = 6000  # of a lattice of which only the topology is needed: what takes some seconds
+# Of the energy's scale: energies of the same state, far above rounding and as far below what two
+# states differ by that a lattice tells apart.
+_SAME = 1e-9
+# Of the size of depths: so close to the depth at which a contact is lost the surface beside it may
+# turn over at once, and a state without contact is not known to exist.
+_UNDECIDED = 1e-7
 
 
 def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
-    """Certified equilibrium with its contact lines as unknowns, and its error estimate.
+    """Certified equilibrium of a scene with one contact, whose lines are bracketed at once.
 
-    branch "global" of a convex indenter: this state or, before it touches, the detached one,
-    whichever has less energy. There is no other: the force on each line grows outwards.
+    There is at most one state in contact: the force on each line grows outwards.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a convex indenter.
+    depth : float
+        [length].
+    branch : {"adhered", "global"}
+        "global": this state or, before it touches, the detached one, whichever has less energy.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    NotCertifiedError
+        If it is no equilibrium.
+    ValueError
+        If the contact leaves the known profile, or a surface would turn over.
     """
     alone = Alone.of(scene)
-    lines, size = alone.lines(depth), alone.size(depth) or 1.0
+    lines = alone.lines(depth)
     if lines:
         state = state_of(alone, lines, depth, branch)
         if branch != "global" or state.energy <= 0 or depth > alone.touch:
             return state
-    elif abs(float(alone.rest_depth(1, alone.apex)) - depth) <= _UNDECIDED * size:
-        alone.solve(1, alone.apex, depth)
+    else:
+        size = alone.size(depth) or 1.0
+        distance = abs(float(alone.rest_depth(1, alone.apex)) - depth)
+        if distance <= _UNDECIDED * size:
+            alone.solve(1, alone.apex, depth)  # raises where the surface would turn over
     return state_of(alone, (), depth, branch)
 
 
 def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
-    """Certified equilibrium with lines that move from first touch on, and its error estimate.
+    """Certified equilibrium of a scene that may have several contacts.
 
-    NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
-    AccuracyWarning where the profile is not resolved, or a finer lattice might lead to a lower one.
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    branch : {"adhered", "global"}
+        "adhered": the end of the path from first touch; "global": the state of least energy.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    NotCertifiedError
+        If it was not found.
+    ValueError
+        If a contact leaves the known profile.
+
+    Warns
+    -----
+    AccuracyWarning
+        Where the profile is not resolved, or a finer lattice might lead to a lower state.
     """
-    places = np.empty(0)
+    missed = np.empty(0)
     for _ in range(LOOKS):
-        motion = Motion.of(scene, resolve(scene, depth, places), depth)
+        motion = Motion.of(scene, resolve(scene, depth, missed), depth)
         adhered, hidden = judged(motion, motion.adhered(depth), depth, branch)
         if not hidden.size:
             break
-        places = np.union1d(places, hidden)
-    if places.size:
-        warn_hidden(places, stacklevel=3)
+        missed = np.union1d(missed, hidden)
+    if missed.size:
+        warn_hidden(missed, stacklevel=3)
     if branch == "adhered" or not scene.work_of_adhesion:
         return adhered
-    discs, found, same = scene.axisymmetric and scene.indenter.convex, list[Equilibrium](), False
-    for candidates, seen in [(_discs(motion, depth), 0)] if discs else _lowest(motion, depth):
-        states = [adhered]
-        for lines in candidates:
-            with contextlib.suppress(NotCertifiedError):
-                states.append(state_of(motion, lines, depth, branch))
-        found.append(min(states, key=lambda state: state.energy))
-        one, other = found[-2:] if found[1:] else found * 2
-        off, alike = abs(one.energy - other.energy), len(one.contacts) == len(other.contacts)
-        same = discs or bool(found[1:] and alike and off <= _SAME * other.scales["energy"])
-        if same and (discs or len(one.contacts) == seen):
+    if scene.axisymmetric and scene.indenter.convex:
+        return _lowest_of_discs(motion, adhered)
+    return _lowest_on_lattices(motion, adhered)
+
+
+def _lowest_of(motion: Motion, candidates: set[Lines], adhered: Equilibrium) -> Equilibrium:
+    """The state of least energy: the adhered one, or one of these that is an equilibrium."""
+    states = [adhered]
+    for lines in candidates:
+        try:
+            state, hidden = judged(motion, lines, adhered.depth, adhered.branch)
+        except NotCertifiedError:
+            continue
+        if hidden.size:
+            warn_hidden(hidden, stacklevel=5)
+        states.append(state)
+    return min(states, key=lambda state: state.energy)
+
+
+def _lowest_of_discs(motion: Motion, adhered: Equilibrium) -> Equilibrium:
+    """The state of least energy of a convex profile about an axis."""
+    return _lowest_of(motion, _discs(motion, adhered.depth), adhered)
+
+
+def _lowest_on_lattices(motion: Motion, adhered: Equilibrium) -> Equilibrium:
+    """The state of least energy to which finer and finer lattices lead.
+
+    They are halved until two of them lead to the same state, with as many contacts as the lattice
+    itself has. A warning says that this has not happened.
+    """
+    found: list[Equilibrium] = []
+    same = False
+    for candidates, contacts_on_lattice in _lowest(motion, adhered.depth):
+        found.append(_lowest_of(motion, candidates, adhered))
+        same = len(found) > 1 and _alike(*found[-2:])
+        if same and len(found[-2].contacts) == contacts_on_lattice:
             break
     if not same:
         warnings.warn(
-            f"the lowest energy at depth = {depth!r} is not the same on lattices each with half "
-            "the spacing of the last: the state found may not be the lowest; give a spacing, or a "
-            "smoother profile",
+            f"the lowest energy at depth = {adhered.depth!r} is not the same on lattices each with "
+            "half the spacing of the last: the state found may not be the lowest; give a spacing, "
+            "or a smoother profile",
             AccuracyWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
     return min(found, key=lambda state: state.energy)
+
+
+def _alike(one: Equilibrium, other: Equilibrium) -> bool:
+    """Whether two states are the same, by their energies and the number of their contacts."""
+    if len(one.contacts) != len(other.contacts):
+        return False
+    return abs(one.energy - other.energy) <= _SAME * other.scales["energy"]
 
 
 def _lowest(motion: Motion, depth: float) -> Iterator[tuple[set[Lines], int]]:
@@ -101,16 +181,19 @@ def _lowest(motion: Motion, depth: float) -> Iterator[tuple[set[Lines], int]]:
     Those of depths a little less and more are among them: two states may have so nearly the same
     energy that a lattice takes one for the other.
     """
-    scene, profile, length = motion.scene, motion.profile, motion.scene.elastocapillary_length
+    scene = motion.scene
+    profile = motion.profile
     noticed = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
     turns = slope_turns(profile.x, profile.slope, noticed)
-    spacing = min([length / _PER_LENGTH, *((turns[2:] - turns[:-2]) / _PER_WAVE).tolist()])
-    least = scene.indenter.extent[1] / (_MOST_RINGS - 1)
-    beside = _BESIDE * scene.critical_separation
-    for i in range(_FINER):
-        lattice = Lattice.of(scene, max(spacing / 2**i, least))
+    waves = turns[2:] - turns[:-2]
+    of_length = scene.elastocapillary_length / _PER_LENGTH
+    first_spacing = min([of_length, *(waves / _PER_WAVE).tolist()])
+    least_spacing = scene.indenter.extent[1] / (_MOST_RINGS - 1)
+    aside = _BESIDE * scene.critical_separation
+    for i in range(_LATTICES):
+        lattice = Lattice.of(scene, max(first_spacing / 2**i, least_spacing))
         found: set[Lines] = {()}
-        for at in (depth - beside, depth + beside, depth):
+        for at in (depth - aside, depth + aside, depth):
             nodes = lowest_contacts(lattice.seen(scene), at, lattice)
             lines = np.clip(lattice.x(nodes.astype(float).ravel()), *scene.indenter.extent)
             found.add(motion.settled(tuple(lines.tolist()), depth))
@@ -126,8 +209,10 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
     costs more than the surface that is free there.
     """
     x = motion.profile.x
-    beyond = motion.rests.ahead(np.column_stack([x, np.full(x.size, math.inf)]), 1)[:, 0]
-    ends = x[1:][(beyond[:-1] < depth) & (beyond[1:] >= depth)]
+    no_line = np.full(x.size, math.inf)
+    rest_depths = motion.rests.ahead(np.column_stack([x, no_line]), 1)[:, 0]
+    rests_between = (rest_depths[:-1] < depth) & (rest_depths[1:] >= depth)
+    ends = x[1:][rests_between]
     found = {motion.settled((0.0, end), depth) for end in ends.tolist()}
     return {(), *found}
 
@@ -135,8 +220,32 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
 def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) -> Equilibrium:
     """The certified state with these lines.
 
-    NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over;
-    AccuracyWarning where there are features that the samples of the profile have missed.
+    Parameters
+    ----------
+    motion : Motion or Alone
+        What knows the lines of the scene.
+    lines : tuple of float
+        Both ends of every contact [length]; () without contact.
+    depth : float
+        [length].
+    branch : str
+        Named in the state.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    NotCertifiedError
+        If it is no equilibrium.
+    ValueError
+        If the surface would turn over.
+
+    Warns
+    -----
+    AccuracyWarning
+        Where there are features that the samples of the profile have missed.
     """
     state, hidden = judged(motion, lines, depth, branch)
     if hidden.size:
@@ -147,8 +256,27 @@ def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) ->
 def judged(
     motion: Motion | Alone, lines: Lines, depth: float, branch: str
 ) -> tuple[Equilibrium, Array]:
-    """The certified state, and places of features that the samples of the profile have missed."""
-    scene, hidden = motion.scene, np.empty(0)
+    """The certified state, and places of features that the samples of the profile have missed.
+
+    Parameters
+    ----------
+    motion, lines, depth, branch
+        As of `state_of`.
+
+    Returns
+    -------
+    Equilibrium
+    ndarray (n,)
+        [length].
+
+    Raises
+    ------
+    NotCertifiedError
+        If it is no equilibrium.
+    ValueError
+        If the surface would turn over.
+    """
+    scene = motion.scene
     if lines:
         contacts = Contacts(motion, lines, depth)
         found = contacts.totals()
@@ -168,9 +296,11 @@ def judged(
             **found.of_state,
         )
     else:
+        hidden = np.empty(0)
         scale = max(abs(depth), scene.opened.critical_separation) or 1.0
-        apart = Certificate.undeformed(motion.penetration(lines, depth) / scale)
-        state = detached(scene, depth, branch, motion.surfaces, apart)
+        penetration = motion.penetration(lines, depth) / scale
+        certificate = Certificate.undeformed(penetration)
+        state = detached(scene, depth, branch, motion.surfaces, certificate)
     name = f"the state at depth = {depth!r} with {len(state.contacts)} contacts"
     state.certificate.demand(name, "try another depth: this one may be that of an event")
     return state, hidden
