@@ -19,19 +19,40 @@ from discretization.profile import past_wall
 from discretization.roots import crossings
 from energy.arrays import Array, Indices, Mask
 
-_TIE = ROUNDING  # of the size of displacements: D - d where moving a line costs nothing
-_FARTHER = 4.0  # each place at which the outer end of a bracket is looked for, over the one before
-_STEEP = 30.0  # of the size of displacements: D - d from which secants find a line
-_HALVINGS = 200  # of a bracket at most, as in roots.py
-_DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
-_PARTS = np.arange(1, 8) / 8  # of what is between two places, where the least D is looked for
-_SECTIONS = 16  # each leaves two of these parts, in the end 5e-10 of all: a minimum is flat
-_HOLDS = 1 + 1e-9  # δ₀ below touching nothing holds; with a margin for rounding
+# Of the size of displacements: D - d within the rounding of its terms, where moving a line costs
+# nothing.
+_TIE = ROUNDING
+# Each place at which the outer end of a bracket is looked for, over the one before.
+_FARTHER = 4.0
+# Of the size of displacements: from a larger D - d secants would not move. They are halved first.
+_STEEP = 30.0
+# Halvings of a bracket at most: more than the bits of a double's fraction, as in roots.py.
+_HALVINGS = 200
+# Powers of e inwards of a radius in which the least D about an axis is looked for: down to 1e-13.
+_DEEP = 30.0
+# Where the least D is looked for, as parts of what is between two places.
+_PARTS = np.arange(1, 8) / 8
+# Times that two of the eight parts are kept: 4⁻¹⁶ = 2.3e-10 of all is left. A minimum is flat.
+_SECTIONS = 16
+# Of δ₀: so far below touching nothing holds; with a margin for rounding.
+_HOLDS = 1 + 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Depths [length], works of adhesion, tensions and stiffnesses of many states (n,)."""
+    """Parameters of many states.
+
+    Attributes
+    ----------
+    depth : ndarray (n,)
+        [length].
+    work : ndarray (n,)
+        Works of adhesion w [energy/area].
+    gamma1 : ndarray (n,)
+        Tensions γ₁ [force/length].
+    stiffness : ndarray (n,)
+        k [force/volume].
+    """
 
     depth: Array
     work: Array
@@ -61,12 +82,25 @@ class States:
 
 @dataclass(frozen=True, eq=False)
 class ManyLines:
-    """Contact lines of many states (n,) with the indenter and the free surfaces of `alone`.
+    """Contact lines of many states.
 
-    goal: the depth at which each line would rest, D = goal; with tension that is the depth of the
-    state. length: l, 0 where there is no tension: then D is the height of the profile. ratio: w/γ₁.
-    size: of displacements; step: a first distance to look for a line in; lowest: a goal below which
-    no line rests.
+    Attributes
+    ----------
+    alone : Alone
+        Their indenter and free surfaces.
+    goal : ndarray (n,)
+        The depth at which each line would rest, D = goal [length]. With tension it is the depth of
+        the state.
+    length : ndarray (n,)
+        l, 0 where there is no tension: then D is the height of the profile [length].
+    ratio : ndarray (n,)
+        w/γ₁.
+    size : ndarray (n,)
+        Of displacements [length].
+    step : ndarray (n,)
+        A first distance in which a line is looked for [length].
+    lowest : ndarray (n,)
+        A goal below which no line rests [length].
     """
 
     alone: Alone
@@ -80,7 +114,8 @@ class ManyLines:
     @classmethod
     def tense(cls, alone: Alone, states: States) -> ManyLines:
         """Lines of states with γ₁ > 0."""
-        length, separation = states.length, states.separation
+        length = states.length
+        separation = states.separation
         size = np.maximum(np.abs(states.depth), abs(alone.touch)) + separation
         size[size == 0] = 1.0  # a touch without adhesion: nothing is displaced
         ratio = states.work / states.gamma1
@@ -95,7 +130,8 @@ class ManyLines:
 
         Each attaches on touching and lets go at u = -δ₀: the level is min(max(d, min f), d + δ₀).
         """
-        depth, separation = states.depth, states.separation
+        depth = states.depth
+        separation = states.separation
         level = np.minimum(np.maximum(depth, alone.touch), depth + separation)
         size = np.maximum(np.abs(depth), abs(alone.touch)) + separation
         size[size == 0] = 1.0  # a touch without adhesion: nothing is displaced
@@ -112,12 +148,27 @@ class ManyLines:
         return ManyLines(self.alone, *(values[own] for values in arrays))
 
     def rest_depth(self, side: int, x: Array, own: Any, beside: int = 0) -> Array:
-        """D at x, (m,) or (m, j), for the states of these numbers (m,).
+        """Depths D at which lines would rest.
 
-        beside: outwards (1) or inwards (-1) of x, which differ at corners; beyond an edge of the
-        body D is infinite.
+        Parameters
+        ----------
+        side : {1, -1}
+            1 for lines whose contacts are on their left.
+        x : ndarray (m,) or (m, j)
+            Positions [length].
+        own : ndarray of int (m,), or slice
+            The numbers of their states.
+        beside : {0, 1, -1}
+            Whether D is read outwards (1) or inwards (-1) of x, which differ at corners. Beyond an
+            edge of the body D is infinite.
+
+        Returns
+        -------
+        ndarray
+            [length], in the shape of x.
         """
-        indenter, surfaces = self.alone.scene.indenter, self.alone.surfaces
+        indenter = self.alone.scene.indenter
+        surfaces = self.alone.surfaces
         height = np.asarray(indenter.height(x), float)
         length = self.length[own]
         if length.any():
@@ -137,12 +188,31 @@ class ManyLines:
     def off(self, side: int, x: Array, own: Any, beside: int = 0) -> Array:
         """(D - goal)/size: a line recedes where this is positive, and advances where negative."""
         rest = self.rest_depth(side, x, own, beside)
-        return np.asarray((rest - self.goal[own]) / self.size[own])
+        goal = self.goal[own]
+        size = self.size[own]
+        if x.ndim > 1:
+            goal = goal[:, None]
+            size = size[:, None]
+        return np.asarray((rest - goal) / size)
 
     def find(self, side: int) -> tuple[Array, Mask]:
-        """x of the lines on one side, nan where none rests; which leave the known profile."""
+        """Where the lines on one side rest.
+
+        Parameters
+        ----------
+        side : {1, -1}
+            1 for the right lines.
+
+        Returns
+        -------
+        x : ndarray (n,)
+            [length], nan where a line rests nowhere.
+        lost : ndarray of bool (n,)
+            Which lines leave the known profile.
+        """
         count = self.goal.size
-        found, lost = np.full(count, math.nan), np.zeros(count, bool)
+        found = np.full(count, math.nan)
+        lost = np.zeros(count, bool)
         pulled = np.zeros(count, bool)
         if self.alone.scene.axisymmetric:
             pulled = self.goal < self.alone.touch
@@ -154,7 +224,8 @@ class ManyLines:
 
     def _places(self, side: int) -> Array:
         """The apex and the corners outwards of it."""
-        apex, corners = self.alone.apex, np.asarray(self.alone.scene.indenter.corners, float)
+        apex = self.alone.apex
+        corners = np.asarray(self.alone.scene.indenter.corners, float)
         outer = corners[side * corners > side * apex]
         return np.append(apex, outer[::side])
 
@@ -162,34 +233,45 @@ class ManyLines:
         """Lines outwards of the apex, at which they are themselves where nothing beyond holds."""
         places = self._places(side)
         first = self._first_pinning(side, own, places)
-        x, lost = places[np.minimum(first, places.size - 1)], np.zeros(own.size, bool)
-
-        # Between two corners: free where D just inside the outer one is already more than d.
+        x = places[np.minimum(first, places.size - 1)]
+        lost = np.zeros(own.size, bool)
         between = np.flatnonzero((first > 0) & (first < places.size))
         if between.size:
-            behind = self.off(side, x[between], own[between], -1)
-            free = between[behind > _TIE]
-            outer = x[free]
-            inner = places[first[free] - 1]
-            ahead = self.off(side, inner, own[free], 1)
-            moves = ahead < 0
-            x[free] = inner
-            free, inner, outer = free[moves], inner[moves], outer[moves]
-            x[free] = self._root(side, own[free], inner, outer)
-
+            outer = x[between]
+            inner = places[first[between] - 1]
+            x[between] = self._between_corners(side, own[between], inner, outer)
         beyond = np.flatnonzero(first == places.size)
         if beyond.size:
-            last = np.full(beyond.size, places[-1])
-            ahead = self.off(side, last, own[beyond], 1)
-            moves = ahead < 0
-            free, start, ahead = beyond[moves], last[moves], ahead[moves]
-            ends = self._outwards(side, own[free], start, self.goal[own[free]], ahead)
-            inner, outer, low, high, gone = ends
-            lost[free] = gone
-            kept = ~gone
-            free = free[kept]
-            values = low[kept], high[kept]
-            x[free] = self._root(side, own[free], inner[kept], outer[kept], values)
+            x[beyond], lost[beyond] = self._beyond_corners(side, own[beyond], places[-1])
+        return x, lost
+
+    def _between_corners(self, side: int, own: Indices, inner: Array, outer: Array) -> Array:
+        """Lines that rest between two corners or at one of them.
+
+        They are free where D just inside the outer one is already more than d.
+        """
+        x = outer.copy()
+        behind = self.off(side, outer, own, -1)
+        free = np.flatnonzero(behind > _TIE)
+        x[free] = inner[free]
+        ahead = self.off(side, inner[free], own[free], 1)
+        free = free[ahead < 0]
+        x[free] = self._root(side, own[free], inner[free], outer[free])
+        return x
+
+    def _beyond_corners(self, side: int, own: Indices, last: float) -> tuple[Array, Mask]:
+        """Lines that rest at the last corner or beyond it; which leave the known profile."""
+        x = np.full(own.size, last)
+        lost = np.zeros(own.size, bool)
+        ahead = self.off(side, x, own, 1)
+        free = np.flatnonzero(ahead < 0)
+        goal = self.goal[own[free]]
+        inner, outer, low, high, gone = self._outwards(side, own[free], x[free], goal, ahead[free])
+        lost[free] = gone
+        kept = ~gone
+        free = free[kept]
+        values = low[kept], high[kept]
+        x[free] = self._root(side, own[free], inner[kept], outer[kept], values)
         return x, lost
 
     def _first_pinning(self, side: int, own: Indices, places: Array) -> Indices:
@@ -197,12 +279,13 @@ class ManyLines:
 
         D grows outwards: of a convex profile everywhere, about an axis from where it exceeds d on.
         """
-        low, high = np.zeros(own.size, int), np.full(own.size, places.size)
-        while (open_ := np.flatnonzero(low < high)).size:
-            middle = (low[open_] + high[open_]) // 2
-            pins = self.off(side, places[middle], own[open_], 1) > _TIE
-            high[open_] = np.where(pins, middle, high[open_])
-            low[open_] = np.where(pins, low[open_], middle + 1)
+        low = np.zeros(own.size, int)
+        high = np.full(own.size, places.size)
+        while (undecided := np.flatnonzero(low < high)).size:
+            middle = (low[undecided] + high[undecided]) // 2
+            pins = self.off(side, places[middle], own[undecided], 1) > _TIE
+            high[undecided] = np.where(pins, middle, high[undecided])
+            low[undecided] = np.where(pins, low[undecided], middle + 1)
         return low
 
     def _outwards(
@@ -212,18 +295,25 @@ class ManyLines:
 
         value: that at the start; the last: where the known profile ends before.
         """
-        inner, outer, low, high = start.copy(), start.copy(), value.copy(), value.copy()
+        inner = start.copy()
+        outer = start.copy()
+        low = value.copy()
+        high = value.copy()
         limit = float(self.alone.scene.indenter.extent[0 if side < 0 else 1])
-        gone, span = np.zeros(own.size, bool), self.step[own].copy()
+        gone = np.zeros(own.size, bool)
+        span = self.step[own].copy()
         left = np.arange(own.size)
         while left.size:
             x = side * np.minimum(side * (start[left] + side * span[left]), side * limit)
             rest = self.rest_depth(side, x, own[left])
             found = (rest - level[left]) / self.size[own[left]]
-            above = found > 0
-            outer[left], high[left] = x, found
-            left, x, found = left[~above], x[~above], found[~above]
-            inner[left], low[left] = x, found
+            outer[left] = x
+            high[left] = found
+            below = ~(found > 0)
+            left = left[below]
+            x = x[below]
+            inner[left] = x
+            low[left] = found[below]
             span[left] *= _FARTHER
             ended = (x == limit) | ~np.isfinite(span[left])
             gone[left[ended]] = True
@@ -242,7 +332,7 @@ class ManyLines:
         if not own.size:
             return inner
         if values is None:
-            values = self.off(side, inner, own), self.off(side, outer, own)
+            values = (self.off(side, inner, own), self.off(side, outer, own))
         inner, outer, low, high = self._narrowed(side, own, inner, outer, *values)
         width = outer - inner
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -257,8 +347,9 @@ class ManyLines:
         def off(x: Array, which: Indices) -> Array:
             return self.off(side, x, own[which])
 
-        ends = np.minimum(inner, outer), np.maximum(inner, outer)
-        return crossings(off, *ends, guess, rise, 0.0)
+        first = np.minimum(inner, outer)
+        last = np.maximum(inner, outer)
+        return crossings(off, first, last, guess, rise, 0.0)
 
     def _narrowed(
         self, side: int, own: Indices, inner: Array, outer: Array, low: Array, high: Array
@@ -267,7 +358,10 @@ class ManyLines:
 
         Secants from where a profile such as x¹⁰⁰ has risen by orders of magnitude would not move.
         """
-        inner, outer, low, high = inner.copy(), outer.copy(), low.copy(), high.copy()
+        inner = inner.copy()
+        outer = outer.copy()
+        low = low.copy()
+        high = high.copy()
         steep = np.flatnonzero(~(high <= _STEEP))
         for _ in range(_HALVINGS):
             if not steep.size:
@@ -275,8 +369,10 @@ class ManyLines:
             middle = (inner[steep] + outer[steep]) / 2
             value = self.off(side, middle, own[steep])
             above = value > 0
-            outer[steep[above]], high[steep[above]] = middle[above], value[above]
-            inner[steep[~above]], low[steep[~above]] = middle[~above], value[~above]
+            outer[steep[above]] = middle[above]
+            high[steep[above]] = value[above]
+            inner[steep[~above]] = middle[~above]
+            low[steep[~above]] = value[~above]
             steep = steep[~(high[steep] <= _STEEP)]
         return inner, outer, low, high
 
@@ -286,16 +382,17 @@ class ManyLines:
         D falls from the depth of touching at the axis to its least and grows from there on: the
         line rests in the growing part. At an edge of the body it is pinned.
         """
-        found, lost = np.full(own.size, math.nan), np.zeros(own.size, bool)
+        found = np.full(own.size, math.nan)
         edges = self._places(side)[1:]
         if edges.size:  # of these shapes only a flat punch has one: D falls up to it
             edge = np.full(own.size, edges[-1])
             pinned = self.off(side, edge, own, -1) <= _TIE
             found[pinned] = edge[pinned]
-            return found, lost
+            return found, np.zeros(own.size, bool)
         touch = np.full(own.size, self.alone.touch)
-        start, level = np.zeros(own.size), np.zeros(own.size)
-        _, outer, _, high, lost = self._outwards(side, own, start, touch, level)
+        axis = np.zeros(own.size)
+        at_axis = np.zeros(own.size)  # D is the depth of touching there
+        _, outer, _, high, lost = self._outwards(side, own, axis, touch, at_axis)
         high = high + (touch - self.goal[own]) / self.size[own]
         inner, outer, low, high = self._below(side, own, outer, high)
         rests = ~np.isnan(inner) & ~lost
@@ -314,35 +411,78 @@ class ManyLines:
         outer: where D exceeds the depth of touching. In log r, at ever closer places around the
         least D (as `roots.least` does), until one of them is below d.
         """
-        inner, low = np.full(own.size, math.nan), np.full(own.size, math.nan)
-        first, last = np.zeros(own.size), np.full(own.size, _DEEP)
-        edge, top, beyond = outer.copy(), high.copy(), outer.copy()
+        inner = np.full(own.size, math.nan)
+        low = np.full(own.size, math.nan)
+        search = _LeastSearch.inwards(outer, high)
+        outer = outer.copy()
+        high = high.copy()
         left = np.arange(own.size)
         for _ in range(_SECTIONS):
-            t = first[left, None] + (last - first)[left, None] * _PARTS
-            x = edge[left, None] * np.exp(-t)
-            rest = self.rest_depth(side, x, own[left])
-            value = (rest - self.goal[own[left], None]) / self.size[own[left], None]
+            powers, x = search.places(left)
+            value = self.off(side, x, own[left])
             least = value.argmin(axis=1)
-            rows = np.arange(left.size)
-            below = value[rows, least] <= _TIE
-            reached = np.where(value[rows, least] <= 0, (value <= 0).argmax(axis=1), least)
+            lowest = value[np.arange(left.size), least]
+            below = lowest <= _TIE
+            reached = np.where(lowest <= 0, (value <= 0).argmax(axis=1), least)
 
-            hit, at = left[below], reached[below]
-            inner[hit], low[hit] = x[below, at], value[below, at]
+            # The place before the one that was reached is on the other side of the line.
+            hit = left[below]
+            at = reached[below]
             before = np.maximum(at - 1, 0)
-            outer[hit] = np.where(at > 0, x[below, before], beyond[hit])
-            high[hit] = np.where(at > 0, value[below, before], top[hit])
+            inner[hit] = x[below, at]
+            low[hit] = value[below, at]
+            outer[hit] = np.where(at > 0, x[below, before], search.outer[hit])
+            high[hit] = np.where(at > 0, value[below, before], search.at_outer[hit])
 
-            rest_of = ~below
-            left, t, x, value, least = (z[rest_of] for z in (left, t, x, value, least))
+            left = left[~below]
             if not left.size:
                 break
-            rows, inside = np.arange(left.size), least > 0
-            previous, following = np.maximum(least - 1, 0), np.minimum(least + 1, _PARTS.size - 1)
-            first[left] = np.where(inside, t[rows, previous], first[left])
-            beyond[left] = np.where(inside, x[rows, previous], beyond[left])
-            top[left] = np.where(inside, value[rows, previous], top[left])
-            ends = least + 1 == _PARTS.size
-            last[left] = np.where(ends, last[left], t[rows, following])
+            search.narrow(left, powers[~below], x[~below], value[~below])
         return inner, outer, low, high
+
+
+@dataclass(eq=False)
+class _LeastSearch:
+    """Where the least D about an axis is looked for, in powers of e inwards of a radius.
+
+    Attributes
+    ----------
+    start : ndarray (n,)
+        The radii [length].
+    first, last : ndarray (n,)
+        The powers between which it is.
+    outer, at_outer : ndarray (n,)
+        The place of the first power, and (D - d)/size there.
+    """
+
+    start: Array
+    first: Array
+    last: Array
+    outer: Array
+    at_outer: Array
+
+    @classmethod
+    def inwards(cls, start: Array, value: Array) -> _LeastSearch:
+        """From radii with these (D - d)/size almost to the axis."""
+        first = np.zeros(start.size)
+        last = np.full(start.size, _DEEP)
+        return cls(start, first, last, start.copy(), value.copy())
+
+    def places(self, own: Indices) -> tuple[Array, Array]:
+        """Powers and radii (m, 7) inside of where these are looked for."""
+        first = self.first[own, None]
+        powers = first + (self.last - self.first)[own, None] * _PARTS
+        return powers, self.start[own, None] * np.exp(-powers)
+
+    def narrow(self, own: Indices, powers: Array, x: Array, value: Array) -> None:
+        """Keep what is beside the least of these values (m, 7) at places inside."""
+        least = value.argmin(axis=1)
+        rows = np.arange(own.size)
+        before = np.maximum(least - 1, 0)
+        after = np.minimum(least + 1, _PARTS.size - 1)
+        is_first = least == 0
+        is_last = least + 1 == _PARTS.size
+        self.first[own] = np.where(is_first, self.first[own], powers[rows, before])
+        self.outer[own] = np.where(is_first, self.outer[own], x[rows, before])
+        self.at_outer[own] = np.where(is_first, self.at_outer[own], value[rows, before])
+        self.last[own] = np.where(is_last, self.last[own], powers[rows, after])
