@@ -25,15 +25,30 @@ from discretization.surfaces.protocol import Surfaces
 from energy import Scene, SurfaceEnergies
 from energy.arrays import Array, Indices, Mask
 
-_SUMMED = 4 * ROUNDING  # of the sizes of the terms that a result is summed from
-_UNDECIDED = 1e-7  # of the size of depths: letting go and turning over at once, as for one state
+# Of the sizes of the terms that a result is summed from: of the integrals and their sum.
+_SUMMED = 4 * ROUNDING
+# Of the size of depths: letting go and turning over at once, as for one state (states.py).
+_UNDECIDED = 1e-7
 
 
 class ManyFound(NamedTuple):
-    """What is known of states (n,); lost: which contact leaves the profile, or surface turns over.
+    """What is known of many states; without contact all is 0, and there is no angle.
 
-    off_..: what half-width, force and energy may be off by. Without contact all is 0, and there is
-    no angle.
+    Attributes
+    ----------
+    half_width : ndarray (n,)
+        Half of the width of the contact, or its radius [length].
+    force, energy : ndarray (n,)
+        As of `Equilibrium`.
+    contact_angle : ndarray (n,)
+        [rad], of both lines the mean; nan without contact.
+    in_contact, stable : ndarray of bool (n,)
+    residual : ndarray (n,)
+        By how much a line is off its rest, over the depths.
+    off_half_width, off_force, off_energy : ndarray (n,)
+        What these may be off by.
+    lost : ndarray of bool (n,)
+        Whose contact leaves the known profile, or whose surface turns over.
     """
 
     half_width: Array
@@ -51,11 +66,19 @@ class ManyFound(NamedTuple):
     @classmethod
     def detached(cls, count: int) -> ManyFound:
         """The flat surface without contact."""
-        angle, stable = np.full(count, math.nan), np.ones(count, bool)
-        width, force, energy, residual, off_width, off_force, off_energy = np.zeros((7, count))
-        touching, lost = np.zeros((2, count), bool)
-        off = off_width, off_force, off_energy
-        return cls(width, force, energy, angle, touching, stable, residual, *off, lost)
+        return cls(
+            half_width=np.zeros(count),
+            force=np.zeros(count),
+            energy=np.zeros(count),
+            contact_angle=np.full(count, math.nan),
+            in_contact=np.zeros(count, bool),
+            stable=np.ones(count, bool),
+            residual=np.zeros(count),
+            off_half_width=np.zeros(count),
+            off_force=np.zeros(count),
+            off_energy=np.zeros(count),
+            lost=np.zeros(count, bool),
+        )
 
     def put(self, own: Indices, other: ManyFound) -> None:
         """Set the states of these numbers."""
@@ -64,7 +87,18 @@ class ManyFound(NamedTuple):
 
 
 def solved(alone: Alone, states: States) -> ManyFound:
-    """States at all depths, those with surface tension and those without each by themselves."""
+    """States at all depths, those with surface tension and those without each by themselves.
+
+    Parameters
+    ----------
+    alone : Alone
+        The contact of the scene that they share.
+    states : States
+
+    Returns
+    -------
+    ManyFound
+    """
     found = ManyFound.detached(states.depth.size)
     tense = states.gamma1 > 0
     for which, lines_of in ((tense, ManyLines.tense), (~tense, ManyLines.slack)):
@@ -88,11 +122,8 @@ def _of_lines(lines: ManyLines, states: States) -> ManyFound:
         found.put(own, contacts.found)
     found.lost[lost] = True
 
-    # Without contact: is the depth beyond that of touching, or the surface about to turn over?
     apart = np.flatnonzero(~(touches | lost))
-    size = np.maximum(np.abs(states.depth[apart]), states.separation[apart])
-    through = np.maximum(states.depth[apart] - alone.touch, 0.0)
-    found.residual[apart] = np.divide(through, size, out=np.zeros_like(size), where=size > 0)
+    found.residual[apart] = _penetration(alone, states, apart)
     if alone.scene.slopes == "finite" and not alone.scene.axisymmetric and lines.length.any():
         apex = np.full(apart.size, alone.apex)
         near = apart[np.abs(lines.off(1, apex, apart)) <= _UNDECIDED]
@@ -101,10 +132,18 @@ def _of_lines(lines: ManyLines, states: States) -> ManyFound:
     return found
 
 
+def _penetration(alone: Alone, states: States, apart: Indices) -> Array:
+    """How far the profile sticks through the flat surface of states, over their depths."""
+    size = np.maximum(np.abs(states.depth[apart]), states.separation[apart])
+    through = np.maximum(states.depth[apart] - alone.touch, 0.0)
+    return np.divide(through, size, out=np.zeros_like(size), where=size > 0)
+
+
 def _both(lines: ManyLines) -> tuple[Array, Array, Mask]:
     """Both ends of the contacts, 0 at the axis; and which leave the known profile."""
     right, lost = lines.find(1)
-    scene, apex = lines.alone.scene, lines.alone.apex
+    scene = lines.alone.scene
+    apex = lines.alone.apex
     if scene.axisymmetric:
         return np.zeros_like(right), right, lost
     if scene.indenter.symmetric and apex == 0:
@@ -120,14 +159,29 @@ def _turned(surfaces: Surfaces, s: Array, u: Array) -> Mask:
     if u.size == 1:
         return np.ones(1, bool)
     half = u.size // 2
-    parts = (_turned(surfaces, s[own], u[own]) for own in (slice(half), slice(half, None)))
-    return np.concatenate(list(parts))
+    first = _turned(surfaces, s[:half], u[:half])
+    second = _turned(surfaces, s[half:], u[half:])
+    return np.concatenate([first, second])
 
 
 class Beside(NamedTuple):
-    """What one line and its free surface contribute to a state (n,), and what judges the line.
+    """What one line and its free surface contribute to a state, and what judges the line.
 
-    moves: how far the line may be off; off_..: what force and energy are.
+    Attributes
+    ----------
+    energy, force : ndarray (n,)
+        Of the contact from the apex to the line, and of the surface beyond it.
+    deficit : ndarray (n,)
+        π - θ [rad].
+    stable : ndarray of bool (n,)
+    residual : ndarray (n,)
+        By how much the line is off its rest, over the depths.
+    moves : ndarray (n,)
+        How far it may be off [length].
+    off_force, off_energy : ndarray (n,)
+        What force and energy may be off by.
+    lost : ndarray of bool (n,)
+        Whose surface turns over or is not resolved.
     """
 
     energy: Array
@@ -181,49 +235,79 @@ class ManyContacts:
 
     def _beside(self, side: int, x: Array) -> Beside:
         """The contact from the apex to a line, and the free surface beyond it."""
-        scene, states = self.lines.alone.scene, self.states
+        scene = self.lines.alone.scene
+        states = self.states
+        length = states.length
         pinned = np.isin(x, scene.indenter.corners)
         if scene.axisymmetric:
             pinned |= x == 0
         rate, stable = self._rate(side, x, pinned)
-        residual = self._residual(side, x, pinned)
-        energy, force, sizes = self._of_contact(side, x)
-        angle, lost = np.full(x.size, math.nan), np.zeros(x.size, bool)
-        length = states.length
-        g = states.depth - np.asarray(scene.indenter.height(x), float)
+        energy, force, energy_size, force_size = self._of_contact(side, x)
+        deficit = np.full(x.size, math.nan)
+        lost = np.zeros(x.size, bool)
         if length.any():
-            s, u = x / length, g / length
+            s = x / length
+            u = self._displacement(x) / length
             stored, pull, lost = self._free_surface(s, u)
+            deficit = self._deficit(side, x, pinned, s, pull)
             unit = states.gamma1 * scene.measure(length)  # of forces: γ₁, or 2πγ₁l about an axis
-            angle = self._deficit(side, x, pinned, s, pull)
-            energy, force = energy + unit * length * stored, force + unit * pull
-            sizes = sizes + np.array([unit * length * stored, unit * np.abs(pull)])
-
-        # Rounding times the condition of the line, and of the terms of the sums, as for one state.
-        with np.errstate(divide="ignore"):
-            moves = ROUNDING * self.lines.size / np.abs(rate) + ROUNDING * np.abs(x)
-        moves = np.where(pinned, 0.0, moves)
-        steep = length * np.abs(np.nan_to_num(np.asarray(scene.indenter.slope(x), float)))
-        push = states.stiffness * (np.abs(g) + steep) * scene.measure(np.abs(x))
-        moved = np.where(pinned, 0.0, push * np.where(np.isfinite(moves), moves, np.abs(x)))
-        off_energy, off_force = _SUMMED * sizes
+            surface_energy = unit * length * stored
+            energy = energy + surface_energy
+            force = force + unit * pull
+            energy_size = energy_size + surface_energy
+            force_size = force_size + unit * np.abs(pull)
+        moves = self._moves(x, pinned, rate)
         return Beside(
-            energy, force, angle, stable, residual, moves, off_force + moved, off_energy, lost
+            energy,
+            force,
+            deficit,
+            stable,
+            self._residual(side, x, pinned),
+            moves,
+            off_force=_SUMMED * force_size + self._force_error(x, pinned, moves),
+            off_energy=_SUMMED * energy_size,
+            lost=lost,
         )
 
-    def _of_contact(self, side: int, x: Array) -> tuple[Array, Array, Array]:
+    def _displacement(self, x: Array) -> Array:
+        """d - f at lines [length]."""
+        return self.states.depth - np.asarray(self.lines.alone.scene.indenter.height(x), float)
+
+    def _moves(self, x: Array, pinned: Mask, rate: Array) -> Array:
+        """How far lines may be off: rounding times their condition, as for one state."""
+        with np.errstate(divide="ignore"):
+            moves = ROUNDING * self.lines.size / np.abs(rate) + ROUNDING * np.abs(x)
+        return np.where(pinned, 0.0, moves)
+
+    def _force_error(self, x: Array, pinned: Mask, moves: Array) -> Array:
+        """What forces may be off by because lines are, at most (k|g| + k l |f'|) per length.
+
+        A line without a condition may be as far off as it is from the apex at 0.
+        """
+        scene = self.lines.alone.scene
+        slope = np.nan_to_num(np.asarray(scene.indenter.slope(x), float))
+        steep = self.states.length * np.abs(slope)
+        displacement = np.abs(self._displacement(x)) + steep
+        push = self.states.stiffness * displacement * scene.measure(np.abs(x))
+        return np.where(pinned, 0.0, push * np.where(np.isfinite(moves), moves, np.abs(x)))
+
+    def _of_contact(self, side: int, x: Array) -> tuple[Array, Array, Array, Array]:
         """∫ [k/2 (d - f)² + γ₁ψ(f') - w s(f')] dx and ∫ k (d - f) dx from the apex to x.
 
-        And the sizes of the terms of both (2, n).
+        And the sizes of the terms of both. With d - f = (d - min f) + g, g = min f - f.
         """
-        alone, states = self.lines.alone, self.states
-        width, g, square, stored, bound = integrals(alone, side, x)
-        d, k = states.depth - alone.touch, states.stiffness
+        states = self.states
+        k = states.stiffness
+        width, g, square, stretched, area = integrals(self.lines.alone, side, x)
+        d = states.depth - self.lines.alone.touch
         springs = np.array([k / 2 * d * d * width, k * d * g, k / 2 * square])
-        surface, adhesion = states.gamma1 * stored, states.work * bound
+        surface = states.gamma1 * stretched
+        adhesion = states.work * area
         energy = springs.sum(axis=0) + surface - adhesion
-        size = np.abs(springs).sum(axis=0) + surface + adhesion
-        return energy, k * (d * width + g), np.array([size, k * (np.abs(d) * width - g)])
+        energy_size = np.abs(springs).sum(axis=0) + surface + adhesion
+        force = k * (d * width + g)
+        force_size = k * (np.abs(d) * width - g)
+        return energy, force, energy_size, force_size
 
     def _free_surface(self, s: Array, u: Array) -> tuple[Array, Array, Mask]:
         """F and S in units of l and γ₁, and which surfaces turn over or are not resolved."""
@@ -234,7 +318,7 @@ class ManyContacts:
         found = surfaces.energy_and_reaction(1, s, math.inf, u, -u)
         if found is None:
             lost |= _turned(surfaces, s, u)
-            found = np.full(s.size, math.nan), np.full(s.size, math.nan)
+            found = (np.full(s.size, math.nan), np.full(s.size, math.nan))
         stored, pull = found
         return stored, pull, lost
 
@@ -274,8 +358,9 @@ class ManyContacts:
     def _steepest(self, x: Array) -> Array:
         """|f'| at lines, at corners on either side; with finite slopes the sine of its angle."""
         scene = self.lines.alone.scene
-        beside = [-1, 1] if len(scene.indenter.corners) else [0]
-        slopes = np.abs([scene.indenter.slope_beside(x, np.full(x.size, b)) for b in beside])
+        sides = [-1, 1] if len(scene.indenter.corners) else [0]
+        beside = [scene.indenter.slope_beside(x, np.full(x.size, side)) for side in sides]
+        slopes = np.abs(beside)
         if scene.slopes == "finite":
             slopes = slopes / np.hypot(1.0, slopes)
         return np.asarray(np.fmax.reduce(slopes))
@@ -285,36 +370,58 @@ class ManyContacts:
 
         By a central difference that crosses no corner; without tension D is the height.
         """
-        lines, states, scene = self.lines, self.states, self.lines.alone.scene
+        lines = self.lines
+        scene = lines.alone.scene
         if not lines.length.any():
             rate = side * np.asarray(scene.indenter.slope_beside(x, np.zeros(x.size)), float)
             return np.nan_to_num(rate), np.ones(x.size, bool)
-        length = states.length
-        span = length
+        span = self.states.length
         if scene.axisymmetric:
-            span = np.minimum(np.maximum(x, LEAST * length), length)
-        step = np.maximum(DIFFERENCE * span, FELT * np.spacing(np.abs(x)))
-        low, high = x - step, x + step
-        corners = np.asarray(scene.indenter.corners, float)
-        if corners.size:
-            known = np.array([-math.inf, *corners, math.inf])
-            before, after = known.searchsorted(x) - 1, known.searchsorted(x, "right")
-            low = np.maximum(low, (x + known[before]) / 2)
-            high = np.minimum(high, (x + known[after]) / 2)
-        low, high = np.clip([low, high], *scene.indenter.extent)
+            span = np.minimum(np.maximum(x, LEAST * span), span)
+        low, high = self._difference(x, span)
         own = np.arange(x.size)
         rise = lines.rest_depth(side, high, own) - lines.rest_depth(side, low, own)
         rate = side * rise / np.where(high > low, high - low, math.inf)
         height = np.asarray(scene.indenter.height(x), float)
-        size = np.abs(states.depth) + np.abs(height) + lines.size
+        size = np.abs(self.states.depth) + np.abs(height) + lines.size
         return rate, np.asarray(pinned | (rate + FLAT * size / span > 0))
+
+    def _difference(self, x: Array, span: Array) -> tuple[Array, Array]:
+        """Places on both sides of lines for a central difference that crosses no corner.
+
+        span: the length over which D varies.
+        """
+        indenter = self.lines.alone.scene.indenter
+        step = np.maximum(DIFFERENCE * span, FELT * np.spacing(np.abs(x)))
+        low = x - step
+        high = x + step
+        corners = np.asarray(indenter.corners, float)
+        if corners.size:
+            known = np.array([-math.inf, *corners, math.inf])
+            before = known[known.searchsorted(x) - 1]
+            after = known[known.searchsorted(x, "right")]
+            low = np.maximum(low, (x + before) / 2)
+            high = np.minimum(high, (x + after) / 2)
+        return np.clip(low, *indenter.extent), np.clip(high, *indenter.extent)
 
 
 def integrals(alone: Alone, side: int, x: Array) -> Array:
-    """∫1, ∫g, ∫g², ∫ψ(f') and ∫s(f') (5, n) from the apex to x (n,), of g = min f - f.
+    """∫1, ∫g, ∫g², ∫ψ(f') and ∫s(f') from the apex to lines, of g = min f - f.
 
     Up to the last corner or knot before x they are sums over the panels between those, which all
     states share.
+
+    Parameters
+    ----------
+    alone : Alone
+    side : {1, -1}
+        1 for right lines.
+    x : ndarray (n,)
+        [length].
+
+    Returns
+    -------
+    ndarray (5, n)
     """
     unit = _of_unit_tension(alone.scene)
     density = functools.partial(densities, unit, alone.touch)
