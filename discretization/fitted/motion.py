@@ -151,25 +151,23 @@ class Motion:
         touch, lowest = self.profile.touch, self.profile.lowest
         return self.pressed((lowest, lowest), touch, touch)
 
-    def pressed(
-        self, lines: Lines, start: float, end: float, still: frozenset[Pair] = frozenset()
-    ) -> Lines:
-        """Lines at rest at the depth `start`, taken to the depth `end` >= start; still: as below.
+    def pressed(self, lines: Lines, start: float, end: float) -> Lines:
+        """Lines at rest at the depth `start`, taken to the depth `end` >= start.
 
         Where a contact begins is known to _TOUCHED only: lines that went too far for it recede.
         """
         found: list[float] = []
         for pair in free_parts(lines):
-            found += pair if pair in still else self.free_part.advance(*pair, start, end)
+            found += self.free_part.advance(*pair, start, end)
         return self.relaxed(tuple(found[1:-1]), end)
 
-    def relaxed(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
-        """Lines that recede as far as they must, `still` ones excepted, and gaps that open.
+    def relaxed(self, lines: Lines, depth: float) -> Lines:
+        """Lines that recede as far as they must, and gaps that open.
 
         Gaps open inside contacts without a barrier: at a corner at which the slope falls by more
         than two lines hold, and without adhesion where the profile would pull at the surface.
         """
-        lines = self.retracted(lines, depth, still)
+        lines = self.retracted(lines, depth)
         for _ in range(_MOST):
             gaps = {pair: self._torn(*pair, depth) for pair in pairs(lines)}
             if not any(gaps.values()):
@@ -177,12 +175,6 @@ class Motion:
             parts = [(left, *gap, right) for (left, right), gap in gaps.items()]
             lines = self.retracted(tuple(x for part in parts for x in part), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
-
-    def opens(self, left: float, right: float, beside: Pair, depth: float) -> bool:
-        """Whether a contact between the lines beside it is torn open, or lone and pulled."""
-        if left == right:
-            return self._pulled(left, beside, depth)
-        return bool(self.bare(np.array([[left, right]])) and self._torn(left, right, depth))
 
     def _torn(self, left: float, right: float, depth: float) -> Lines:
         """The lines of a gap that opens in a contact by itself; () if nowhere."""
@@ -220,16 +212,15 @@ class Motion:
                     found.append((max(start, left), min(end, right)))
         return found
 
-    def retracted(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
-        """Lines taken to a smaller depth; still: free surfaces that are left as they are."""
+    def retracted(self, lines: Lines, depth: float) -> Lines:
+        """Lines taken to a smaller depth."""
         while lines:
             surfaces, ends = np.array(free_parts(lines)), free_parts((-math.inf, *lines, math.inf))
             behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
             loose = (behind - depth > TIE * self.rests.size).any(axis=1)
             for i in np.flatnonzero(loose).tolist():
                 (least, q), (p, most) = ends[i : i + 2]
-                if (q, p) not in still:
-                    surfaces[i] = self.free_part.search.recede(q, p, least, most, depth)
+                surfaces[i] = self.free_part.search.recede(q, p, least, most, depth)
             held: list[float] = []
             for left, right in pairs(surfaces.ravel().tolist()[1:-1]):
                 sharp = *self.profile.corners, *self.profile.indenter.walls

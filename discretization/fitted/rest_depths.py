@@ -139,14 +139,6 @@ class RestDepths:
         """Rounding of positions, at 0 of a small part of l: an indenter may divide them by that."""
         return np.spacing(np.maximum(np.abs(x), _SMALL * self.length))
 
-    def snapped(self, lines: Array) -> Array:
-        """Lines next to a corner put on it."""
-        known = self.profile.joints[1:-1]
-        if not known.size:
-            return lines
-        near = known[np.searchsorted((known[1:] + known[:-1]) / 2, lines)]
-        return np.where(np.abs(lines - near) <= 2 * ULPS * self._spacing(near), near, lines)
-
     def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: At, w: Any) -> Array:
         """D of lines with heights and slopes that face others, infinite if there is none.
 
@@ -186,23 +178,6 @@ class RestDepths:
     def ahead(self, lines: Array, way: int) -> Array:
         """D just ahead of lines (.., 2) that move outwards of contacts (way 1) or inwards (-1)."""
         return self.beside(SIDES, lines, lines[..., ::-1], way, way)
-
-    def reach(self, lines: Array, depth: float, way: int) -> Array:
-        """How much further lines (n, 2) can be pressed or retracted before a corner matters.
-
-        Until a free line meets the next one, or a held one comes free; all but linear in d; or nan.
-        """
-        profile, outwards = self.profile, SIDES * way
-        kept = self.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
-        if profile.joints.size <= 2 and not kept:
-            return np.full(lines.shape, math.nan)
-        lo, hi = self.between_corners(lines, way)
-        x = np.where(outwards > 0, hi, lo)
-        with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
-            rest = self.beside(SIDES, x, lines[:, ::-1], -way, way)
-        held, found = way * (self.ahead(lines, way) - depth), way * (rest - depth)
-        found = np.where(held > TIE * self.size, held, found)
-        return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
 
     def with_rates(
         self, x: Array, room: Array, way: int, rates: Array | None = None
