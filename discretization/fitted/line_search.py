@@ -16,7 +16,7 @@ import numpy as np
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.rest_depths import TIE, RestDepths, displacement_scale
 from discretization.fitted.tension import Pull, bounds, pull
-from discretization.fitted.zeros import first_zero, followed
+from discretization.fitted.zeros import first_zero, gap_at_rest
 from energy.arrays import Array
 
 Pair = tuple[float, float]
@@ -159,11 +159,15 @@ class LineSearch:
 
         None where a sample lies in between, they are not stable, or it fails.
         """
-        lines, depths = np.array([start]), np.array([depth])
-        x, good = followed(self.rests, lines, depths, way, lines[:, None], math.inf)
-        q, p = x[0, 0].tolist()
-        passed = (self.rests.profile.beyond(*both) for both in ((start[0], q), (start[1], p)))
-        return (q, p) if good[0] and all(own.stop == own.start for own in passed) else None
+        found = gap_at_rest(self.rests, np.array(start), depth, way)
+        if found is None:
+            return None
+        q, p = found.tolist()
+        for place, moved in ((start[0], q), (start[1], p)):
+            between = self.rests.profile.beyond(place, moved)
+            if between.stop > between.start:
+                return None
+        return q, p
 
     def _further(self, q: float, p: float, step: Pair, depth: float, way: int) -> Pair:
         """The lines of a gap further on the same way, in growing steps of the one that moves most.

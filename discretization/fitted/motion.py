@@ -127,7 +127,7 @@ class Motion:
         closing, behind = rests.ahead(out, 1) + noise, rests.ahead(x - off, -1) - noise
         bare = rests.beside(SIDES, out, out[:, ::-1], 1, 1, adheres=False) + noise
         behind[points] = -math.inf
-        rates = rests.with_rates(x[:, None], rests.between_corners(x, 1), 1)[1]
+        rates = rests.with_rates(x, rests.between_corners(x, 1), 1)[1]
         rates = np.where(np.isfinite(rates), rates, 0.0)
         moved, firm = rests.condition(rates, loose, lone=lone)
         return FeltRows(loose, closing, bare, behind, moved, firm)

@@ -28,14 +28,11 @@ FELT = 2.0**10  # roundings of a position: a step that is certainly felt
 _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
 LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
-_STEPS = np.array([0.0, 1.0, -1.0])
-_MOVES = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
 SIDES = np.array([1, -1])  # of the lines of a free surface
 _GROWING = np.diag([1.0, -1.0])  # changes of D of two lines with both, if they grow outwards
 FLAT = 1e-7  # of the size of depths over l or a radius: the change of D where it is least
 ULPS = 4.0  # roundings of its position: so near to where it is, or to a corner, is a line
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
-_SIGNS = np.array([[[1, 1], [1, -1]]])  # of what D of both lines is off by
 _NARROW = 1e-2  # of l
 _ROUNDED = 64  # of what ties the lines of a gap: a slope may be a small sum of large terms
 _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(4))
@@ -179,44 +176,71 @@ class RestDepths:
         """D just ahead of lines (.., 2) that move outwards of contacts (way 1) or inwards (-1)."""
         return self.beside(SIDES, lines, lines[..., ::-1], way, way)
 
-    def with_rates(
-        self, x: Array, room: Array, way: int, rates: Array | None = None
-    ) -> tuple[Array, Array]:
-        """D of both lines (n, j, 2), and its changes (n, j, 2, 2) with both, where not given.
+    def depths(self, lines: Array, way: int) -> Array:
+        """D of both lines (n, 2) of surfaces, infinite of a line at infinity."""
+        return self._facing(lines, lines, way)
 
-        By central differences, at most half-way to a corner, at which the side is not known.
+    def with_rates(self, lines: Array, room: Array, way: int) -> tuple[Array, Array]:
+        """D of both lines (n, 2), and its changes (n, 2, 2) with both.
+
+        By central differences, at most half-way to a corner, at which the side is not known. The
+        change of D of a line (row) with a line (column) is 0 where one of them is at infinity.
+
+        Parameters
+        ----------
+        lines : ndarray (n, 2)
+            Positions of the left and right line [length], infinite where there is none.
+        room : ndarray (2, n, 2)
+            The places between which they move without passing a corner [length].
+        way : {1, -1}
+            1 where contacts close, -1 where they open.
         """
-        indenter, inner, z = self.profile.indenter, np.isfinite(x), x[None]
-        tails, count = not inner.all(axis=2).any(), 1
-        if rates is None:
-            z = x + np.multiply.outer(_STEPS, self.step(x))[..., None]
-            z[1:] = np.clip(z[1:], *((x + room[:, :, None]) / 2))
-            count = 3 if tails else 5
-        own, other = (part[:count] for part in _MOVES)
-        known = np.where(np.isfinite(z), z, self.profile.lowest)
-        f, f1 = (np.asarray(read(known), float) for read in (indenter.height, indenter.slope))
-        at, facing = z[own], At(z[other][..., ::-1], f[other][..., ::-1])
-        at[3:][np.isinf(facing.x[3:])] = math.inf  # nothing moves beside the line of a tail
-        rest = self._of(SIDES, at, f[own], f1[own], facing, self.w(way))
-        if rates is not None:
-            return rest[0], rates
-        rates = np.zeros((*x.shape, 2))
+        inner = np.isfinite(lines)
+        gaps = np.asarray(inner.all(axis=1))
+        step = self.step(lines)[:, None]
+        low, high = (lines + room) / 2
+        above = np.clip(lines + step, low, high)
+        below = np.clip(lines - step, low, high)
+        moved = [lines, above, below]
+        facing = [lines, lines, lines]
+        if gaps.any():
+            # Nothing moves beside the line of a tail.
+            own = np.where(gaps[:, None], lines, math.inf)
+            moved += [own, own]
+            facing += [above, below]
+        rest = self._facing(np.array(moved), np.array(facing), way)
+        rates = np.zeros((*lines.shape, 2))
         with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
-            width = z[1] - z[2]
-            rates[..., [0, 1], [0, 1]] = (rest[1] - rest[2]) / width
-            if not tails:
-                rates[..., [0, 1], [1, 0]] = (rest[3] - rest[4]) / width[..., ::-1]
-        return rest[0], np.where(inner[..., None] & inner[..., None, :], rates, 0.0)
+            width = above - below
+            rates[:, [0, 1], [0, 1]] = (rest[1] - rest[2]) / width
+            if gaps.any():
+                rates[:, [0, 1], [1, 0]] = (rest[3] - rest[4]) / width[:, ::-1]
+        paired = inner[:, :, None] & inner[:, None]
+        return rest[0], np.where(paired, rates, 0.0)
+
+    def _facing(self, lines: Array, facing: Array, way: int) -> Array:
+        """D of lines (.., 2) each of which faces the other one of these lines (.., 2)."""
+        indenter = self.profile.indenter
+        known = np.where(np.isfinite(lines), lines, self.profile.lowest)
+        other = np.where(np.isfinite(facing), facing, self.profile.lowest)
+        f = np.asarray(indenter.height(known), float)
+        f1 = np.asarray(indenter.slope(known), float)
+        other_f = np.asarray(indenter.height(other), float)
+        beyond = At(facing[..., ::-1], other_f[..., ::-1])
+        return self._of(SIDES, lines, f, f1, beyond, self.w(way))
 
     def condition(self, rate: Array, free: Mask, *, lone: bool) -> tuple[Array, Mask]:
         """How far lines move over what D is off by (n, 2), and whether they are stable (n,).
 
-        Where D is least the line of a lone contact is found to the root of its rounding.
+        D of both lines may be off alike or oppositely. Where D is least the line of a lone contact
+        is found to the root of its rounding.
         """
-        moved = np.abs(solved(rate, _SIGNS, free)).max(axis=1)
-        steepest = np.abs(rate).max(axis=(1, 2, 3), keepdims=True)
+        ones = np.ones(free.shape)
+        alike = np.abs(solved(rate, ones, free))
+        oppositely = np.abs(solved(rate, ones * SIDES, free))
+        steepest = np.abs(rate).max(axis=(1, 2), keepdims=True)
         slack = np.maximum(_FALLING * steepest, lone * FLAT * self.size / self.length)
-        return moved, stable(rate + _GROWING * slack, free)
+        return np.maximum(alike, oppositely), stable(rate + _GROWING * slack, free)
 
     def step(self, lines: Array) -> Array:
         """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.
@@ -235,25 +259,42 @@ class RestDepths:
 
 
 def solved(rate: Array, off: Array, free: Mask) -> Array:
-    """The solution (n, j, 2) of rate · step = off for the free lines of each surface, else 0."""
-    (a, b), (c, e), det = _of_free(rate, free)
-    r, s = off.T
+    """The solution (n, 2) of rate · step = off for the free lines of each surface, 0 of others.
+
+    Parameters
+    ----------
+    rate : ndarray (n, 2, 2)
+        Changes of D of both lines (rows) with both.
+    off : ndarray (n, 2)
+        D - d [length].
+    free : ndarray of bool (n, 2)
+        Which lines move.
+    """
+    matrix = _of_free(rate, free)
+    determinant = _determinant(matrix)
+    one, other = off.T
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        found = np.array([(e * r - b * s) / det, (a * s - c * r) / det])
-    return np.where(free[:, None], found.T, 0.0)
+        first = (matrix[:, 1, 1] * one - matrix[:, 0, 1] * other) / determinant
+        second = (matrix[:, 0, 0] * other - matrix[:, 1, 0] * one) / determinant
+    return np.where(free, np.stack([first, second], axis=-1), 0.0)
 
 
 def stable(rate: Array, free: Mask) -> Mask:
-    """Whether free lines are stable at all depths (n,).
+    """Whether free lines are stable (n,); parameters as of `solved`.
 
     D must grow outwards of every line, and with both lines free their matrix be definite.
     """
-    (a, _), (_, e), det = _of_free(rate, free)
-    return np.asarray(((a > 0) & (e < 0) & (det < 0)).all(axis=0))
+    matrix = _of_free(rate, free)
+    grows = (matrix[:, 0, 0] > 0) & (matrix[:, 1, 1] < 0)
+    return np.asarray(grows & (_determinant(matrix) < 0))
 
 
-def _of_free(rate: Array, free: Mask) -> tuple[Array, Array, Array]:
-    """Rows of the matrices (n, j, 2, 2), each (2, j, n), and their determinants; ±1 if not free."""
-    both = free[:, None, :, None] & free[:, None, None]
-    one, other = np.where(both, rate, _GROWING).transpose(2, 3, 1, 0)
-    return one, other, one[0] * other[1] - one[1] * other[0]
+def _of_free(rate: Array, free: Mask) -> Array:
+    """The matrices (n, 2, 2) of the free lines; the rows of others are those of ±1."""
+    both = free[:, :, None] & free[:, None]
+    return np.where(both, rate, _GROWING)
+
+
+def _determinant(matrix: Array) -> Array:
+    """The determinants (n,) of matrices (n, 2, 2)."""
+    return np.asarray(matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] * matrix[:, 1, 0])

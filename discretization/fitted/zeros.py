@@ -1,65 +1,110 @@
-"""Where lines come to rest, zeros of D - d: the first on a way, or those of many depths at once.
+"""Where lines come to rest, zeros of D - d: the first one on a way, or both of a gap.
 
 The first place on a way along the profile where a function is no longer negative: it is read at the
 samples of the resolved profile, at corners on either side, until it is. Between samples a maximum
 is looked for wherever one could reach 0, so that a stop is not missed next to where it disappears.
 
-Lines of many free surfaces, each feeling the other one of its surface, by Newton's method.
+The lines of a gap, each of which feels the other one, are found by Newton's method.
 """
 
+from __future__ import annotations
+
+import enum
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization.fitted.rest_depths import RestDepths, solved, stable
+from discretization.fitted.rest_depths import SIDES, RestDepths, solved, stable
 from discretization.profile import Resolved
 from discretization.roots import bracketed, least
 from energy.arrays import Array, Mask
 
 Function = Callable[..., Any]  # of x, numbers or arrays, and f(x) and f'(x) if they are known
+
+# Search of the first zero.
 _BLOCK = 32  # samples read at once, four times as many each time
 _LEAST = 8  # samples on a way that ends at another line, however short it is
-_TOWARDS = 1 - 0.25 ** np.arange(1, 6)  # samples between the last one and that line
-_ULPS = 4.0  # roundings of x: no maximum lies in between
-_NEAR = 2.0  # times its distance from the next samples, that a maximum may rise above them
+# Samples between the last one of the profile and that line, as parts of what is left: D grows
+# without bounds towards a line that is met.
+_TOWARDS = 1 - 0.25 ** np.arange(1, 6)
+# Roundings of x: between samples so close, on both sides of an edge, lies no maximum.
+_ULPS = 4.0
+# Times what a value differs from the next samples, that a maximum may rise above it: twice what a
+# parabola through three samples rises.
+_NEAR = 2.0
+
+# Newton's method for both lines of a gap; sizes are those of positions, the positions and l.
 _MOST = 48  # steps: where an equilibrium disappears they only halve
-_SHRINKS, _PATIENCE = 0.7, 2  # steps that shrink less, and how many of them are too many
-_STILL = 1e-15  # of the position and l: a step that is rounding
-_GUESSED = 1e-4  # of the same: so far polynomials through neighbouring lines may be off
-_ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
-_LOCAL = 1e-5  # of the same, and of the least gap: the changes of D are those of the step before
-EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
-_HELD = 1e-11  # of the size of depths: lines so far from rest are held until they come free
-_BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
+_SHRINKS = 0.7  # of the last step: one that is longer shrinks too little, as halves would not
+_PATIENCE = 2  # such steps are endured
+_STILL = 1e-15  # of the size: a step that is rounding
+_ROUNDED = 1e-12  # of the size: a step that may be rounding, if steps shrink no more
+_LOCAL = 1e-5  # of the size, and of the gap: after such a step D changes as at the step before
+_EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
+_BACK = 1e-7  # of the size, as little as lines may move back by rounding
+
+
+class Samples(NamedTuple):
+    """Places (n,) in the order of the way, the same twice at a corner, and the function there."""
+
+    x: Array
+    values: Array
+
+    def followed_by(self, x: Any, values: Any) -> Samples:
+        """These and further ones."""
+        return Samples(np.append(self.x, x), np.append(self.values, values))
 
 
 def first_zero(
     profile: Resolved, h: Function, ends: tuple[float, float], closed: bool, exact: bool, tie: float
 ) -> float | None:
-    """First x from a start to a limit with h >= 0, or a place just before; None if there is none.
+    """The first place on a way along the profile at which a function is not negative.
 
-    closed: the limit is asked as well, where no other line is. tie: h may begin less by this.
+    Parameters
+    ----------
+    profile : Resolved
+    h : callable
+        h(x, f, f1): its values at places with these heights and slopes of the profile, which h(x)
+        reads itself.
+    ends : tuple of float
+        Start and limit of the way [length].
+    closed : bool
+        Whether the limit belongs to the way; another line does not.
+    exact : bool
+        Whether the zero itself is needed; otherwise it is a place just before it.
+    tie : float
+        What h may be less than 0 by at the start.
+
+    Returns
+    -------
+    float or None
+        [length], None if there is none.
     """
-    (start, limit), side = ends, 1 if ends[1] > ends[0] else -1
+    start, limit = ends
+    side = 1 if limit > start else -1
     value = float(h(profile.past(start, side), *profile.beside(np.array(start), side)))
     if value >= -tie:
         return start
-    samples, first, size = _samples(profile, start, limit, side), 0, _BLOCK
-    last = np.array([start, start]), np.array([-math.inf, value])
+    samples = _samples(profile, start, limit, side)
+    seen = Samples(np.array([start, start]), np.array([-math.inf, value]))
+    first = 0
+    size = _BLOCK
     while first < samples.shape[1]:
         x, f, f1 = samples[:, first : first + size]
-        seen = np.concatenate([last[0], x]), np.concatenate([last[1], h(x, f, f1)])
-        found = _among(h, *seen, exact)
+        block = seen.followed_by(x, h(x, f, f1))
+        found = _among(h, block, exact)
         if found is not None:
             return found
-        last = seen[0][-2:], seen[1][-2:]
-        first, size = first + size, 4 * size
+        seen = Samples(block.x[-2:], block.values[-2:])
+        first += size
+        size *= 4
     if not closed:
         return None
     value = float(h(profile.past(limit, -side), *profile.beside(np.array(limit), -side)))
-    return _among(h, np.append(last[0], limit), np.append(last[1], value), exact)
+    return _among(h, seen.followed_by(limit, value), exact)
 
 
 def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
@@ -74,128 +119,206 @@ def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
     last = float(found[0, -1]) if found.size else start
     x = last + (limit - last) * _TOWARDS
     if found.shape[1] < _LEAST:
-        x = np.concatenate([start + (limit - start) * np.arange(1, _LEAST) / _LEAST, x])
+        evenly = start + (limit - start) * np.arange(1, _LEAST) / _LEAST
+        x = np.concatenate([evenly, x])
     x = x[(x != limit) & (x != last) & ~np.isin(x, found[0])]
-    found = np.hstack([found, [x, profile.indenter.height(x), profile.indenter.slope(x)]])
+    more = np.array([x, profile.indenter.height(x), profile.indenter.slope(x)])
+    found = np.hstack([found, more])
     return found[:, np.argsort(side * found[0], kind="stable")]
 
 
-def _among(h: Function, x: Array, values: Array, exact: bool) -> float | None:
+def _among(h: Function, samples: Samples, exact: bool) -> float | None:
     """The stop among samples, the first of which is negative, or a place before it."""
+    x, values = samples
     stops = np.flatnonzero(values >= 0)
     end = int(stops[0]) if stops.size else values.size
     for i in _peaks(x[: end + 1], values[: end + 1]):
-        before, beyond = float(x[i - 1]), float(x[i + 1])
-        if abs(beyond - before) <= _ULPS * math.ulp(before):
-            continue  # both sides of an edge
-        top, low = least(lambda z: -h(z), before, beyond, 0.0, reach=_NEAR)
-        if low <= 0:
-            inside = float(x[i]) if abs(top - before) > abs(x[i] - before) else before
-            return bracketed(h, inside, top) if exact else inside
+        found = _beside_peak(h, x[i - 1 : i + 2].tolist(), exact)
+        if found is not None:
+            return found
     if not stops.size:
         return None
-    inside, outside = float(x[end - 1]), float(x[end])
-    known = {inside: float(values[end - 1]), outside: float(values[end])}  # on one side of a corner
+    inside, outside = x[end - 1 : end + 1].tolist()
     if inside == outside or not exact:
         return inside
-    return bracketed(lambda x: known[x] if x in known else float(h(x)), inside, outside)
+    # at a corner h is known on the side that belongs to this interval
+    known = {inside: float(values[end - 1]), outside: float(values[end])}
+    return bracketed(lambda z: known[z] if z in known else float(h(z)), inside, outside)
+
+
+def _beside_peak(h: Function, places: list[float], exact: bool) -> float | None:
+    """The stop around a sample that is higher than both others, if h reaches 0 there."""
+    before, middle, beyond = places
+    if abs(beyond - before) <= _ULPS * math.ulp(before):
+        return None
+    top, lowest = least(lambda z: -h(z), before, beyond, 0.0, reach=_NEAR)
+    if lowest > 0:
+        return None
+    inside = middle if abs(top - before) > abs(middle - before) else before
+    return bracketed(h, inside, top) if exact else inside
 
 
 def _peaks(x: Array, values: Array) -> list[int]:
     """Samples not less than their neighbours, beside which a maximum could reach 0."""
     steps = np.abs(np.diff(values))
     steps[~np.isfinite(steps)] = 0.0
-    middle, apart = values[1:-1], np.maximum(steps[:-1], steps[1:])
+    apart = np.maximum(steps[:-1], steps[1:])
     apart[:-1] = np.maximum(apart[:-1], steps[2:])  # a start may be as high as what follows
-    top = (middle >= values[:-2]) & (middle >= values[2:]) & (middle < 0)
-    top &= middle + _NEAR * apart >= 0
-    start, corner = np.isinf(values[:-2]), np.diff(x) == 0  # nothing lies between the sides of one
-    top &= (start | ~corner[:-1]) & ~corner[1:]
+    before = values[:-2]
+    middle = values[1:-1]
+    after = values[2:]
+    reaches_zero = (middle < 0) & (middle + _NEAR * apart >= 0)
+    top = (middle >= before) & (middle >= after) & reaches_zero
+    is_start = np.isinf(before)
+    corner = np.diff(x) == 0  # nothing lies between its two sides
+    top &= (is_start | ~corner[:-1]) & ~corner[1:]
     return (np.flatnonzero(top) + 1).tolist()
 
 
-class Way(NamedTuple):
-    """Depths (j,) on a way, and of lines (n, 2) on it which are free, between which places.
+def gap_at_rest(rests: RestDepths, lines: Array, depth: float, way: int) -> Array | None:
+    """Both lines of a gap in stable equilibrium, by Newton's method from where they are.
 
-    size (n,): of positions.
+    Lines that need not move stay, and those that move do not pass a corner.
+
+    Parameters
+    ----------
+    rests : RestDepths
+    lines : ndarray (2,)
+        Where the left and the right line are [length].
+    depth : float
+        [length].
+    way : {1, -1}
+        1 where lines advance, -1 where they recede.
+
+    Returns
+    -------
+    ndarray (2,) or None
+        [length]. None if the method fails, the lines are not stable, one of them moves back by more
+        than rounding, or one that has stayed would have to move in the end.
+    """
+    free = way * (rests.ahead(lines[None], way)[0] - depth) < 0
+    if not free.any():
+        return lines
+    newton = _GapNewton.of(rests, lines, depth, way, free)
+    outcome = Step.MOVES
+    for _ in range(_MOST):
+        outcome = newton.step()
+        if outcome is not Step.MOVES:
+            break
+    if outcome is not Step.RESTS:
+        return None
+    x = newton.x
+    noise = float(rests.noise(x[None])[0])
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        uncertain = noise / np.abs(np.diagonal(newton.rates)).min()
+    back = way * (lines - x) * SIDES
+    if (back > _BACK * newton.size + np.nan_to_num(uncertain, posinf=0.0)).any():
+        return None
+    missing = way * (depth - rests.ahead(x[None], way)[0])
+    if (~free & (missing > _EVEN * rests.size + noise)).any():
+        return None
+    return x
+
+
+class Step(enum.Enum):
+    """What a step of Newton's method has led to."""
+
+    MOVES = "the lines still move"
+    RESTS = "they rest: the step is rounding, or the next one will be"
+    FAILS = "they meet, a corner is in the way, they are not stable, or steps do not shrink"
+
+
+@dataclass(eq=False)
+class _GapNewton:
+    """Newton's method for the free lines of a gap.
+
+    Attributes
+    ----------
+    free : ndarray of bool (2,)
+        Which lines move.
+    room : ndarray (2, 2)
+        Between which places the lines move: the least ones, and the largest ones.
+    size : float
+        Of positions [length].
+    x : ndarray (2,)
+        Where the lines are.
+    rates : ndarray (2, 2)
+        Changes of D of both lines with both.
+    last : float
+        The last step.
+    slow : int
+        How many steps have shrunk too little.
+    near : bool
+        Whether D changes with the lines as it did at the step before.
     """
 
-    depths: Array
+    rests: RestDepths
+    depth: float
     way: int
     free: Mask
     room: Array
-    size: Array
+    size: float
+    x: Array
+    rates: Array
+    last: float = math.inf
+    slow: int = 0
+    near: bool = False
 
+    @classmethod
+    def of(cls, rests: RestDepths, lines: Array, depth: float, way: int, free: Mask) -> _GapNewton:
+        """From these lines on."""
+        room = rests.between_corners(lines[None], way)[:, 0]
+        x = np.where(free, np.clip(lines, *room), lines)
+        size = float(np.abs(lines).sum() + rests.length)
+        return cls(rests, depth, way, free, room, size, x, np.zeros((2, 2)))
 
-def followed(
-    rests: RestDepths, lines: Array, depths: Array, way: int, guess: Array, off: float = _GUESSED
-) -> tuple[Array, Mask]:
-    """Lines (n, j, 2) at depths (j,) on a way that begins at lines (n, 2), or at a single depth.
-
-    And which surfaces (n,) are in stable equilibrium, each line at rest or held all the way, and
-    move one way. guess: of the lines, even beyond a corner; off: how wrong it may be, over size.
-    """
-    inner, ahead = np.isfinite(lines), rests.ahead(lines, way)
-    free = inner & (way * (ahead - depths[-1]) < 0)
-    early = _HELD * rests.size + rests.noise(lines)[:, None]
-    good = ~(free & (way * (ahead - depths[0]) > early)).any(axis=1)
-    size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + rests.length
-    room = rests.between_corners(lines, way)
-    x = np.where(free[:, None], np.clip(guess, *room[:, :, None]), lines[:, None])
-    last, moves = off * size, free.any(axis=1)
-    on = Way(depths, way, free, room, size)
-    rates, found = _newton(rests, x, on, last, moves & good)
-    good &= stable(rates, free) & (found | ~moves)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        loose = rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
-        moved = way * np.diff(np.concatenate([lines[:, None], x], axis=1), axis=1) * (1.0, -1.0)
-    slack = (_BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0))[:, None]
-    good &= ~(moved < -slack[..., None]).any(axis=(1, 2))
-    good &= (depths.size == 1) | ~(moved[:, 0] > slack).any(axis=1)  # the first is the start's
-    held = inner & ~free
-    if held.any():  # they must be so at the end, too
-        left = way * (rests.ahead(x[:, -1], way) - depths[-1])
-        even = EVEN * rests.size + rests.noise(x[:, -1])
-        good &= ~(held & (left < -even[:, None])).any(axis=1)
-    return x, good
-
-
-def _newton(rests: RestDepths, x: Array, on: Way, last: Array, active: Mask) -> tuple[Array, Mask]:
-    """Move the free lines of active surfaces to rest within their rooms, x (n, j, 2) in place.
-
-    The changes of D (n, j, 2, 2), and which surfaces rest. last: the last step, or a guess's error.
-    """
-    rates, still, worse = np.zeros((*x.shape, 2)), np.zeros(len(x), bool), np.zeros(len(x), int)
-    near = False
-    for _ in range(_MOST):
-        own = np.flatnonzero(active)
-        if not own.size:
-            break
-        rates_there = rates[own] if near else None
-        value, rates[own] = rests.with_rates(x[own], on.room[:, own], on.way, rates_there)
-        moves, (lo, hi), size = on.free[own, None], on.room[:, own, None], on.size[own]
-        off = np.where(moves, value - on.depths[:, None], 0.0)
-        aim = x[own] - solved(rates[own], off, on.free[own])
-        new = np.where(moves, np.clip(aim, lo, hi), x[own])
+    def step(self) -> Step:
+        """One step of both lines."""
+        off = np.where(self.free, self._read() - self.depth, 0.0)
+        free = self.free[None]
+        aim = self.x - solved(self.rates[None], off[None], free)[0]
+        new = np.where(self.free, np.clip(aim, *self.room), self.x)
         with np.errstate(invalid="ignore"):
-            now = np.where(moves, np.abs(new - x[own]), 0.0).max(axis=(1, 2))
-        exact = np.abs(off) <= (EVEN * rests.size + rests.noise(x[own]))[..., None]
-        past = moves & ((aim < lo) | (aim > hi)) & ~exact  # that a corner leaves no room is no rest
-        stuck = (past & (new == x[own])).any(axis=(1, 2))
-        wide = (x[own, :, 1] - x[own, :, 0]).min(axis=1)
-        even = exact.all(axis=(1, 2)) & (now <= wide)  # a step wider than its gap is no rounding
-        x[own] = new
-        before = last[own]  # this step, after others, is rounding, or the next one will be
-        done = even | (now <= _ROUNDED * size * 4.0 ** worse[own])
-        done = (now <= _STILL * size) | ((before / 2 <= now) & done)
-        done |= (now * now <= _STILL * size * before) & np.isfinite(before)
-        done &= ~past.any(axis=(1, 2))
-        worse[own] += now > _SHRINKS * last[own]
-        lost = stuck | (~done & (worse[own] > _PATIENCE)) | ~np.isfinite(now)
-        lost |= ~(new[..., 0] < new[..., 1]).all(axis=1)
-        if on.depths.size == 1:  # from afar only where it is stable all the way
-            lost |= ~stable(rates[own], on.free[own])
-        least = np.minimum(size, (new[..., 1] - new[..., 0]).min(axis=1))
-        near = bool((now <= np.minimum(_LOCAL * least, last[own] / 8)).all())
-        still[own], last[own], active[own] = done & ~lost, now, ~done & ~lost
-    return rates, still
+            step = float(np.where(self.free, np.abs(new - self.x), 0.0).max())
+
+        # A line that would pass a corner does not rest there, unless its D is off by rounding.
+        exact = np.abs(off) <= _EVEN * self.rests.size + self.rests.noise(self.x[None])[0]
+        past = self.free & ((aim < self.room[0]) | (aim > self.room[1])) & ~exact
+        stuck = (past & (new == self.x)).any()
+        is_rounding = bool(exact.all()) and step <= self.x[1] - self.x[0]
+        rests = self._converged(step, is_rounding=is_rounding) and not past.any()
+        self.slow += step > _SHRINKS * self.last
+        too_slow = not rests and self.slow > _PATIENCE
+        fails = stuck or too_slow or not math.isfinite(step) or not new[0] < new[1]
+        if not fails:  # from afar it is followed only where it is stable all the way
+            fails = not stable(self.rates[None], free)[0]
+
+        width = float(new[1] - new[0])
+        self.near = step <= min(_LOCAL * min(self.size, width), self.last / 8)
+        self.last = step
+        self.x = new
+        if fails:
+            return Step.FAILS
+        return Step.RESTS if rests else Step.MOVES
+
+    def _read(self) -> Array:
+        """D of both lines; its changes are read, too, where they may have changed."""
+        lines = self.x[None]
+        if self.near:
+            return self.rests.depths(lines, self.way)[0]
+        depths, rates = self.rests.with_rates(lines, self.room[:, None], self.way)
+        self.rates = rates[0]
+        return depths[0]
+
+    def _converged(self, step: float, *, is_rounding: bool) -> bool:
+        """Whether this step, after others, is rounding, or the next one will be.
+
+        is_rounding: whether D - d is, and the step not wider than the gap.
+        """
+        if step <= _STILL * self.size:
+            return True
+        small = is_rounding or step <= _ROUNDED * self.size * 4.0**self.slow
+        if small and self.last / 2 <= step:
+            return True
+        return math.isfinite(self.last) and step * step <= _STILL * self.size * self.last
