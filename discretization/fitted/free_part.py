@@ -11,6 +11,7 @@ fixed depth: then they are followed from sample to sample.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,16 +20,97 @@ from discretization.fitted.line_search import LineSearch, Pair
 from discretization.fitted.rest_depths import TIE
 from discretization.profile import unknown
 from discretization.roots import crossings, minima
+from discretization.surfaces.protocol import At
+from energy.arrays import Array
 
 Lines = tuple[float, ...]
-_STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
-_TOUCHED = 1e-9  # of the same: the penetration at which a contact has begun
+
+# Of the size of depths (δ₀ and the depth).
+_STEP = 1e-9  # a step of the depth that is no longer halved
+_TOUCHED = 1e-9  # the penetration at which a contact has begun
+
 _AGAIN = 2  # smaller steps passed, after which a longer one is tried again
-_UNKNOWN = math.nan, math.nan  # the least clearance, and where, of a step that does not tell
-_MOST = 100_000  # changes on one way, as in motion.py
-_HIGHER = 1 / 16  # of δ₀
-_TINY = 1e-300  # more than 0
+# Changes of the contacts at most: a profile has at most 200 000 samples, few of which are tips.
+_MOST = 100_000
+_HIGHER = 1 / 16  # of δ₀: samples so much above the surface do not touch it
+_TINY = 1e-300  # a slope that only has a sign
 _LEVEL = 1e-6  # of how v' varies around a minimum of v: v' there
+
+
+class Advance(NamedTuple):
+    """What a free surface is at a depth to which it was pressed.
+
+    Attributes
+    ----------
+    parts : list of pairs of float
+        The lines of the surfaces it has fallen into [length]; empty if it has closed.
+    depth : float
+        Where they are so [length].
+    rests : bool
+        Whether that is the end of the way.
+    """
+
+    parts: list[Pair]
+    depth: float
+    rests: bool
+
+
+@dataclass
+class _Steps:
+    """Which depth is tried next between one that was reached and one that was not.
+
+    By the Illinois method for the clearance (M. Dowell, P. Jarratt, BIT 11 (1971) 168) as far as it
+    is known at both, else by halving; after steps that passed the larger depth is tried again.
+
+    Attributes
+    ----------
+    size, end : float
+        That of depths, and the end of the way [length].
+    low, high : float
+        The depths between which something happens, or a step so long does not tell [length].
+    room, dip : float
+        The clearances there, `room` above the penetration at which a contact begins [length]; nan
+        where it is not known.
+    run : int
+        How many steps in a row have passed or, if negative, have not.
+    """
+
+    size: float
+    end: float
+    low: float
+    high: float
+    room: float = 0.0
+    dip: float = math.nan
+    run: int = _AGAIN
+
+    def passed(self, depth: float, clearance: float) -> None:
+        """Nothing has happened up to this depth."""
+        self.room = clearance + _TOUCHED / 2 * self.size
+        if self.run > 0:
+            self.dip /= 2
+        self.low = depth
+        self.run = max(self.run, 0) + 1
+
+    def failed(self, depth: float, clearance: float) -> None:
+        """Something has happened before this depth, or a step so long does not tell."""
+        if self.run < 0:
+            self.room /= 2
+        self.dip = clearance
+        self.high = depth
+        self.run = min(self.run, 0) - 1
+
+    def following(self) -> float:
+        """The depth to try next."""
+        if self.low == self.high:
+            self.high = self.end
+            self.dip = math.nan
+            self.run = _AGAIN
+            return self.end
+        try_again = math.isnan(self.dip) and self.run >= _AGAIN
+        if try_again or self.high - self.low <= _STEP * self.size:
+            return self.high  # from nearby a step may tell
+        part = float(np.nan_to_num(self.room / (self.room - self.dip), nan=0.5))
+        return self.low + (self.high - self.low) * part
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,51 +120,66 @@ class FreePart:
     search: LineSearch
 
     def advance(self, left: float, right: float, start: float, end: float) -> Lines:
-        """The lines of a free surface with those of contacts that begin in it; () if it closes."""
-        done, todo = list[float](), [(left, right, start)]
+        """The lines of a free surface with those of contacts that begin in it; () if it closes.
+
+        Parameters
+        ----------
+        left, right : float
+            Its lines [length], infinite where there is none.
+        start, end : float
+            The depths at which they rest, and to which it is pressed [length].
+
+        Returns
+        -------
+        tuple of float
+            [length], two for each surface that is left.
+
+        Raises
+        ------
+        NotCertifiedError
+            If its lines do not come to rest.
+        ValueError
+            If a line leaves the known profile.
+        """
+        done: list[float] = []
+        todo = [(left, right, start)]
         for _ in range(_MOST):
             if not todo:
                 return tuple(done)
-            parts, depth, rest = self._parts(*todo.pop(), end)
-            if rest:
-                done += parts[0]
+            found = self._pressed(*todo.pop(), end)
+            if found.rests:
+                done += found.parts[0]
             else:
-                todo += [(*part, depth) for part in reversed(parts)]
+                todo += [(*part, found.depth) for part in reversed(found.parts)]
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
 
-    def _parts(self, q: float, p: float, low: float, end: float) -> tuple[list[Pair], float, bool]:
-        """Where the lines of a surface are at the end, True; else what it falls into at what depth.
-
-        At the depth `high` something has happened since `low`, or a step so long does not tell;
-        first `low` itself is asked. run: how many steps in a row passed or, if negative, not; room,
-        dip: clearances there, for the Illinois method (M. Dowell, P. Jarratt, BIT 11 (1971) 168).
-        """
-        size, depth, high, room, dip, run = self.search.rests.size, low, end, 0.0, math.nan, _AGAIN
+    def _pressed(self, q: float, p: float, start: float, end: float) -> Advance:
+        """A surface at the end of the way, or where something has happened before."""
+        size = self.search.rests.size
+        steps = _Steps(size, end, low=start, high=end)
+        depth = start
         for _ in range(_MOST):
             moved = self.search.advance(q, p, depth)
-            plain = moved is not None and not self.overtakes(q, p, moved, low, depth)
-            clear, place = self.least(moved, depth) if moved and plain else _UNKNOWN
-            if moved and clear >= -TIE * size:
+            clearance = math.nan
+            place = math.nan
+            if moved and not self.overtakes(q, p, moved, steps.low, depth):
+                clearance, place = self.least(moved, depth)
+            if moved and clearance >= -TIE * size:
                 if depth == end:
-                    return [moved], end, True
-                room, dip = clear + _TOUCHED / 2 * size, dip / 2 if run > 0 else dip
-                (q, p), low, run = moved, depth, max(run, 0) + 1
-            elif moved and clear >= -_TOUCHED * size:
-                return [(moved[0], place), (place, moved[1])], depth, False
-            elif depth - low <= _STEP * size:
+                    return Advance([moved], end, rests=True)
+                steps.passed(depth, clearance)
+                q, p = moved
+            elif moved and clearance >= -_TOUCHED * size:
+                touched = [(moved[0], place), (place, moved[1])]
+                return Advance(touched, depth, rests=False)
+            elif depth - steps.low <= _STEP * size:
                 if moved is None and math.isinf(q - p):
                     edge = float(self.search.rests.profile.x[0 if math.isinf(q) else -1])
                     raise unknown(depth, edge)
-                return pairs(self._creeping(q, p, depth, moved)), depth, False
+                return Advance(pairs(self._creeping(q, p, depth, moved)), depth, rests=False)
             else:
-                room, dip = room / 2 if run < 0 else room, clear
-                high, run = depth, min(run, 0) - 1
-            if low == high:
-                depth, high, dip, run = end, end, math.nan, _AGAIN
-            elif (math.isnan(dip) and run >= _AGAIN) or high - low <= _STEP * size:
-                depth = high  # from nearby a step may tell
-            else:
-                depth = low + (high - low) * float(np.nan_to_num(room / (room - dip), nan=0.5))
+                steps.failed(depth, clearance)
+            depth = steps.following()
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
 
     def overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:
@@ -92,22 +189,28 @@ class FreePart:
         line was and is, that is taken which asks for more care. Without adhesion the state does not
         depend on the way: whether the profile pulls there at the end, which it must not.
         """
-        profile, rests, (left, right) = self.search.rests.profile, self.search.rests, moved
-        for side, x, new, old, facing in ((1, q, left, p, right), (-1, p, right, q, left)):
-            own = profile.beyond(x, new)
-            if own.stop == own.start:
-                continue
-            if not rests.scene.work_of_adhesion:
-                if self.search.pulls(x, new, high):
-                    return True
-                continue
-            z, f, f1 = (column[own][::side] for column in (profile.x, profile.f, profile.slope))
-            found = rests.rest_depth(side, z, f, f1, rests.at(old), rests.w(1))
-            passed = np.maximum.accumulate(np.append(low, found))[:-1]
-            bare = rests.surfaces.rest_depth(side, z, f, f1, rests.at(facing), 0.0)
-            if (bare <= np.minimum(passed, high) - TIE * rests.size).any():
-                return True
-        return False
+        left, right = moved
+        return self._passes_touch(1, (q, left), (p, right), low, high) or self._passes_touch(
+            -1, (p, right), (q, left), low, high
+        )
+
+    def _passes_touch(self, side: int, line: Pair, other: Pair, low: float, high: float) -> bool:
+        """The same of one line on its way; both lines by where they were and are."""
+        rests = self.search.rests
+        profile = rests.profile
+        own = profile.beyond(*line)
+        if own.stop == own.start:
+            return False
+        if not rests.scene.work_of_adhesion:
+            return self.search.pulls(*line, high)
+        x = profile.x[own][::side]
+        f = profile.f[own][::side]
+        f1 = profile.slope[own][::side]
+        before, now = other
+        resting = rests.rest_depth(side, x, f, f1, rests.at(before), rests.w(1))
+        comes_by = np.maximum.accumulate(np.append(low, resting))[:-1]
+        touches = rests.surfaces.rest_depth(side, x, f, f1, rests.at(now), 0.0)
+        return bool((touches <= np.minimum(comes_by, high) - TIE * rests.size).any())
 
     def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
         """Both lines of a free surface advance to an end from sample to sample until it touches.
@@ -117,22 +220,29 @@ class FreePart:
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least(end, depth)[1]
             return q, place, place, p
-        (left, right), line, profile = end or (p, q), self.search.line, self.search.rests.profile
-        while q < p and (q, p) != (left, right):
-            lefts = [*profile.x[profile.beyond(q, left)].tolist(), left]
-            rights = [*profile.x[profile.beyond(p, right)].tolist()[::-1], right]
-            a = line(1, q, -math.inf, p, depth, 1, True)
-            b = line(-1, p, math.inf, q, depth, 1, True)
-            steps = [(x, p) for x in lefts if q < x and (a is None or x <= a)]
-            steps = steps or [(q, x) for x in rights if x < p and (b is None or x >= b)]
-            for step in steps or [(lefts[0], rights[0])]:
+        goal = end or (p, q)
+        while q < p and (q, p) != goal:
+            for step in self._next_places(q, p, goal, depth):
                 if step[0] >= step[1]:
                     return end or ()
-                clear, place = self.least(step, depth)
-                if clear < -TIE * self.search.rests.size:
+                clearance, place = self.least(step, depth)
+                if clearance < -TIE * self.search.rests.size:
                     return q, place, place, p
                 q, p = step
         return end or ()
+
+    def _next_places(self, q: float, p: float, goal: Pair, depth: float) -> list[Pair]:
+        """Where the lines stand next on their way from sample to sample: the left one first."""
+        profile = self.search.rests.profile
+        line = self.search.line
+        lefts = [*profile.x[profile.beyond(q, goal[0])].tolist(), goal[0]]
+        rights = [*profile.x[profile.beyond(p, goal[1])].tolist()[::-1], goal[1]]
+        left_stop = line(1, q, -math.inf, p, depth, 1, True)
+        right_stop = line(-1, p, math.inf, q, depth, 1, True)
+        steps = [(x, p) for x in lefts if q < x and (left_stop is None or x <= left_stop)]
+        if not steps:
+            steps = [(q, x) for x in rights if x < p and (right_stop is None or x >= right_stop)]
+        return steps or [(lefts[0], rights[0])]
 
     def least(self, lines: Pair, depth: float, *, exact: bool = False) -> tuple[float, float]:
         """The least of the minima of the clearance v = u - g between two lines, and where; or ∞.
@@ -142,34 +252,59 @@ class FreePart:
         is no minimum. As the surface is nowhere lower than at both lines and far away, samples of
         the profile that are higher by a part of δ₀ do not count.
         """
-        left, right = (self.search.rests.at(x) for x in lines)
-        profile, shape = self.search.rests.profile, self.search.rests.surfaces.shape
-        own, level = profile.beyond(*lines), max([depth, *(z.f for z in (left, right) if z)])
-        low = profile.f[own] <= level + _HIGHER * self.search.rests.scene.opened.critical_separation
-        if not low.any():
+        rests = self.search.rests
+        height = rests.profile.indenter.height
+        slope = rests.profile.indenter.slope
+        left = rests.at(lines[0])
+        right = rests.at(lines[1])
+        samples = self._samples_near(lines, left, right, depth)
+        if samples is None:
             return math.inf, math.nan
-        low[1:] |= low[:-1]  # and the samples beside those
-        low[:-1] |= low[1:]
-        x, f, f1 = (column[own][low] for column in (profile.x, profile.f, profile.slope))
-        ends = np.where(np.isfinite(lines), lines, x[[0, -1]])
-        beside = np.array([ends, *profile.beside(ends, (1, -1))])
-        x, f, f1 = np.concatenate([beside[:, :1], [x, f, f1], beside[:, 1:]], axis=1)
-        u, u1 = shape(x, left, right, depth)
-        v, v1 = u - depth + f, u1 + f1
+        x, f, f1 = samples
+
+        def surface(z: Array) -> tuple[Array, Array]:
+            return rests.surfaces.shape(z, left, right, depth)
+
+        u, u1 = surface(x)
+        v = u - depth + f
+        v1 = u1 + f1
         v1[0] = max(v1[0], _TINY) if left else -1.0  # an end without a line may be a minimum
         v1[-1] = min(v1[-1], -_TINY) if right else 1.0
-        lo, hi, at, bend, clear, off = minima(x, v, v1)
-        near = (clear - off <= min(0.0, (clear + off).min(initial=0.0))) & (lo < hi)
-        near &= exact | (clear + off >= 0)
+        lo, hi, at, bend, clearance, off = minima(x, v, v1)
+        may_be_least = clearance - off <= min(0.0, (clearance + off).min(initial=0.0))
+        near = may_be_least & (lo < hi) & (exact | (clearance + off >= 0))
         if near.any():
+            level = _LEVEL * float(((hi[near] - lo[near]) * bend[near]).min())
             at[near] = crossings(
-                lambda z, _: shape(z, left, right, depth)[1] + profile.indenter.slope(z),
-                *(lo[near], hi[near], at[near], bend[near]),
-                _LEVEL * float(((hi[near] - lo[near]) * bend[near]).min()),
+                lambda z, _: surface(z)[1] + slope(z),
+                lo[near],
+                hi[near],
+                at[near],
+                bend[near],
+                level,
             )
-            clear[near] = shape(at[near], left, right, depth)[0] - depth
-            clear[near] += profile.indenter.height(at[near])
-        return min(zip(clear.tolist(), at.tolist(), strict=True), default=(math.inf, math.nan))
+            clearance[near] = surface(at[near])[0] - depth
+            clearance[near] += height(at[near])
+        found = zip(clearance.tolist(), at.tolist(), strict=True)
+        return min(found, default=(math.inf, math.nan))
+
+    def _samples_near(
+        self, lines: Pair, left: At | None, right: At | None, depth: float
+    ) -> Array | None:
+        """x, f and f' (3, n) of samples that the surface may touch, and of both ends; or none."""
+        rests = self.search.rests
+        profile = rests.profile
+        own = profile.beyond(*lines)
+        level = max([depth, *(line.f for line in (left, right) if line)])
+        low = profile.f[own] <= level + _HIGHER * rests.scene.opened.critical_separation
+        if not low.any():
+            return None
+        low[1:] |= low[:-1]  # and the samples beside those
+        low[:-1] |= low[1:]
+        inner = np.array([profile.x[own][low], profile.f[own][low], profile.slope[own][low]])
+        ends = np.where(np.isfinite(lines), lines, inner[0, [0, -1]])
+        outer = np.array([ends, *profile.beside(ends, (1, -1))])
+        return np.concatenate([outer[:, :1], inner, outer[:, 1:]], axis=1)
 
 
 def pairs(lines: Sequence[float]) -> list[Pair]:
