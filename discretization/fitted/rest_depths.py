@@ -22,62 +22,105 @@ from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 from energy.arrays import Array, Mask
 
-TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
-DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
-FELT = 2.0**10  # roundings of a position: a step that is certainly felt
+# Of the size of depths (δ₀ and the depth): differences of depths that are rounding.
+TIE = 1e-13
+# Of its position: a line is found to so many roundings, and is so near to a corner.
+ULPS = 4.0
+SIDES = np.array([1, -1])  # of the left and the right line of a free surface
+
+# Central differences of D.
+DIFFERENCE = 1e-6  # of the room between two lines, or of l: near the cube root of rounding
 _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
-LEAST = 1e-9  # of l: radii for it
-_SMALL = 1e-6  # of l
-SIDES = np.array([1, -1])  # of the lines of a free surface
-_GROWING = np.diag([1.0, -1.0])  # changes of D of two lines with both, if they grow outwards
-FLAT = 1e-7  # of the size of depths over l or a radius: the change of D where it is least
-ULPS = 4.0  # roundings of its position: so near to where it is, or to a corner, is a line
-_FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
-_NARROW = 1e-2  # of l
-_ROUNDED = 64  # of what ties the lines of a gap: a slope may be a small sum of large terms
+FELT = 2.0**10  # roundings of a position: a step that is off by a thousandth at most
+LEAST = 1e-9  # of l: about an axis smaller radii have the step of this one
+_SMALL = 1e-6  # of l: the rounding of positions beside 0 is that of this one
+
+# When a line is stable.
+FLAT = 1e-7  # of the size of depths over l or a radius: dD/dx that is rounding, where D is least
+_FALLING = 1e-9  # of the steepest dD/dx of both lines: what may be rounding of one that is 0
+_GROWING = np.diag([1.0, -1.0])  # dD/dx of two lines with both, if they grow outwards alone
+
+# Narrow gaps.
+_NARROW = 1e-2  # of l: gaps of which the rise of the profile is integrated
+_ROUNDED = 64  # roundings of a slope: it may be a small sum of large terms
+# Points and weights of Gauss-Legendre quadrature on (-1, 1).
 _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(4))
 
 
 def surfaces_of(scene: Scene) -> Surfaces:
-    """The free surfaces of a scene."""
+    """The free surfaces of a scene, by its slopes and geometry."""
     if scene.slopes == "small":
         return SmallSurfaces(scene)
     return MeniscusSurfaces(scene) if scene.axisymmetric else FiniteSurfaces(scene)
 
 
 def displacement_scale(scene: Scene, depth: float, size: float) -> float:
-    """Size of a state's depths: |d| or δ₀, at least what makes TIE of the largest, `size`, pass."""
+    """Size of the depths of a state, to which its violations are compared.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    size : float
+        Of the terms that cancel in D - d, or of the largest depth of a path [length].
+
+    Returns
+    -------
+    float
+        |d| or δ₀, at least what makes TIE of `size` pass [length].
+    """
     return max(abs(depth), scene.opened.critical_separation, TIE / TOLERANCE * size)
 
 
 @dataclass(frozen=True, eq=False)
 class RestDepths:
-    """Depths at which the lines of a profile with its free surfaces rest; size: of depths."""
+    """Depths D at which the lines of a profile with its free surfaces rest.
+
+    Attributes
+    ----------
+    scene : Scene
+    profile : Resolved
+    surfaces : Surfaces
+        Its free surfaces.
+    size : float
+        Of depths [length].
+    """
 
     scene: Scene
     profile: Resolved
     surfaces: Surfaces
     size: float
 
-    length = functools.cached_property(lambda self: self.scene.elastocapillary_length)
+    @functools.cached_property
+    def length(self) -> float:
+        """The elastocapillary length l."""
+        return self.scene.elastocapillary_length
 
     def noise(self, lines: Array) -> Array:
-        """What rounding of heights makes of D, of surfaces with lines (.., 2)."""
-        q, p, slope = lines[..., 0], lines[..., 1], self.profile.indenter.slope
+        """What rounding of heights makes of D, of surfaces with lines (.., 2).
+
+        ε (l/L)² of the size of depths, or in narrow gaps (l/L) of l times the rounding of f'.
+        """
+        q = lines[..., 0]
+        p = lines[..., 1]
         with np.errstate(divide="ignore", invalid="ignore"):
             steep = self.length / np.maximum(p - q, 0.0)
         found = np.asarray(self.size * steep**2)
-        if (near := self._narrow(q, p)).any():
+        near = self._narrow(q, p)
+        if near.any():
             ends = lines[near]
-            f1 = np.asarray(slope(ends.ravel()), float).reshape(ends.shape)
-            bend = np.abs(np.diff(f1) / np.diff(ends))[..., 0]
-            rounded = np.abs(f1).sum(axis=-1) + np.abs(ends).max(axis=-1) * bend
-            found[near] = _ROUNDED * self.length * rounded * steep[near]
+            slope = np.asarray(self.profile.indenter.slope(ends.ravel()), float)
+            slope = slope.reshape(ends.shape)
+            bend = np.abs(np.diff(slope) / np.diff(ends))[..., 0]
+            terms = np.abs(slope).sum(axis=-1) + np.abs(ends).max(axis=-1) * bend
+            found[near] = _ROUNDED * self.length * terms * steep[near]
         return np.asarray(EPSILON * found)
 
     def _narrow(self, q: Any, p: Any) -> Mask:
         """Whether lines are close to each other, with at most one sample between, and no corner."""
-        low, high = np.minimum(q, p), np.maximum(q, p)
+        low = np.minimum(q, p)
+        high = np.maximum(q, p)
         found = np.asarray((high - low < _NARROW * self.length) & (low < high))
         if found.any():
             x = self.profile.x
@@ -88,21 +131,42 @@ class RestDepths:
         """By how much the profile is higher at the facing line; of narrow gaps as ∫f' dx."""
         if np.min(abs(facing.x - line.x)) >= _NARROW * self.length:
             return facing.f - line.f
-        found, near = np.asarray(facing.f - line.f, float), self._narrow(line.x, facing.x)
+        found = np.asarray(facing.f - line.f, float)
+        near = self._narrow(line.x, facing.x)
         if near.any():
             start, end = (part[near] for part in np.broadcast_arrays(line.x, facing.x))
-            x, low, high = self.profile.x, np.minimum(start, end), np.maximum(start, end)
-            knot = np.clip(x[np.searchsorted(x, low, "right") % x.size], low, high)
-            parts = np.array([knot - start, end - knot])
-            at = np.array([start, knot])[..., None] + parts[..., None] * (1 + _POINTS) / 2
-            slope = np.asarray(self.profile.indenter.slope(at), float)
-            found[near] = (parts * (slope @ _WEIGHTS)).sum(axis=0) / 2
+            found[near] = self._integrated(start, end)
         return found[()]
 
-    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        """D of a line with this work of adhesion, numbers or arrays.
+    def _integrated(self, start: Array, end: Array) -> Array:
+        """∫f' dx (m,) between places with at most one sample in between, on both sides of that."""
+        x = self.profile.x
+        low = np.minimum(start, end)
+        high = np.maximum(start, end)
+        knot = np.clip(x[np.searchsorted(x, low, "right") % x.size], low, high)
+        parts = np.array([knot - start, end - knot])
+        places = np.array([start, knot])[..., None] + parts[..., None] * (1 + _POINTS) / 2
+        slope = np.asarray(self.profile.indenter.slope(places), float)
+        return np.asarray((parts * (slope @ _WEIGHTS)).sum(axis=0) / 2)
 
-        Of a gap, heights count from that of the line.
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        """Depth D at which lines rest; of a gap, heights count from that of the line.
+
+        Parameters
+        ----------
+        side : {1, -1}, or ndarray (n,)
+            1 for a line whose contact is on its left.
+        x, f, f1 : float or ndarray (n,)
+            Positions of the lines [length], and height and slope of the profile there.
+        facing : At or None
+            The lines on the other side of the free surfaces.
+        w : float or ndarray (n,)
+            Work of adhesion, where a pattern does not change it [energy/area].
+
+        Returns
+        -------
+        float or ndarray (n,)
+            [length].
         """
         if self.scene.pattern is not None:
             w = w * self.scene.pattern.factor(x)
@@ -117,7 +181,8 @@ class RestDepths:
 
     def w(self, way: Any) -> Any:
         """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
-        closing, opening = self.scene.work_of_adhesion, self.scene.opened.work_of_adhesion
+        closing = self.scene.work_of_adhesion
+        opening = self.scene.opened.work_of_adhesion
         return closing if closing == opening else np.where(np.greater(way, 0), closing, opening)[()]
 
     def between_corners(self, lines: Array, way: int) -> Array:
@@ -125,9 +190,10 @@ class RestDepths:
 
         A line at a corner is on that side of it to which it moves.
         """
-        known, outwards = self.profile.joints, SIDES * way > 0
-        after, least = known.searchsorted(lines, "right"), ULPS * self._spacing(known)
-        at = np.where(outwards, after, known.searchsorted(lines))
+        known = self.profile.joints
+        after = known.searchsorted(lines, "right")
+        least = ULPS * self._spacing(known)
+        at = np.where(SIDES * way > 0, after, known.searchsorted(lines))
         at = np.minimum(np.maximum(at, 1), known.size - 1)
         found = np.array([(known + least)[at - 1], (known - least)[at]])
         return np.where(np.isfinite(lines), found, lines)
@@ -141,32 +207,58 @@ class RestDepths:
 
         D of a line at infinity is ∞.
         """
-        inner, paired = np.isfinite(x), np.isfinite(facing.x)
         one = np.ones(x.shape)
-        found, side, w = math.inf * one, side * one, w * one
-        for own, other in ((inner & paired, True), (inner & ~paired, False)):
-            if own.any():
-                beyond = At(facing.x[own], facing.f[own]) if other else None
-                found[own] = self.rest_depth(side[own], x[own], f[own], f1[own], beyond, w[own])
+        side = side * one
+        w = w * one
+        found = math.inf * one
+        has_line = np.isfinite(x)
+        faces_line = np.isfinite(facing.x)
+        gaps = has_line & faces_line
+        if gaps.any():
+            beyond = At(facing.x[gaps], facing.f[gaps])
+            found[gaps] = self.rest_depth(side[gaps], x[gaps], f[gaps], f1[gaps], beyond, w[gaps])
+        tails = has_line & ~faces_line
+        if tails.any():
+            found[tails] = self.rest_depth(
+                side[tails], x[tails], f[tails], f1[tails], None, w[tails]
+            )
         return found
 
     def beside(
         self, side: Any, x: Array, facing: Array, aside: Any, way: Any, adheres: Any = True
     ) -> Array:
-        """D of lines whose contacts are on the left (side 1) or on the right (-1) of them.
+        """Depths D of lines, read just beside them.
 
-        Read just outwards (aside 1) or inwards (-1) of the contact. facing: the lines beyond their
-        free surfaces, infinite if there is none; adheres: False without adhesion. Beyond the edge
-        of the body nothing can be touched, D = ∞, or left, D = -∞; D = ∞ of a line at infinity.
+        Parameters
+        ----------
+        side : {1, -1}, or ndarray
+            1 for lines whose contacts are on their left.
+        x : ndarray
+            Their positions [length].
+        facing : ndarray
+            Those of the lines beyond their free surfaces, infinite where there is none [length].
+        aside : {1, -1}
+            Whether D is read just outwards (1) or inwards (-1) of the contact.
+        way : {1, -1}
+            1 with the adhesion of a contact that closes, -1 of one that opens.
+        adheres : bool
+            False for D without adhesion.
+
+        Returns
+        -------
+        ndarray
+            [length]. Beyond the edge of the body nothing can be touched, D = ∞, or left, D = -∞;
+            D = ∞ of a line at infinity.
         """
         side = np.asarray(side)
-        indenter, outwards = self.profile.indenter, side * aside
+        indenter = self.profile.indenter
+        outwards = side * aside
         z = np.array([x, facing])
         known, other = np.where(np.isfinite(z), z, self.profile.x[0])
         f, f1 = self.profile.beside(known, outwards)
         beyond = At(facing, np.asarray(indenter.height(other), float))
-        place = self.profile.past(x, outwards), f, f1
-        rest = self._of(side, *place, beyond, self.w(way) * adheres)
+        place = self.profile.past(x, outwards)
+        rest = self._of(side, place, f, f1, beyond, self.w(way) * adheres)
         if indenter.walls:
             past = past_wall(indenter, x, side, aside)
             rest = np.where(past, np.copysign(math.inf, aside), rest)
@@ -247,11 +339,11 @@ class RestDepths:
 
         In a narrow gap D varies by (L/l)², known to (l/L)²: the step is the cube root of its error.
         """
-        width, x = lines[..., 1] - lines[..., 0], np.where(np.isfinite(lines), np.abs(lines), 0.0)
+        width = lines[..., 1] - lines[..., 0]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             steep = np.maximum(self.length / width, 0.0)
             part = np.clip(np.cbrt(EPSILON * steep**4), DIFFERENCE, _WIDEST)
-        furthest = x.max(axis=-1)
+        furthest = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
         if self.scene.axisymmetric:
             width = np.minimum(width, np.maximum(furthest, LEAST * self.length))
         least = np.minimum(FELT * np.spacing(furthest), width / 4)  # where l is none beside x
