@@ -21,11 +21,12 @@ from energy.arrays import Array
 
 Pair = tuple[float, float]
 MET = 1e-9  # of l: lines closer than that have met
-PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap
+PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap, and passes the certificate
 _SHUT = 1 / 4  # of that: what still keeps a gap open
-_SWEEPS = 1000  # over all lines; each is a contraction
-_STILL = 4e-16  # of the positions: a line that moves less has come to rest
-_ALONG = np.arange(1, 9) / 8  # of a way: where a line is asked whether it rests
+_SWEEPS = 1000  # over both lines at most; each is a contraction
+_STILL = 4e-16  # of the positions, two roundings: a line that moves less has come to rest
+_FURTHER = 4  # times the last step of lines that move on alike
+_ALONG = np.arange(1, 9) / 8  # parts of a step where it is read whether a line rests
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,21 +45,27 @@ class LineSearch:
 
         One closes at clearly less than opens one, or it would open and close for ever.
         """
-        profile, least = self.rests.profile, _SHUT * self.least_pull(depth)
+        profile = self.rests.profile
+        least = _SHUT * self.least_pull(depth)
         own = profile.beyond(one, other)
-        inner = (self._bounds[0, own.start : own.stop - 1] - depth) * np.diff(profile.x[own])
-        torn = (inner > least * self.rests.length).any() or self.torn(one, other, depth).size
-        return bool(torn or self.pull(one, other, depth).force > least)
+        least_pulls = self._bounds[0, own.start : own.stop - 1] - depth
+        between_samples = least_pulls * np.diff(profile.x[own])
+        if (between_samples > least * self.rests.length).any():
+            return True
+        if self.torn(one, other, depth).size:
+            return True
+        return self.pull(one, other, depth).force > least
 
     @functools.cached_property
     def _bounds(self) -> Array:
-        """Of the pull at depth 0 between samples."""
+        """Safe bounds, lower and upper (2, n), of the pull at depth 0 between samples."""
         return bounds(self.rests.scene, self.rests.profile)
 
     def pull(self, one: float, other: float, depth: float) -> Pull:
         """The largest pull in contact between two positions, in either order."""
         own = self.rests.profile.beyond(one, other)
-        if self._bounds[1, max(own.start - 1, 0) : own.stop].max(initial=-math.inf) < depth:
+        most = self._bounds[1, max(own.start - 1, 0) : own.stop].max(initial=-math.inf)
+        if most < depth:
             return Pull()
         return pull(self.rests.scene, self.rests.profile, one, other, depth)
 
@@ -74,8 +81,10 @@ class LineSearch:
 
         Pressed by kg, a gap of width s opens at a fall of 2 g s/l²; none is shorter than MET.
         """
-        profile, length = self.rests.profile, self.rests.length
-        x, aside = profile.corners, 2 * MET * length
+        profile = self.rests.profile
+        length = self.rests.length
+        aside = 2 * MET * length
+        x = profile.corners
         if not x.size:
             return x
         g = np.maximum(depth - np.asarray(profile.indenter.height(x), float), 0.0)
@@ -83,60 +92,134 @@ class LineSearch:
         inside = (x > min(one, other) + aside) & (x < max(one, other) - aside)
         return np.asarray(x[inside & (falls > holds)])
 
-    # both lines of a free surface: advancing (way 1) and receding (way -1)
-
     def advance(self, q: float, p: float, depth: float) -> Pair | None:
-        """Both lines of a free surface advance; None: they meet, or that of a tail leaves."""
-        everywhere = -math.inf, math.inf
-        return None if self.closed(q, p, depth) else self._turns(q, p, everywhere, depth, 1)
+        """Both lines of a free surface advance to the first places where they rest.
+
+        Parameters
+        ----------
+        q, p : float
+            The left and the right line [length], infinite where there is none.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        tuple of float or None
+            [length]. None if they meet, or the line of a tail leaves the known profile.
+
+        Raises
+        ------
+        NotCertifiedError
+            If they do not come to rest.
+        """
+        if self.closed(q, p, depth):
+            return None
+        everywhere = (-math.inf, math.inf)
+        return self._turns(q, p, everywhere, depth, 1)
 
     def recede(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
-        """Both lines of a free surface recede, not beyond the other lines of their contacts.
+        """Both lines of a free surface recede to the first places where they rest.
 
-        If nowhere, a line rests just beyond that.
+        Parameters
+        ----------
+        q, p, depth
+            As of `advance`.
+        least, most : float
+            The other lines of their contacts [length].
+
+        Returns
+        -------
+        tuple of float
+            [length]. A line that rests nowhere before the other one of its contact is just beyond.
+
+        Raises
+        ------
+        NotCertifiedError
+            If they do not come to rest.
         """
-        return self._turns(q, p, (least, most), depth, -1)  # only lines that advance meet
+        found = self._turns(q, p, (least, most), depth, -1)
+        assert found is not None, "only lines that advance meet"
+        return found
 
-    def _turns(self, q: float, p: float, limits: Pair, depth: float, way: int) -> Any:
+    def _turns(self, q: float, p: float, limits: Pair, depth: float, way: int) -> Pair | None:
         """Both lines move in turns until they rest; limits: of lines that recede."""
         least, most = limits
         for sweep in range(_SWEEPS):
             if way > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
-            ends = q, p
-            for exact in (True,) if math.isinf(q - p) or sweep % 2 else (False, True):
-                a = self.line(1, q, least, p, depth, way, exact)
-                b = None if a is None else self.line(-1, p, most, a, depth, way, exact)
-                if a is None or b is None:
+            try_newton = not (math.isinf(q - p) or sweep % 2)
+            if try_newton:
+                ends = self._turn(q, p, limits, depth, way, exact=False)
+                if ends is None:
                     return None
-                ends, lost = (a, b), a < least or b > most
-                near = None if exact or lost else self._nearby((a, b), depth, way)
+                lost = ends[0] < least or ends[1] > most
+                near = None if lost else self._nearby(ends, depth, way)
                 if near is not None and near[0] >= least and near[1] <= most:
                     return near
+            ends = self._turn(q, p, limits, depth, way, exact=True)
+            if ends is None:
+                return None
             a, b = ends
+            lost = a < least or b > most
             # where an equilibrium is about to disappear lines tremble for ever: more is rounding
             least_step = _STILL * (1 + sweep * sweep)
-            still = abs(a - q) <= least_step * abs(q) and abs(b - p) <= least_step * abs(p)
-            if still or math.isinf(a - b) or lost:
-                return a, b
-            step, (q, p) = (a - q, b - p), (a, b)
-            further = self._further(q, p, step, depth, way)
-            if further[0] >= least and further[1] <= most:
-                q, p = further
+            rests = abs(a - q) <= least_step * abs(q) and abs(b - p) <= least_step * abs(p)
+            if rests or math.isinf(a - b) or lost:
+                return ends
+            further = self._further(a, b, (a - q, b - p), depth, way)
+            within = further[0] >= least and further[1] <= most
+            q, p = further if within else ends
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
+
+    def _turn(
+        self, q: float, p: float, limits: Pair, depth: float, way: int, *, exact: bool
+    ) -> Pair | None:
+        """The left line moves until it rests, then the right one; None if one rests nowhere."""
+        a = self.line(1, q, limits[0], p, depth, way, exact)
+        if a is None:
+            return None
+        b = self.line(-1, p, limits[1], a, depth, way, exact)
+        return None if b is None else (a, b)
 
     def line(
         self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
     ) -> float | None:
-        """Where one line rests beside the other, at most at the edge of the body; None: nowhere."""
+        """Where one line rests beside the other.
+
+        Parameters
+        ----------
+        side : {1, -1}
+            1 for a line whose contact is on its left.
+        x : float
+            Where it is [length].
+        limit : float
+            The other line of its contact, as far as which it may recede [length].
+        facing : float
+            The line beyond its free surface, infinite if there is none [length].
+        depth : float
+            [length].
+        way : {1, -1}
+            1 where it advances, -1 where it recedes.
+        exact : bool
+            Whether the place itself is needed; otherwise it may be one just before it.
+
+        Returns
+        -------
+        float or None
+            [length]; at most the edge of the body. None if an advancing line rests nowhere; one
+            that recedes is then just beyond the limit.
+        """
         if math.isinf(x) or (way < 0 and x == limit):
             return x
         end = facing if way > 0 else limit
         found = self._first_zero(side, x, end, facing, depth, way, exact)
-        if found is not None or way < 0:
-            return math.nextafter(limit, -side * math.inf) if found is None else found
+        if found is not None:
+            return found
+        if way < 0:
+            return math.nextafter(limit, -side * math.inf)
         edge = float(self.rests.profile.x[-1 if side > 0 else 0])
-        return edge if math.isinf(facing) and edge in self.rests.profile.indenter.walls else None
+        ends_there = math.isinf(facing) and edge in self.rests.profile.indenter.walls
+        return edge if ends_there else None
 
     def _first_zero(
         self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
@@ -145,13 +228,19 @@ class LineSearch:
 
         Or if that need not be exact, one just before it.
         """
-        beyond, w, indenter = self.rests.at(facing), self.rests.w(way), self.rests.profile.indenter
+        beyond = self.rests.at(facing)
+        w = self.rests.w(way)
+        indenter = self.rests.profile.indenter
 
         def h(x: Any, f: Any = None, f1: Any = None) -> Any:
-            f, f1 = (indenter.height(x), indenter.slope(x)) if f is None else (f, f1)
+            if f is None:
+                f = indenter.height(x)
+                f1 = indenter.slope(x)
             return way * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
 
-        closed, tie = way < 0 and math.isfinite(limit), TIE * self.rests.size * (way < 0)
+        recedes = way < 0
+        closed = recedes and math.isfinite(limit)
+        tie = TIE * self.rests.size if recedes else 0.0
         return first_zero(self.rests.profile, h, (x, limit), closed, exact, tie)
 
     def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
@@ -176,20 +265,27 @@ class LineSearch:
         The other line is at rest meanwhile, and no step leaves the first beyond where it rests.
         """
         side = 1 if abs(step[0]) >= abs(step[1]) else -1
-        (own, other), move = ((q, p), step[0]) if side > 0 else ((p, q), step[1])
-        indenter = self.rests.profile.indenter
+        own, other = (q, p) if side > 0 else (p, q)
+        move = step[0] if side > 0 else step[1]
         while move:
-            x, move = own + 4 * move, 4 * move
+            move = _FURTHER * move
+            x = own + move
             passed = self.rests.profile.beyond(own, x)
             if passed.stop > passed.start or side * (other - x) <= 0:
                 break
             limit = x if way > 0 else side * math.inf
             stop = self._first_zero(-side, other, limit, x, depth, way, exact=True)
-            if stop is None:
+            if stop is None or self._rests_on_way(side, (own, x), (other, stop), depth, way):
                 break
-            z, facing = own + (x - own) * _ALONG, self.rests.at(other + (stop - other) * _ALONG)
-            place = side, z, indenter.height(z), indenter.slope(z), facing, self.rests.w(way)
-            if (way * (self.rests.rest_depth(*place) - depth) >= 0).any():
-                break  # on its way, with the other line moving with it, the line is at rest
-            own, other = x, stop
+            own = x
+            other = stop
         return (own, other) if side > 0 else (other, own)
+
+    def _rests_on_way(self, side: int, line: Pair, other: Pair, depth: float, way: int) -> bool:
+        """Whether a line rests on a step, with the other line moving with it; both from and to."""
+        x = line[0] + (line[1] - line[0]) * _ALONG
+        facing = self.rests.at(other[0] + (other[1] - other[0]) * _ALONG)
+        f = self.rests.profile.indenter.height(x)
+        f1 = self.rests.profile.indenter.slope(x)
+        rest = self.rests.rest_depth(side, x, f, f1, facing, self.rests.w(way))
+        return bool((way * (rest - depth) >= 0).any())
