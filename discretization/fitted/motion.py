@@ -28,11 +28,20 @@ from discretization.surfaces.protocol import Felt, Surfaces
 from energy import Scene
 from energy.arrays import Array, Mask
 
-_MOST = 100_000  # changes on one way: a profile of a million corners has fewer
+# Gaps that open one after the other at a depth, at most: a profile has fewer samples (profile.py).
+_MOST = 100_000
 
 
 class FeltRows(NamedTuple):
-    """What judges the lines (n, 2) of free surfaces, as in `Felt`; stable (n,)."""
+    """Evidence for the certificate, of the lines of free surfaces, as of one line in `Felt`.
+
+    Attributes
+    ----------
+    free : ndarray of bool (n, 2)
+    closing, bare, opening, moved : ndarray (n, 2)
+    stable : ndarray of bool (n,)
+        Of both lines together.
+    """
 
     free: Mask
     closing: Array
@@ -44,7 +53,18 @@ class FeltRows(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What moves the lines of a scene."""
+    """What moves the contact lines of a scene.
+
+    Attributes
+    ----------
+    scene : Scene
+    profile : Resolved
+        Its profile.
+    surfaces : Surfaces
+        Its free surfaces.
+    rests : RestDepths
+        Where lines rest.
+    """
 
     scene: Scene
     profile: Resolved
@@ -53,7 +73,7 @@ class Motion:
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, depth: float) -> Motion:
-        """For depths up to this one."""
+        """For depths up to this one [length]."""
         surfaces = surfaces_of(scene)
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
         size = size or scene.layer.h  # of no adhesion at touching itself
@@ -71,7 +91,25 @@ class Motion:
         return FreePart(LineSearch(self.rests))
 
     def adhered(self, depth: float) -> Lines:
-        """The state of the path that touches first and then moves to this depth."""
+        """The state of the path that touches first and then moves to this depth.
+
+        Parameters
+        ----------
+        depth : float
+            [length].
+
+        Returns
+        -------
+        tuple of float
+            Both ends of every contact [length]; () without contact.
+
+        Raises
+        ------
+        NotCertifiedError
+            If the lines do not come to rest.
+        ValueError
+            If a line leaves the known profile.
+        """
         touch = self.profile.touch
         if depth < touch and not self.scene.opened.work_of_adhesion:
             return ()
@@ -79,7 +117,7 @@ class Motion:
         return self.pressed(lines, touch, depth) if depth >= touch else self.relaxed(lines, depth)
 
     def settled(self, lines: Lines, depth: float) -> Lines:
-        """Lines that are near a state at rest, moved to it."""
+        """Lines that are near a state at rest, moved to it; raises as `adhered`."""
         kept = self.retracted(lines, depth)
         if not kept:
             return () if depth < self.profile.touch else self.adhered(depth)
@@ -87,8 +125,9 @@ class Motion:
 
     def penetration(self, lines: Lines, depth: float) -> float:
         """How far the profile sticks through the free surfaces, at worst [length]."""
-        least = (self.free_part.least(pair, depth, exact=True)[0] for pair in free_parts(lines))
-        return max(0.0, -min(least))
+        parts = free_parts(lines)
+        clearances = [self.free_part.least(pair, depth, exact=True)[0] for pair in parts]
+        return max(0.0, -min(clearances))
 
     def pointed(self, x: float) -> bool:
         """Whether a contact of the one point x stands for one too narrow for doubles: never here.
@@ -98,39 +137,82 @@ class Motion:
         return False
 
     def felt(self, lines: Lines, depth: float) -> list[Felt]:
-        """What judges the lines of every free surface."""
+        """Evidence for the certificate, of every line from left to right.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of every contact [length].
+        depth : float
+            [length].
+
+        Returns
+        -------
+        list of Felt
+        """
         x = np.array(free_parts(lines))
         if self.scene.axisymmetric and not lines[0]:
             x[0, 1] = math.inf  # a contact around the axis has no line there
         points = np.isin(x, [left for left, right in pairs(lines) if left == right])
         lone = len(lines) == 2 and self.scene.indenter.convex
         found = self.felt_by(x, points, lone=lone)
-        columns = np.broadcast_arrays(
-            x, found.free, found.closing, found.bare, found.opening, self.rests.size, found.moved,
-            found.stable[:, None],
-        )  # fmt: skip
-        rows = np.stack(columns, axis=-1).reshape(-1, len(columns)).tolist()
+        size = np.full_like(x, self.rests.size)
+        stable = np.broadcast_to(found.stable[:, None], x.shape)
+        columns = (
+            x,
+            found.free,
+            found.closing,
+            found.bare,
+            found.opening,
+            size,
+            found.moved,
+            stable,
+        )
+        rows = zip(*(column.ravel().tolist() for column in columns), strict=True)
         return [Felt(*row) for row in rows if math.isfinite(row[0])]
 
     def felt_by(self, x: Array, points: Mask, *, lone: bool = False) -> FeltRows:
-        """The same of the lines of free surfaces (n, 2), those of contacts of one point marked.
+        """Evidence of the lines of free surfaces.
 
-        D of free lines is off by the rounding of their places, and by that of narrow gaps. Held are
-        those at corners, edges of the body, and beside those of a pattern. lone: the only contact.
+        D of free lines is off by the rounding of their places, and by that of narrow gaps. Pinned
+        are lines at corners, edges of the body, and beside those of a pattern.
+
+        Parameters
+        ----------
+        x : ndarray (n, 2)
+            Both lines of every surface [length], infinite where there is none.
+        points : ndarray of bool (n, 2)
+            Which of them are those of contacts of one point.
+        lone : bool
+            Whether they are the lines of the only contact.
+
+        Returns
+        -------
+        FeltRows
         """
-        rests, edges = self.rests, self.profile.edges
-        held = [*self.profile.corners, *self.profile.indenter.walls, *edges]
-        loose = np.isfinite(x) & ~np.isin(x, [*held, *np.nextafter(edges, -math.inf)])
+        rests = self.rests
+        free = self._free(x)
         with np.errstate(invalid="ignore"):
-            off = np.where(loose, ULPS * np.spacing(np.abs(x)), 0.0) * SIDES
-        noise, out = rests.noise(x)[:, None], x + off
-        closing, behind = rests.ahead(out, 1) + noise, rests.ahead(x - off, -1) - noise
-        bare = rests.beside(SIDES, out, out[:, ::-1], 1, 1, adheres=False) + noise
-        behind[points] = -math.inf
+            rounding = np.where(free, ULPS * np.spacing(np.abs(x)), 0.0) * SIDES
+        outside = x + rounding
+        inside = x - rounding
+        noise = rests.noise(x)[:, None]
+        closing = rests.ahead(outside, 1) + noise
+        bare = rests.beside(SIDES, outside, outside[:, ::-1], 1, 1, adheres=False) + noise
+        opening = rests.ahead(inside, -1) - noise
+        opening[points] = -math.inf
         rates = rests.with_rates(x, rests.between_corners(x, 1), 1)[1]
         rates = np.where(np.isfinite(rates), rates, 0.0)
-        moved, firm = rests.condition(rates, loose, lone=lone)
-        return FeltRows(loose, closing, bare, behind, moved, firm)
+        moved, stable = rests.condition(rates, free, lone=lone)
+        return FeltRows(free, closing, bare, opening, moved, stable)
+
+    def _free(self, x: Array) -> Mask:
+        """Which lines (n, 2) are not pinned."""
+        edges = self.profile.edges
+        beside_edges = np.nextafter(edges, -math.inf)
+        walls = self.profile.indenter.walls
+        pinning = [*self.profile.corners, *walls, *edges, *beside_edges]
+        return np.isfinite(x) & ~np.isin(x, pinning)
 
     def torn(self, corners: Array) -> Array:
         """Forces that would open contacts at corners, beyond what lines hold there."""
@@ -138,23 +220,31 @@ class Motion:
 
     def opening(self, lines: Lines, depth: float) -> list[float]:
         """Forces that would open contacts: where they do not adhere, and at corners."""
-        scene, x, ends = self.scene, self.profile.corners, np.array(lines)
-        unit, bare = scene.stiffness * scene.elastocapillary_length, self.bare(ends.reshape(-1, 2))
-        forces = [unit * self.free_part.search.pull(*part, depth).force for part in bare]
-        if x.size and not scene.indenter.convex:
-            inside = np.searchsorted(ends, x) & np.searchsorted(ends, x, "right")
-            forces += self.torn(x)[inside % 2 == 1].tolist()
+        scene = self.scene
+        search = self.free_part.search
+        ends = np.array(lines)
+        unit = scene.stiffness * scene.elastocapillary_length
+        without_adhesion = self.bare(ends.reshape(-1, 2))
+        forces = [unit * search.pull(*part, depth).force for part in without_adhesion]
+        corners = self.profile.corners
+        if corners.size and not scene.indenter.convex:
+            # Inside a contact, not at its end, is a corner with odd numbers of lines to its left,
+            # lines at the corner itself counted or not.
+            inside = np.searchsorted(ends, corners) & np.searchsorted(ends, corners, "right")
+            forces += self.torn(corners)[inside % 2 == 1].tolist()
         return forces
 
     def first(self) -> Lines:
         """The state at first touch."""
-        touch, lowest = self.profile.touch, self.profile.lowest
+        touch = self.profile.touch
+        lowest = self.profile.lowest
         return self.pressed((lowest, lowest), touch, touch)
 
     def pressed(self, lines: Lines, start: float, end: float) -> Lines:
         """Lines at rest at the depth `start`, taken to the depth `end` >= start.
 
-        Where a contact begins is known to _TOUCHED only: lines that went too far for it recede.
+        Where a contact begins is known to a tolerance (free_part.py): lines that went too far for
+        it recede.
         """
         found: list[float] = []
         for pair in free_parts(lines):
@@ -172,29 +262,35 @@ class Motion:
             gaps = {pair: self._torn(*pair, depth) for pair in pairs(lines)}
             if not any(gaps.values()):
                 return lines
-            parts = [(left, *gap, right) for (left, right), gap in gaps.items()]
-            lines = self.retracted(tuple(x for part in parts for x in part), depth)
+            torn: list[float] = []
+            for (left, right), gap in gaps.items():
+                torn += left, *gap, right
+            lines = self.retracted(tuple(torn), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _torn(self, left: float, right: float, depth: float) -> Lines:
         """The lines of a gap that opens in a contact by itself; () if nowhere."""
-        torn = self.free_part.search.torn(left, right, depth, self.holds(self.profile.corners))
+        search = self.free_part.search
+        torn = search.torn(left, right, depth, self.holds(self.profile.corners))
         if torn.size:
+            corner = float(torn[0])
             aside = MET * self.scene.elastocapillary_length
-            return float(torn[0]) - aside, float(torn[0]) + aside
+            return corner - aside, corner + aside
         for start, end in self.bare(np.array([[left, right]])):
-            found = self.free_part.search.pull(start, end, depth)
-            if found.force > self.free_part.search.least_pull(depth):
+            found = search.pull(start, end, depth)
+            if found.force > search.least_pull(depth):
                 return found.ends
         return ()
 
     def holds(self, x: Array) -> Array:
-        """The kink that both lines of a closed gap hold together: 2 √(2w/γ₁), or as angles."""
-        w, pattern = self.scene.opened.work_of_adhesion, self.scene.pattern
+        """The kinks at x (n,) that both lines of a closed gap hold: 2 √(2w/γ₁), or as angles."""
+        w = self.scene.opened.work_of_adhesion
+        pattern = self.scene.pattern
         least = np.ones_like(x)
         if pattern is not None:  # the gap opens to the side that adheres less
-            beside = (pattern.factor(np.nextafter(x, end)) for end in (-math.inf, math.inf))
-            least = np.minimum(*beside)
+            on_left = pattern.factor(np.nextafter(x, -math.inf))
+            on_right = pattern.factor(np.nextafter(x, math.inf))
+            least = np.minimum(on_left, on_right)
         half = np.sqrt(w * least / (2 * self.scene.gamma1))
         return 4 * half if self.scene.slopes == "small" else 4 * np.arcsin(half)
 
@@ -207,30 +303,48 @@ class Motion:
         edges = [-math.inf, *self.scene.pattern.edges, math.inf]
         found = []
         for (start, end), factor in zip(pairwise(edges), self.scene.pattern.factors, strict=True):
-            for left, right in contacts.tolist() if not factor else ():
-                if max(start, left) < min(end, right):
-                    found.append((max(start, left), min(end, right)))
+            if factor:
+                continue
+            for left, right in contacts.tolist():
+                first = max(start, left)
+                last = min(end, right)
+                if first < last:
+                    found.append((first, last))
         return found
 
     def retracted(self, lines: Lines, depth: float) -> Lines:
         """Lines taken to a smaller depth."""
         while lines:
-            surfaces, ends = np.array(free_parts(lines)), free_parts((-math.inf, *lines, math.inf))
-            behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
-            loose = (behind - depth > TIE * self.rests.size).any(axis=1)
-            for i in np.flatnonzero(loose).tolist():
-                (least, q), (p, most) = ends[i : i + 2]
-                surfaces[i] = self.free_part.search.recede(q, p, least, most, depth)
-            held: list[float] = []
-            for left, right in pairs(surfaces.ravel().tolist()[1:-1]):
-                sharp = *self.profile.corners, *self.profile.indenter.walls
-                corners = [x for x in (left, right) if x in sharp]
-                held += (left, right) if left <= right else 2 * corners[:1]  # narrowed to a corner
-            kept = self.unpulled(tuple(held), depth)
+            receded = self._receded(lines, depth)
+            kept = self.unpulled(self._closed(receded), depth)
             if len(kept) == len(lines):
                 return kept
             lines = kept
         return lines
+
+    def _receded(self, lines: Lines, depth: float) -> Lines:
+        """Lines after each has receded as far as it must; those of a contact may cross."""
+        surfaces = np.array(free_parts(lines))
+        contacts = free_parts((-math.inf, *lines, math.inf))
+        behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
+        recedes = (behind - depth > TIE * self.rests.size).any(axis=1)
+        for i in np.flatnonzero(recedes).tolist():
+            least, q = contacts[i]
+            p, most = contacts[i + 1]
+            surfaces[i] = self.free_part.search.recede(q, p, least, most, depth)
+        return tuple(surfaces.ravel().tolist()[1:-1])
+
+    def _closed(self, lines: Lines) -> Lines:
+        """Lines of contacts that are left: those at a corner remain there where they cross."""
+        sharp = [*self.profile.corners, *self.profile.indenter.walls]
+        kept: list[float] = []
+        for left, right in pairs(lines):
+            corners = [x for x in (left, right) if x in sharp]
+            if left <= right:
+                kept += left, right
+            elif corners:
+                kept += corners[0], corners[0]
+        return tuple(kept)
 
     def unpulled(self, lines: Lines, depth: float) -> Lines:
         """Without contacts of one point that are pulled: the surface is clear without them."""
@@ -245,8 +359,10 @@ class Motion:
         left, right = (self.rests.at(end) for end in beside)
         u, _ = self.rests.surfaces.shape(np.array(x), left, right, depth)
         f = float(self.profile.indenter.height(x))
-        size = max(abs(depth), abs(f), *(abs(depth - line.f) for line in (left, right) if line))
-        return bool(u - depth + f > TIE * size)
+        displacements = [abs(depth - line.f) for line in (left, right) if line]
+        size = max(abs(depth), abs(f), *displacements)
+        clearance = u - depth + f
+        return bool(clearance > TIE * size)
 
 
 def free_parts(lines: Sequence[float]) -> list[Pair]:
