@@ -17,18 +17,27 @@ from energy import Scene
 from energy.arrays import Array
 
 _PARTS = 8  # of an interval between samples, of each of which the mean pull is taken
-_CLOSER = 2  # times the parts around the largest pull are taken apart again
-_RISES = 4.0  # times what it differs beside its largest value: by less that falls short of 0
+_CLOSER = 2  # times the parts around the largest pull are divided again
+# Times what the pull differs beside its largest value: if it falls short of 0 by more, it is less
+# than 0 between the parts, too.
+_RISES = 4.0
 _SHORT = 1e-9  # of l: in shorter intervals f' is not known well enough
 _ROUNDING = 4 * EPSILON  # of slopes
-_TO_END = np.array([11, -7, 2]) / 6  # of three means next to an end, for the value there
+# Of the mean values of three parts next to an end: the value at the end of the parabola with those.
+_TO_END = np.array([11, -7, 2]) / 6
 
 
 class Pull(NamedTuple):
     """Where the profile pulls most in a part of the contact.
 
-    worst: the pull over k [length], beyond what may be rounding of f'; ends: of where it pulls,
-    nan if nowhere; force: at most so much it pulls there, over kl [length].
+    Attributes
+    ----------
+    worst : float
+        The pull over k, beyond what may be rounding of f' [length].
+    ends : tuple of float
+        Of where it pulls [length], nan if nowhere.
+    force : float
+        What it pulls there at most, over kl [length].
     """
 
     worst: float = 0.0
@@ -37,41 +46,93 @@ class Pull(NamedTuple):
 
 
 def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float) -> Pull:
-    """The largest pull in contact between two positions, in either order."""
-    length, ends, worst = scene.elastocapillary_length, (math.nan, math.nan), 0.0
-    lo, hi = sorted((one, other))
-    own = profile.beyond(lo, hi)
-    x, slope = np.concatenate([[lo], profile.x[own], [hi]]), profile.slope[own]
-    first, last = profile.beside(np.array([lo, hi]), (1, -1))[1]
-    cells = np.array([x[:-1], x[1:], [first, *slope], [*slope, last]])
+    """The largest pull in contact between two positions, in either order.
+
+    The mean pull of parts of the intervals between samples is read, then that of parts of what is
+    around the largest one, until it is clear that it falls short of 0.
+
+    Parameters
+    ----------
+    scene : Scene
+    profile : Resolved
+    one, other : float
+        [length].
+    depth : float
+        [length].
+
+    Returns
+    -------
+    Pull
+    """
+    length = scene.elastocapillary_length
+    start, end = sorted((one, other))
+    cells = _between_samples(profile, start, end)
     cells = cells[:, cells[1] - cells[0] > _SHORT * length]
-    for _ in range(1 + _CLOSER if cells.size else 0):
+    if not cells.size:
+        return Pull()
+    ends = (math.nan, math.nan)
+    for _ in range(1 + _CLOSER):
         cells = _divided(profile, cells)
-        z, values = _along(cells, _pulls(scene, profile, cells, depth))
+        x, values = _along(cells, _pulls(scene, profile, cells, depth))
         i = int(np.argmax(values))
         worst = float(values[i])
-        if worst < -_RISES * float(np.ptp(values[max(i - 1, 0) : i + 2])):
+        around = values[max(i - 1, 0) : i + 2]
+        if worst < -_RISES * float(np.ptp(around)):
             break
         if worst > 0:
-            found = _around(z, values, i)
-            seen = found[0] > z[0] or z[0] == lo, found[1] < z[-1] or z[-1] == hi
-            ends = found if all(seen) or math.isnan(ends[0]) else ends
-        group, at = divmod(i, _PARTS + 2)
-        cell = _PARTS * group + min(max(at - 1, 0), _PARTS - 1)
-        cells = cells.reshape(4, -1)[:, max(cell - 1, 0) : cell + 2]
-    wide = min((ends[1] - ends[0]) / length, 1.0) if worst > 0 else 0.0
-    return Pull(max(worst, 0.0), ends, max(worst, 0.0) * wide)
+            found = _around(x, values, i)
+            # closer looks may not see the ends of where it pulls
+            sees_first = found[0] > x[0] or x[0] == start
+            sees_last = found[1] < x[-1] or x[-1] == end
+            if (sees_first and sees_last) or math.isnan(ends[0]):
+                ends = found
+        cells = _beside_part(cells, i)
+    if worst <= 0:
+        return Pull(0.0, ends, 0.0)
+    width = min((ends[1] - ends[0]) / length, 1.0)
+    return Pull(worst, ends, worst * width)
+
+
+def _between_samples(profile: Resolved, start: float, end: float) -> Array:
+    """Intervals (4, n) between neighbouring samples: both ends, and f' inside at them."""
+    own = profile.beyond(start, end)
+    x = np.concatenate([[start], profile.x[own], [end]])
+    slope = profile.slope[own]
+    first, last = profile.beside(np.array([start, end]), (1, -1))[1]
+    return np.array([x[:-1], x[1:], [first, *slope], [*slope, last]])
+
+
+def _beside_part(parts: Array, i: int) -> Array:
+    """The part (4, 1..3) in which `_along` has its place i, and those beside it."""
+    interval, place = divmod(i, _PARTS + 2)
+    part = _PARTS * interval + min(max(place - 1, 0), _PARTS - 1)
+    return parts.reshape(4, -1)[:, max(part - 1, 0) : part + 2]
 
 
 def bounds(scene: Scene, profile: Resolved) -> Array:
-    """Safe bounds, lower and upper, of the pull at depth 0 between neighbouring samples (2, n)."""
-    x, slope = profile.x, profile.slope
+    """Safe bounds of the pull at depth 0 between neighbouring samples.
+
+    Parameters
+    ----------
+    scene : Scene
+    profile : Resolved
+
+    Returns
+    -------
+    ndarray (2, n)
+        Lower and upper ones over k [length]; far below any pull in intervals that are too short.
+    """
+    x = profile.x
+    slope = profile.slope
     parts = _divided(profile, np.array([x[:-1], x[1:], slope[:-1], slope[1:]]))
     with np.errstate(divide="ignore", invalid="ignore"):  # at a corner
-        values = _along(parts, _pulls(scene, profile, parts, 0.0))[1].reshape(x.size - 1, -1)
-        rise = _RISES * np.ptp(values, axis=1)
-        found = np.array([values.min(axis=1) - rise, values.max(axis=1) + rise])
-    return np.where(np.diff(x) > _SHORT * scene.elastocapillary_length, found, ANY)
+        _, values = _along(parts, _pulls(scene, profile, parts, 0.0))
+        of_intervals = values.reshape(x.size - 1, -1)
+        rise = _RISES * np.ptp(of_intervals, axis=1)
+        lower = of_intervals.min(axis=1) - rise
+        upper = of_intervals.max(axis=1) + rise
+    long_enough = np.diff(x) > _SHORT * scene.elastocapillary_length
+    return np.where(long_enough, np.array([lower, upper]), ANY)
 
 
 def _divided(profile: Resolved, cells: Array) -> Array:
@@ -80,18 +141,22 @@ def _divided(profile: Resolved, cells: Array) -> Array:
     x = lo[:, None] + (hi - lo)[:, None] * (np.arange(_PARTS + 1) / _PARTS)
     x[:, -1] = hi
     slope = np.asarray(profile.indenter.slope(x.ravel()), float).reshape(x.shape)
-    slope[:, 0], slope[:, -1] = one, other
+    slope[:, 0] = one
+    slope[:, -1] = other
     return np.array([x[:, :-1], x[:, 1:], slope[:, :-1], slope[:, 1:]])
 
 
 def _pulls(scene: Scene, profile: Resolved, parts: Array, depth: float) -> Array:
     """The mean pull of every part, less what may be rounding."""
-    (lo, hi, one, other), height = parts, profile.indenter.height
+    lo, hi, one, other = parts
+    height = profile.indenter.height
     width = hi - lo
     f = (height(lo) + height(hi)) / 2 - width * (other - one) / 12
     if scene.slopes == "finite":
-        one, other = (slope / np.sqrt(1 + slope * slope) for slope in (one, other))
-    one, other = one * scene.measure(lo), other * scene.measure(hi)
+        one = one / np.sqrt(1 + one * one)
+        other = other / np.sqrt(1 + other * other)
+    one = one * scene.measure(lo)
+    other = other * scene.measure(hi)
     noise = _ROUNDING * (np.abs(one) + np.abs(other))
     bend = (other - one + noise) / (width * scene.measure((lo + hi) / 2))
     return np.asarray(f - depth - scene.elastocapillary_length**2 * bend)
@@ -104,16 +169,21 @@ def _along(parts: Array, mean: Array) -> tuple[Array, Array]:
     """
     lo, hi = parts[:2]
     x = np.hstack([lo[:, :1], (lo + hi) / 2, hi[:, -1:]])
-    first, last = mean[:, :3] @ _TO_END, mean[:, :-4:-1] @ _TO_END
-    return x.ravel(), np.hstack([first[:, None], mean, last[:, None]]).ravel()
+    first = mean[:, :3] @ _TO_END
+    last = mean[:, :-4:-1] @ _TO_END
+    values = np.hstack([first[:, None], mean, last[:, None]])
+    return x.ravel(), values.ravel()
 
 
 def _around(x: Array, values: Array, i: int) -> tuple[float, float]:
     """Between which places values are positive around the one with the number i."""
-    found = []
-    for way in (-1, 1):
-        z, v = x[i::way], values[i::way]
-        k = int(np.argmax(v <= 0))
-        end = z[k - 1] + (z[k] - z[k - 1]) * v[k - 1] / (v[k - 1] - v[k]) if k else z[-1]
-        found.append(float(end))
-    return found[0], found[1]
+    return _last_positive(x[i::-1], values[i::-1]), _last_positive(x[i:], values[i:])
+
+
+def _last_positive(x: Array, values: Array) -> float:
+    """How far values are positive from the first place on: to the zero of a straight line."""
+    k = int(np.argmax(values <= 0))
+    if not k:
+        return float(x[-1])
+    step = (x[k] - x[k - 1]) * values[k - 1] / (values[k - 1] - values[k])
+    return float(x[k - 1] + step)
