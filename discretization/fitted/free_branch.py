@@ -24,15 +24,24 @@ from energy import Scene
 from energy.arrays import Array
 
 _LOOKED_AT = np.exp2(np.arange(-30.0, 31.0, 0.5))  # of l: half-widths among which the ends are
-_PLACES, _ROUNDS = 33, 3  # in which both ends are looked for, each time 16 times as close
-_COARSE = 33  # half-widths from which it is seen how far apart others have to be
+_PLACES = 33  # among which both ends are looked for, each time 16 times as close
+_ROUNDS = 3  # of that, after which a parabola and a straight line are exact to rounding of D
+_COARSE = 33  # half-widths from which it is known how far apart others have to be
 _UNEVEN = 3.0  # times the mean: how far apart roots of the distance from the end may be at most
 
 RestDepths = Callable[[Array], Array]
 
 
 class FreeBranch(NamedTuple):
-    """States (n,) from the last one that holds to the deepest: half-width, depth and force."""
+    """States from the last one that holds to the deepest.
+
+    Attributes
+    ----------
+    half_width, depth : ndarray (n,)
+        [length].
+    force : ndarray (n,)
+        [force], or this per length of a line contact.
+    """
 
     half_width: Array
     depth: Array
@@ -51,13 +60,29 @@ def applies(scene: Scene) -> bool:
 
 
 def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
-    """So many states of a scene to which this `applies`, from the loss of contact to a depth.
+    """States of a scene to which this `applies`, from the loss of contact to a depth.
 
     Roots of the distances of their depths from the first one are about evenly spaced, since over
-    these the force is smooth. None where the profile is not known so far, or changes so much
-    beside its lowest point that they are not.
+    these the force is smooth.
 
-    NotCertifiedError if one of the states is no equilibrium.
+    Parameters
+    ----------
+    scene : Scene
+    deepest : float
+        [length].
+    count : int
+        How many states.
+
+    Returns
+    -------
+    FreeBranch or None
+        None where the profile is not known so far, or changes so much beside its lowest point that
+        the roots are not evenly spaced.
+
+    Raises
+    ------
+    NotCertifiedError
+        If one of the states is no equilibrium.
     """
     alone = Alone.of(scene)
 
@@ -75,8 +100,9 @@ def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
     found = _states(alone, a, depth)
     if found.lost.any():
         return None
-    wrong = ~((found.residual <= TOLERANCE) & found.stable)
-    wrong[0] &= not found.residual[0] <= TOLERANCE  # the last state that holds is on a fold
+    at_rest = found.residual <= TOLERANCE
+    wrong = ~(at_rest & found.stable)
+    wrong[0] = not at_rest[0]  # the last state that holds is on a fold
     if wrong.any():
         i = int(wrong.argmax())
         raise NotCertifiedError(
@@ -89,11 +115,27 @@ def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
 def spread_evenly(
     rest_depth: RestDepths, places: Array, lowest: float | None, deepest: float, count: int
 ) -> tuple[Array, Array] | None:
-    """Half-widths (count,) from the least D to where D is `deepest`, and D there.
+    """Half-widths from the least D to where D is `deepest`, and D there.
 
-    Roots of the distances of D from the least one are about evenly spaced. places (n,): half-widths
-    among which both ends are; lowest: where D is least if it only grows, None if it has to fall
-    first. None where the places are not enough, or D does not grow.
+    Roots of the distances of D from the least one are about evenly spaced.
+
+    Parameters
+    ----------
+    rest_depth : callable
+        D (n,) at half-widths (n,) [length].
+    places : ndarray (n,)
+        Half-widths among which both ends are [length].
+    lowest : float or None
+        Where D is least if it only grows, None if it has to fall first [length].
+    deepest : float
+        [length].
+    count : int
+        How many half-widths.
+
+    Returns
+    -------
+    tuple of ndarray (count,), or None
+        [length]. None where the places are not enough, or D does not grow.
     """
     ends = _ends(rest_depth, places, lowest, deepest)
     if ends is None:
@@ -129,28 +171,46 @@ def _ends(
     depth: D is then known to rounding where it is least.
     """
     rest = rest_depth(places)
-    first = int(np.argmin(rest))
-    beyond = np.flatnonzero(rest[first:] > deepest)
-    if not beyond.size or first + int(beyond[0]) == 0 or (lowest is None and first == 0):
+    least = int(np.argmin(rest))
+    beyond = np.flatnonzero(rest[least:] > deepest)
+    if not beyond.size:
         return None
-    i = first + int(beyond[0])
-    low, high = float(places[i - 1]), float(places[i])
-    inner, outer = float(places[max(first - 1, 0)]), float(places[first + 1])
+    outer = least + int(beyond[0])
+    falls_first = least > 0
+    if outer == 0 or (lowest is None and not falls_first):
+        return None
+    around = (float(places[max(least - 1, 0)]), float(places[least + 1]))
+    between = (float(places[outer - 1]), float(places[outer]))
     for _ in range(_ROUNDS):
-        around, beside = np.linspace(inner, outer, _PLACES), np.linspace(low, high, _PLACES)
-        rest = rest_depth(np.append(around, beside))
-        fall, rise = rest[:_PLACES], rest[_PLACES:] - deepest
+        around_least = np.linspace(*around, _PLACES)
+        around_end = np.linspace(*between, _PLACES)
+        rest = rest_depth(np.append(around_least, around_end))
+        fall = rest[:_PLACES]
+        rise = rest[_PLACES:] - deepest
         i = int(np.clip(np.argmin(fall), 1, _PLACES - 2))
-        inner, outer = float(around[i - 1]), float(around[i + 1])
         j = int(np.clip(np.argmax(rise > 0), 1, _PLACES - 1))
-        low, high = float(beside[j - 1]), float(beside[j])
-    largest = low - float(rise[j - 1]) * (high - low) / float(rise[j] - rise[j - 1])
-    if lowest is not None and first == 0:
+        around = (float(around_least[i - 1]), float(around_least[i + 1]))
+        between = (float(around_end[j - 1]), float(around_end[j]))
+    largest = _zero_of_line(between, rise[j - 1 : j + 1].tolist())
+    if lowest is not None and not falls_first:
         return lowest, largest
-    before, least, after = fall[i - 1 : i + 2].tolist()
-    bend = before - 2 * least + after
+    return _least_of_parabola(around, fall[i - 1 : i + 2].tolist()), largest
+
+
+def _zero_of_line(places: tuple[float, float], values: list[float]) -> float:
+    """Where the straight line through values at two places is 0."""
+    low, high = places
+    before, after = values
+    return low - before * (high - low) / (after - before)
+
+
+def _least_of_parabola(places: tuple[float, float], values: list[float]) -> float:
+    """Where the parabola through values at two places and in the middle is least, or the middle."""
+    inner, outer = places
+    before, middle, after = values
+    bend = before - 2 * middle + after
     shift = (before - after) / (2 * bend) if bend > 0 else 0.0
-    return (inner + outer) / 2 + shift * (outer - inner) / 2, largest
+    return (inner + outer) / 2 + shift * (outer - inner) / 2
 
 
 def _states(alone: Alone, a: Array, depth: Array) -> ManyFound:
