@@ -32,7 +32,7 @@ from discretization.fitted.line_search import Pair
 from discretization.fitted.rest_depths import DIFFERENCE, FELT, FLAT, LEAST, ULPS, surfaces_of
 from discretization.profile import past_wall, unknown
 from discretization.roots import bracketed, least
-from discretization.surfaces.protocol import At, Felt, Free, Surfaces
+from discretization.surfaces.protocol import At, LineState, Free, Surfaces
 from energy import Indenter, Scene
 from energy.arrays import Array
 
@@ -189,7 +189,7 @@ class Alone:
         falls_to_zero = (near < (1 - _ROUNDED) * far).all()
         return least if falls_to_zero else 0.0
 
-    def felt(self, lines: Sequence[float], depth: float) -> list[Felt]:
+    def felt(self, lines: Sequence[float], depth: float) -> list[LineState]:
         """Evidence for the certificate, of both lines or of the one about an axis.
 
         Parameters
@@ -201,7 +201,7 @@ class Alone:
 
         Returns
         -------
-        list of Felt
+        list of LineState
             Pinned are lines at corners, and at the axis.
         """
         start, end = lines
@@ -211,7 +211,7 @@ class Alone:
             for side, x in zip(self.sides, of_sides, strict=True)
         ]
 
-    def _line_state(self, side: int, x: float, width: float, depth: float) -> Felt:
+    def _line_state(self, side: int, x: float, width: float, depth: float) -> LineState:
         """Evidence of one line of a contact of this width."""
         scene = self.scene
         point_contact = width == 0
@@ -247,7 +247,9 @@ class Alone:
         rate = side * (at_high - at_low) / (high - low) if high > low else 0.0
         stable = pinned or rate + FLAT * size / self._span(x) > 0
         sensitivity = 1 / abs(rate) if rate else math.inf
-        return Felt(x, not pinned, closing, without_adhesion, opening, size, sensitivity, stable)
+        return LineState(
+            x, not pinned, closing, without_adhesion, opening, size, sensitivity, stable
+        )
 
     def _difference(self, x: float, width: float) -> Pair:
         """Places on both sides of a line for dD/dx by a central difference that crosses no corner.

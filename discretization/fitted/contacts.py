@@ -32,7 +32,7 @@ from discretization.fitted.alone import Alone
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.rest_depths import displacement_scale
 from discretization.quadrature import Interval, refined
-from discretization.surfaces.protocol import At, Felt, Free
+from discretization.surfaces.protocol import At, LineState, Free
 from energy import Scene
 from energy.arrays import Array, Mask
 
@@ -88,7 +88,7 @@ class Contacts:
         ]
 
     @functools.cached_property
-    def felt(self) -> list[Felt]:
+    def felt(self) -> list[LineState]:
         """Evidence for the certificate, of every line."""
         return self.motion.felt(self.lines, self.depth)
 
@@ -274,7 +274,7 @@ def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     return estimated(contacts.motion.scene, contacts.depth, contacts.x, all_moves, found)
 
 
-def _line_error(line: Felt, off: float) -> float:
+def _line_error(line: LineState, off: float) -> float:
     """How far a line may be off where D may be by `off` [length]; one that is pinned is not."""
     if not line.free:
         return 0.0

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.line_search import LineSearch, Pair
+from discretization.fitted.line_search import EquilibriumFinder, Pair
 from discretization.fitted.rest_depths import TIE
 from discretization.profile import unknown
 from discretization.roots import crossings, minima
@@ -117,7 +117,7 @@ class _Steps:
 class FreePart:
     """Free surfaces that are pressed."""
 
-    search: LineSearch
+    search: EquilibriumFinder
 
     def advance(self, left: float, right: float, start: float, end: float) -> Lines:
         """The lines of a free surface with those of contacts that begin in it; () if it closes.

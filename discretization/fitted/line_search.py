@@ -30,7 +30,7 @@ _ALONG = np.arange(1, 9) / 8  # parts of a step where it is read whether a line 
 
 
 @dataclass(frozen=True, eq=False)
-class LineSearch:
+class EquilibriumFinder:
     """Resting places of the lines of one free surface."""
 
     rests: RestDepths

@@ -21,10 +21,10 @@ import numpy as np
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.free_part import FreePart, Lines, pairs
-from discretization.fitted.line_search import MET, LineSearch, Pair
+from discretization.fitted.line_search import MET, EquilibriumFinder, Pair
 from discretization.fitted.rest_depths import SIDES, TIE, ULPS, RestDepths, surfaces_of
 from discretization.profile import Resolved
-from discretization.surfaces.protocol import Felt, Surfaces
+from discretization.surfaces.protocol import LineState, Surfaces
 from energy import Scene
 from energy.arrays import Array, Mask
 
@@ -33,7 +33,7 @@ _MOST = 100_000
 
 
 class FeltRows(NamedTuple):
-    """Evidence for the certificate, of the lines of free surfaces, as of one line in `Felt`.
+    """Evidence for the certificate, of the lines of free surfaces, as of one line in `LineState`.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class Motion:
     @functools.cached_property
     def free_part(self) -> FreePart:
         """What moves the lines of one free surface."""
-        return FreePart(LineSearch(self.rests))
+        return FreePart(EquilibriumFinder(self.rests))
 
     def adhered(self, depth: float) -> Lines:
         """The state of the path that touches first and then moves to this depth.
@@ -136,7 +136,7 @@ class Motion:
         """
         return False
 
-    def felt(self, lines: Lines, depth: float) -> list[Felt]:
+    def felt(self, lines: Lines, depth: float) -> list[LineState]:
         """Evidence for the certificate, of every line from left to right.
 
         Parameters
@@ -148,7 +148,7 @@ class Motion:
 
         Returns
         -------
-        list of Felt
+        list of LineState
         """
         x = np.array(free_parts(lines))
         if self.scene.axisymmetric and not lines[0]:
@@ -169,7 +169,7 @@ class Motion:
             stable,
         )
         rows = zip(*(column.ravel().tolist() for column in columns), strict=True)
-        return [Felt(*row) for row in rows if math.isfinite(row[0])]
+        return [LineState(*row) for row in rows if math.isfinite(row[0])]
 
     def felt_by(self, x: Array, points: Mask, *, lone: bool = False) -> FeltRows:
         """Evidence of the lines of free surfaces.

@@ -69,7 +69,7 @@ class Free(NamedTuple):
     residual: float
 
 
-class Felt(NamedTuple):
+class LineState(NamedTuple):
     """Evidence for the certificate, of one contact line.
 
     Attributes
