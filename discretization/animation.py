@@ -18,7 +18,7 @@ import numpy as np
 from discretization import plots
 from discretization.fitted.rest_depths import surfaces_of
 from discretization.layer.state import on_layer
-from discretization.surfaces.protocol import At
+from discretization.surfaces.protocol import LinePosition
 from energy.arrays import Array
 from energy.units import prefixed
 from energy.units import quantity as written
@@ -102,7 +102,7 @@ def displacement(history: Any, state: Any, x: Array) -> Array:
     if not scene.gamma1:
         return np.asarray(u)
     heights = np.asarray(scene.indenter.height(lines), float)
-    known = [None, *map(At, lines.tolist(), heights.tolist()), None]
+    known = [None, *map(LinePosition, lines.tolist(), heights.tolist()), None]
     part = np.where(inside, -1, np.searchsorted(ends[:, 0], r))
     surfaces = surfaces_of(scene)
     for i, (left, right) in enumerate(zip(known[::2], known[1::2], strict=True)):

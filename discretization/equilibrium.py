@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from discretization import plots, readings
 from discretization.certificate import Certificate, Proof
 from discretization.routes import one_contact
-from discretization.surfaces.protocol import At
+from discretization.surfaces.protocol import LinePosition
 from energy import Assumption, Scene
 from energy.arrays import Array, Mask
 from energy.validity import assumptions
@@ -170,11 +170,11 @@ class Equilibrium:
         return 2 * self.half_width
 
     @functools.cached_property
-    def free_surfaces(self) -> list[tuple[At | None, At | None]]:
+    def free_surfaces(self) -> list[tuple[LinePosition | None, LinePosition | None]]:
         """The lines of every free surface from left to right, None infinitely far away."""
         x = self.contacts.ravel()
         f = np.asarray(self.scene.indenter.height(x), float)
-        lines = [None, *map(At, x.tolist(), f.tolist()), None]
+        lines = [None, *map(LinePosition, x.tolist(), f.tolist()), None]
         return list(zip(lines[::2], lines[1::2], strict=True))
 
     @functools.cached_property

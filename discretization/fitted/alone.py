@@ -32,7 +32,7 @@ from discretization.fitted.line_search import Pair
 from discretization.fitted.rest_depths import DIFFERENCE, FELT, FLAT, LEAST, ULPS, surfaces_of
 from discretization.profile import past_wall, unknown
 from discretization.roots import bracketed, least
-from discretization.surfaces.protocol import At, LineState, Free, Surfaces
+from discretization.surfaces.protocol import Free, LinePosition, LineState, Surfaces
 from energy import Indenter, Scene
 from energy.arrays import Array
 
@@ -144,7 +144,7 @@ class Alone:
         ValueError
             If it would turn over.
         """
-        line = At(x, float(self.scene.indenter.height(x)))
+        line = LinePosition(x, float(self.scene.indenter.height(x)))
         left = line if side > 0 else None
         right = line if side < 0 else None
         return self.surfaces.solve(left, right, depth)

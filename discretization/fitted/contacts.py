@@ -32,7 +32,7 @@ from discretization.fitted.alone import Alone
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.rest_depths import displacement_scale
 from discretization.quadrature import Interval, refined
-from discretization.surfaces.protocol import At, LineState, Free
+from discretization.surfaces.protocol import Free, LinePosition, LineState
 from energy import Scene
 from energy.arrays import Array, Mask
 
@@ -80,7 +80,7 @@ class Contacts:
             If one would turn over.
         """
         f = np.asarray(self.motion.scene.indenter.height(self.x), float)
-        ends = [None, *map(At, self.lines, f.ravel().tolist()), None]
+        ends = [None, *map(LinePosition, self.lines, f.ravel().tolist()), None]
         solve = self.motion.surfaces.solve
         return [
             solve(left, right, self.depth)

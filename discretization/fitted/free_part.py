@@ -20,7 +20,7 @@ from discretization.fitted.line_search import EquilibriumFinder, Pair
 from discretization.fitted.rest_depths import TIE
 from discretization.profile import unknown
 from discretization.roots import crossings, minima
-from discretization.surfaces.protocol import At
+from discretization.surfaces.protocol import LinePosition
 from energy.arrays import Array
 
 Lines = tuple[float, ...]
@@ -289,7 +289,7 @@ class FreePart:
         return min(found, default=(math.inf, math.nan))
 
     def _samples_near(
-        self, lines: Pair, left: At | None, right: At | None, depth: float
+        self, lines: Pair, left: LinePosition | None, right: LinePosition | None, depth: float
     ) -> Array | None:
         """x, f and f' (3, n) of samples that the surface may touch, and of both ends; or none."""
         rests = self.search.rests

@@ -17,7 +17,7 @@ from discretization.certificate import EPSILON, TOLERANCE
 from discretization.profile import Resolved, past_wall
 from discretization.surfaces.finite_line import FiniteSurfaces
 from discretization.surfaces.menisci import MeniscusSurfaces
-from discretization.surfaces.protocol import At, Surfaces
+from discretization.surfaces.protocol import LinePosition, Surfaces
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 from energy.arrays import Array, Mask
@@ -127,7 +127,7 @@ class RestDepths:
             found &= np.searchsorted(x, high) - np.searchsorted(x, low, "right") <= 1
         return found
 
-    def _rise(self, line: At, facing: At) -> Any:
+    def _rise(self, line: LinePosition, facing: LinePosition) -> Any:
         """By how much the profile is higher at the facing line; of narrow gaps as ∫f' dx."""
         if np.min(abs(facing.x - line.x)) >= _NARROW * self.length:
             return facing.f - line.f
@@ -149,7 +149,9 @@ class RestDepths:
         slope = np.asarray(self.profile.indenter.slope(places), float)
         return np.asarray((parts * (slope @ _WEIGHTS)).sum(axis=0) / 2)
 
-    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+    def rest_depth(
+        self, side: Any, x: Any, f: Any, f1: Any, facing: LinePosition | None, w: Any
+    ) -> Any:
         """Depth D at which lines rest; of a gap, heights count from that of the line.
 
         Parameters
@@ -158,7 +160,7 @@ class RestDepths:
             1 for a line whose contact is on its left.
         x, f, f1 : float or ndarray (n,)
             Positions of the lines [length], and height and slope of the profile there.
-        facing : At or None
+        facing : LinePosition or None
             The lines on the other side of the free surfaces.
         w : float or ndarray (n,)
             Work of adhesion, where a pattern does not change it [energy/area].
@@ -172,12 +174,12 @@ class RestDepths:
             w = w * self.scene.pattern.factor(x)
         if facing is None:
             return self.surfaces.rest_depth(side, x, f, f1, None, w)
-        beyond = At(facing.x, self._rise(At(x, f), facing))
+        beyond = LinePosition(facing.x, self._rise(LinePosition(x, f), facing))
         return f + self.surfaces.rest_depth(side, x, f - f, f1, beyond, w)
 
-    def at(self, x: Any) -> At | None:
+    def at(self, x: Any) -> LinePosition | None:
         """A line at x, or lines (n,); None at infinity."""
-        return At(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
+        return LinePosition(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
 
     def w(self, way: Any) -> Any:
         """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
@@ -202,7 +204,7 @@ class RestDepths:
         """Rounding of positions, at 0 of a small part of l: an indenter may divide them by that."""
         return np.spacing(np.maximum(np.abs(x), _SMALL * self.length))
 
-    def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: At, w: Any) -> Array:
+    def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: LinePosition, w: Any) -> Array:
         """D of lines with heights and slopes that face others, infinite if there is none.
 
         D of a line at infinity is ∞.
@@ -215,7 +217,7 @@ class RestDepths:
         faces_line = np.isfinite(facing.x)
         gaps = has_line & faces_line
         if gaps.any():
-            beyond = At(facing.x[gaps], facing.f[gaps])
+            beyond = LinePosition(facing.x[gaps], facing.f[gaps])
             found[gaps] = self.rest_depth(side[gaps], x[gaps], f[gaps], f1[gaps], beyond, w[gaps])
         tails = has_line & ~faces_line
         if tails.any():
@@ -256,7 +258,7 @@ class RestDepths:
         z = np.array([x, facing])
         known, other = np.where(np.isfinite(z), z, self.profile.x[0])
         f, f1 = self.profile.beside(known, outwards)
-        beyond = At(facing, np.asarray(indenter.height(other), float))
+        beyond = LinePosition(facing, np.asarray(indenter.height(other), float))
         place = self.profile.past(x, outwards)
         rest = self._of(side, place, f, f1, beyond, self.w(way) * adheres)
         if indenter.walls:
@@ -318,7 +320,7 @@ class RestDepths:
         f = np.asarray(indenter.height(known), float)
         f1 = np.asarray(indenter.slope(known), float)
         other_f = np.asarray(indenter.height(other), float)
-        beyond = At(facing[..., ::-1], other_f[..., ::-1])
+        beyond = LinePosition(facing[..., ::-1], other_f[..., ::-1])
         return self._of(SIDES, lines, f, f1, beyond, self.w(way))
 
     def condition(self, rate: Array, free: Mask, *, lone: bool) -> tuple[Array, Mask]:

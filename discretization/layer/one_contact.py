@@ -10,7 +10,7 @@ import numpy as np
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
 from discretization.layer.body import Body
-from discretization.surfaces.protocol import At, alone
+from discretization.surfaces.protocol import LinePosition, alone
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 from energy.arrays import Array
@@ -24,7 +24,7 @@ class FreeSurface(ABC):
         """u and its outward slope (2, k) at distances from the line (k,)."""
 
     def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
+        self, z: Array, left: LinePosition | None, right: LinePosition | None, depth: float
     ) -> tuple[Array, Array]:
         """The displacement and its slope on one side of the contact.
 
@@ -32,7 +32,7 @@ class FreeSurface(ABC):
         ----------
         z : ndarray (k,)
             Positions [length].
-        left, right : At or None
+        left, right : LinePosition or None
             The contact line; it is on the left of the surface, or on its right.
         depth : float
             That of the state.

@@ -85,7 +85,7 @@ class LatticeTail:
         ----------
         z : ndarray (n,)
             Positions [length].
-        left, right : At or None
+        left, right : LinePosition or None
             Lines with the heights of the profile there; None is infinitely far away.
         depth : float
             [length].

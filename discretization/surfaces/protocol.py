@@ -28,7 +28,7 @@ ANY = -1e200  # a displacement below every one there is: its line rests at any d
 NARROWEST = 1e-13
 
 
-class At(NamedTuple):
+class LinePosition(NamedTuple):
     """Contact lines.
 
     Attributes
@@ -41,7 +41,7 @@ class At(NamedTuple):
     f: Any
 
 
-def alone(left: At | None, right: At | None) -> At:
+def alone(left: LinePosition | None, right: LinePosition | None) -> LinePosition:
     """The line of a tail, the left one of a gap."""
     line = left if left is not None else right
     assert line is not None, "a free surface has a line"
@@ -120,7 +120,9 @@ class Surfaces:
     scene: Scene
     lost: ClassVar[str]
 
-    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+    def rest_depth(
+        self, side: Any, x: Any, f: Any, f1: Any, facing: LinePosition | None, w: Any
+    ) -> Any:
         """Depth D at which lines rest.
 
         Parameters
@@ -129,7 +131,7 @@ class Surfaces:
             1 for a line whose contact is on its left.
         x, f, f1 : float or ndarray (n,)
             Positions of the lines [length], and height and slope of the profile there.
-        facing : At or None
+        facing : LinePosition or None
             The lines on the other side of the free surfaces.
         w : float or ndarray (n,)
             Work of adhesion [energy/area].
@@ -149,12 +151,14 @@ class Surfaces:
         work = w / self.scene.gamma1
         return f + length * self.at_rest(side, x / length, width, rise, side * f1, work)
 
-    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+    def stored(
+        self, left: LinePosition | None, right: LinePosition | None, depth: Array
+    ) -> tuple[Array, Array]:
         """Energy of free surfaces, and what they pull.
 
         Parameters
         ----------
-        left, right : At or None
+        left, right : LinePosition or None
             Lines (n,).
         depth : ndarray (n,)
             [length].
@@ -172,18 +176,18 @@ class Surfaces:
         found = self.energy_and_reaction(*self._lines(left, right, depth))
         if found is None:
             i = int(np.argmax(np.abs(depth - alone(left, right).f)))
-            left_line = left and At(float(left.x[i]), float(left.f[i]))
-            right_line = right and At(float(right.x[i]), float(right.f[i]))
+            left_line = left and LinePosition(float(left.x[i]), float(left.f[i]))
+            right_line = right and LinePosition(float(right.x[i]), float(right.f[i]))
             raise ValueError(self.refusal(left_line, right_line, float(depth[i])))
         energy, reaction = found
         return self._unit * self.scene.elastocapillary_length * energy, self._unit * reaction
 
-    def solve(self, left: At | None, right: At | None, depth: float) -> Free:
+    def solve(self, left: LinePosition | None, right: LinePosition | None, depth: float) -> Free:
         """One free surface.
 
         Parameters
         ----------
-        left, right : At or None
+        left, right : LinePosition or None
             Its lines.
         depth : float
             [length].
@@ -214,14 +218,16 @@ class Surfaces:
         energy = self._unit * self.scene.elastocapillary_length * found.energy
         return Free(energy, pulls, self._unit * found.area, found.residual)
 
-    def shape(self, z: Array, left: At | None, right: At | None, depth: float) -> Shape:
+    def shape(
+        self, z: Array, left: LinePosition | None, right: LinePosition | None, depth: float
+    ) -> Shape:
         """Displacement and slope of one free surface.
 
         Parameters
         ----------
         z : ndarray
             Positions between its lines [length].
-        left, right : At or None
+        left, right : LinePosition or None
             Its lines.
         depth : float
             [length].
@@ -244,7 +250,9 @@ class Surfaces:
         """Of forces: γ₁, or 2πγ₁l about an axis."""
         return self.scene.gamma1 * float(self.scene.measure(self.scene.elastocapillary_length))
 
-    def _lines(self, left: At | None, right: At | None, depth: Any) -> tuple[Any, ...]:
+    def _lines(
+        self, left: LinePosition | None, right: LinePosition | None, depth: Any
+    ) -> tuple[Any, ...]:
         """side, s, width, u and rise of free surfaces, in units of l."""
         length = self.scene.elastocapillary_length
         line = alone(left, right)
@@ -273,7 +281,7 @@ class Surfaces:
         """u and its slope towards the other line, at distances x from the first line."""
         raise NotImplementedError
 
-    def refusal(self, left: At | None, right: At | None, depth: float) -> str:
+    def refusal(self, left: LinePosition | None, right: LinePosition | None, depth: float) -> str:
         """The message for a surface that would turn over."""
         line = alone(left, right)
         name = "r" if self.scene.axisymmetric else "x"

@@ -15,7 +15,7 @@ from discretization.fitted.rest_depths import surfaces_of
 from discretization.fitted.states import state_of
 from discretization.fitted.tension import pull
 from discretization.profile import resolve
-from discretization.surfaces.protocol import At
+from discretization.surfaces.protocol import LinePosition
 from energy import FlatPunch, Parabola, Profile
 
 
@@ -120,7 +120,7 @@ def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
 def test_a_gap_is_judged_over_the_displacement_of_both_its_lines():
     surfaces = surfaces_of(adhesive(Parabola(0.02)))
     for part in (0.0, 1e-7, 1e-5, 1e-3):
-        one, other = At(0.0, -part * DELTA0), At(9.5 * L, -0.3 * DELTA0)
+        one, other = LinePosition(0.0, -part * DELTA0), LinePosition(9.5 * L, -0.3 * DELTA0)
         assert surfaces.solve(one, other, 0.0).residual <= 1e-12
 
 

@@ -15,7 +15,7 @@ from truth import meniscus
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.rest_depths import surfaces_of
-from discretization.surfaces.protocol import At
+from discretization.surfaces.protocol import LinePosition
 from energy import (
     Circle,
     ElasticLayer,
@@ -167,7 +167,7 @@ def test_a_ring_around_a_small_contact_is_certified_by_what_is_beside_it():
 def test_the_certificate_of_a_ring_notices_a_wrong_pull(ends):
     surfaces = surfaces_of(scene(Parabola(1.0)))
     q, width = ends[0], ends[1] - ends[0]
-    left, right = (At(LENGTH * r, 0.01 * LENGTH * (r + i)) for i, r in enumerate(ends))
+    left, right = (LinePosition(LENGTH * r, 0.01 * LENGTH * (r + i)) for i, r in enumerate(ends))
     assert surfaces.solve(left, right, 0.02 * LENGTH).residual <= 1e-10
     for one, other in ((0.01, 0.02), (-0.01, -0.0099999)):
         pull = surfaces.net.between(1, q, width).pulls(one, other, one - other)[0]

@@ -16,7 +16,7 @@ from discretization import minimise
 from discretization.fitted.rest_depths import surfaces_of
 from discretization.surfaces.finite_gap import DEGREE, rest_displacement, single
 from discretization.surfaces.network import Line, semi_infinite_stiffness
-from discretization.surfaces.protocol import At
+from discretization.surfaces.protocol import LinePosition
 from discretization.surfaces.rings import stiffness
 from energy import Circle, ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies, cards
 
@@ -62,7 +62,7 @@ def test_a_gap_of_any_width_moves_its_lines_by_what_it_pulls(geometry):
     free = surfaces_of(scene).solve
     for width in (1e-6, 1e-2, 1.0, 30.0, 39.5, 40.5, 59.0, 90.0):
         for u, v in ((0.1, 1e-13), (1e-13, 0.1), (0.1, 0.1)):
-            assert free(At(2.0, -u), At(2.0 + width, -v), 0.0).residual <= 1e-12
+            assert free(LinePosition(2.0, -u), LinePosition(2.0 + width, -v), 0.0).residual <= 1e-12
 
 
 EPSILON = float(np.finfo(float).eps)
