@@ -213,10 +213,7 @@ class FreePart:
         return bool((touches <= np.minimum(comes_by, high) - TIE * rests.size).any())
 
     def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
-        """Both lines of a free surface advance to an end from sample to sample until it touches.
-
-        First each as far as it goes beside the other; both at once where neither goes.
-        """
+        """Both lines of a free surface advance to an end from sample to sample until it touches."""
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least(end, depth)[1]
             return q, place, place, p
@@ -232,16 +229,24 @@ class FreePart:
         return end or ()
 
     def _next_places(self, q: float, p: float, goal: Pair, depth: float) -> list[Pair]:
-        """Where the lines stand next on their way from sample to sample: the left one first."""
+        """Where the lines stand next on their way to a goal, from sample to sample.
+
+        The left one goes as far as it does beside the other; where it does not, the right one; and
+        both to the next sample where neither does.
+        """
         profile = self.search.rests.profile
-        line = self.search.line
-        lefts = [*profile.x[profile.beyond(q, goal[0])].tolist(), goal[0]]
-        rights = [*profile.x[profile.beyond(p, goal[1])].tolist()[::-1], goal[1]]
-        left_stop = line(1, q, -math.inf, p, depth, 1, True)
-        right_stop = line(-1, p, math.inf, q, depth, 1, True)
-        steps = [(x, p) for x in lefts if q < x and (left_stop is None or x <= left_stop)]
-        if not steps:
-            steps = [(q, x) for x in rights if x < p and (right_stop is None or x >= right_stop)]
+        lefts = profile.x[profile.beyond(q, goal[0])].tolist()
+        lefts.append(goal[0])
+        rights = profile.x[profile.beyond(p, goal[1])].tolist()[::-1]
+        rights.append(goal[1])
+        left_stop = self.search.line(1, q, -math.inf, p, depth, 1, True)
+        furthest = math.inf if left_stop is None else left_stop
+        steps = [(x, p) for x in lefts if q < x <= furthest]
+        if steps:
+            return steps
+        right_stop = self.search.line(-1, p, math.inf, q, depth, 1, True)
+        furthest = -math.inf if right_stop is None else right_stop
+        steps = [(q, x) for x in rights if furthest <= x < p]
         return steps or [(lefts[0], rights[0])]
 
     def least(self, lines: Pair, depth: float, *, exact: bool = False) -> tuple[float, float]:

@@ -36,7 +36,9 @@ LEAST = 1e-9  # of l: about an axis smaller radii have the step of this one
 _SMALL = 1e-6  # of l: the rounding of positions beside 0 is that of this one
 
 # When a line is stable.
-FLAT = 1e-7  # of the size of depths over l or a radius: dD/dx that is rounding, where D is least
+# Of the size of depths over l, or over the radius of a single contact about an axis if that is less
+# (alone.py): dD/dx that is rounding, where D is least.
+FLAT = 1e-7
 _FALLING = 1e-9  # of the steepest dD/dx of both lines: what may be rounding of one that is 0
 _GROWING = np.diag([1.0, -1.0])  # dD/dx of two lines with both, if they grow outwards alone
 
@@ -337,9 +339,11 @@ class RestDepths:
         return np.maximum(alike, oppositely), stable(rate + _GROWING * slack, free)
 
     def step(self, lines: Array) -> Array:
-        """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.
+        """Steps (..) of central differences of D by lines (.., 2) of surfaces.
 
-        In a narrow gap D varies by (L/l)², known to (l/L)²: the step is the cube root of its error.
+        They are parts of l, of the width of a gap, or about an axis of the radius. In a narrow gap
+        of width L, D varies by (L/l)² of the size of depths and is known to ε (l/L)² of it: the
+        part is the cube root of the ratio ε (l/L)⁴.
         """
         width = lines[..., 1] - lines[..., 0]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
