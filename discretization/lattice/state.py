@@ -17,7 +17,7 @@ from discretization.lattice.accuracy import estimated
 from discretization.lattice.judge import State, on_row
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import SteepTail, on_plain, overhang, refuse_turning, turning
-from discretization.lattice.unresolved import look_at_state, looked_at, unseen
+from discretization.lattice.unresolved import unseen, warn_state, warn_unresolved
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row
@@ -124,15 +124,15 @@ def _neutral(found: State) -> bool:
     return least > 0 and bool(((gap > 0) & (np.abs(energy) <= least)).all())
 
 
-def looked_at_on_lattice(scene: Scene, depth: float, spacing: float, **asked: Any) -> Equilibrium:
+def warned_on_lattice(scene: Scene, depth: float, spacing: float, **asked: Any) -> Equilibrium:
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
     lattice = Lattice.of(scene, spacing)
     state = on_lattice(scene, depth, spacing, lattice=lattice, **asked)
     places = None
     if not scene.indenter.convex:
         places = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
-        looked_at([state], places, lattice, stacklevel=3)
-    look_at_state(state, lattice, places and places.lowest, stacklevel=3)
+        warn_unresolved([state], places, lattice, stacklevel=3)
+    warn_state(state, lattice, places and places.lowest, stacklevel=3)
     return state
 
 

@@ -1,7 +1,7 @@
 """What nodes do not resolve of the profile, looked for on the profile itself.
 
 Nodes know of a profile its heights, and between them they assume it to be as smooth as these are.
-Three things tell whether it is, wherever a state depends on it.
+Three conditions show whether it is, wherever a state depends on it.
 
 Lines. The surface and the indenter part at a contact line with the slope
 
@@ -18,13 +18,14 @@ but for a part of the slopes. A line of which it is not true stands where the no
 they see less of the profile than there is.
 
 Between the nodes the profile should keep to its chord, but for what the largest second difference
-around the link tells,
+around the link allows,
 
     |f_i + (f_{i+1} - f_i) s - f(x)| <= c max(|f_{i-1} - 2 f_i + f_{i+1}|,
                                               |f_i - 2 f_{i+1} + f_{i+2}|),     s = (x - x_i)/Δx,
 
-with c = 1/8 if it is a parabola there, and 1/2 if it has a corner, and its slope should not turn by
-more than three times that difference over Δx, back and forth. A profile that does not may be in
+with c = 1/4, twice what a parabola needs, or c = 1/2 in a link with a corner, which needs it where
+the corner is in the middle. Nor should its slope turn, back and forth, by more than 12 c times that
+difference over Δx: three times as much as that of the parabola or at the corner. Else it may be in
 contact, where its forces are not those of the nodes, or stick through a free surface. Nor should
 its slope leave the range of those of the chords of this link and the next ones by a part of
 √(2w/γ₁): a line would have stopped there. A convex profile has no such places.
@@ -37,7 +38,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,39 +47,58 @@ from discretization.certificate import EPSILON, AccuracyWarning
 from discretization.equilibrium import Equilibrium
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import heights, numbers
-from discretization.profile import resolve
+from discretization.profile import Resolved, resolve
 from energy import Plane, Scene
 from energy.arrays import Array, Mask
 
-_SMOOTH, _CORNERED = 1 / 4, 1 / 2  # of a second difference: twice a parabola's, and a corner's
-_WINDING = 12.0  # times that: three times as much as the slope of a parabola turns over a link
-_OF_HEIGHTS = 64 * EPSILON  # their rounding
+# What the profile may do between nodes, over the largest second difference of heights around a link
+_SMOOTH = 1 / 4  # off the chord: twice the 1/8 of a parabola
+_CORNERED = 1 / 2  # off the chord: that of a corner in the middle of the link
+_TURNING = 12.0  # times these, by Δx: a parabola's slope turns by 4, that of such a corner by 4
+_HEIGHT_ROUNDING = 64 * EPSILON  # of the heights
+_TINY = float(np.finfo(float).tiny)  # off the chord where only the slope shows it
+
+# Of the slopes' scale √(2w/γ₁)
+_STEEPER = 1 / 4  # by which slopes may leave the range of those of the chords
+_PARTED = 1 / 16  # of it and of |u'|: how well r is known from nodes
+_TIE = 1e-9  # beyond the rounding of r
+
+# Of lengths
 _MISSED = 1e-9  # of the depth and δ₀: a penetration that counts, as in the certificate
-_STEEPER = 1 / 4  # of √(2w/γ₁), by which slopes may leave the range of those of the chords
-_ASIDE = 1 / 4  # of a link: how well nodes know a line
-_RAISED = 1 / 64  # of δ₀ and |u|: how well they know the height there
-_PARTED = 1 / 16  # of √(2w/γ₁) and |u'|: how well they know r
-_FEW = 4  # links between lines that are not between nodes
-_BESIDE = 1e-3  # links: nearer to an axis no free surface is read
-_SIDES = np.array([-1.0, 1.0])
-_ACROSS = _SIDES[:, None, None]  # inside and outside of a contact
-_READ = np.array([1.0, -1.0, -1.0, 1.0])  # sides on which slopes inside and outside are read
-_PLACES = 33  # at which it is looked whether a narrow contact is held
-_HALVINGS = 40  # of the spacing, in search of one that would do
-_WITHIN = 16  # places in a link, looked at in this search
+_ASIDE = 1 / 4  # of a link: how well nodes place a line that adheres
+_RAISED = 1 / 64  # of δ₀ and |u|: how well they know the height beside a line
+_STEEP = 1 / 4  # of δ₀ and |u|: a profile that rises by more over a link is steep for its nodes
 _LEVEL = 1 / 16  # of l: by how much a profile may rise over a link with finite slopes
-_STEEP = 1 / 4  # of δ₀ and |u|: what rises by more over a link is steep for these nodes
-_TINY = float(np.finfo(float).tiny)
-_TIE = 1e-9  # of √(2w/γ₁): beyond rounding of r
-_NARROWER = 1 / 8  # of what a disc of one link stores: narrower ones store less, as 1/ln r
-_UPRIGHT = 0.86  # (2/3)(1 - c³)/(1 - c²), c = cos 45°: of k l u²/2, with finite slopes, at least
+_NEAR_AXIS = 1e-3  # links: nearer to an axis no free surface is read
+_FEW = 4  # links of a contact, with fewer of which its lines stand on nodes
+
+# Where and how often the profile is read
+_NARROW_SAMPLES = 33  # about a narrow contact: 16 in each link next to a lone node
+_SAMPLES_IN_LINK = 16  # in search of a spacing that would do
+_HALVINGS = 40  # of the spacing: down to 1e-12 of it
+
+# What free surfaces beside a narrow contact store at least, over what those beside one of a link
+# would. About an axis this falls as 1/ln(l/r): to 1/8 for a disc of e⁻⁸ links where l is 3 links.
+_NARROWER = 1 / 8
+_UPRIGHT = 0.86  # (2/3)(1 - c³)/(1 - c²), c = cos 45°: with finite slopes, up to 45°
+
+_SIDES = np.array([-1.0, 1.0])  # of left and right lines
+_INWARDS_OUTWARDS = _SIDES[:, None, None]  # of a contact
 
 
 class Unseen(NamedTuple):
-    """Places between the nodes (n,), f there, and how far that is from what the nodes see of it.
+    """Places between the nodes that these do not describe.
 
-    steep: whether a line may stop there of which the nodes do not know; off is 0 if that is all.
-    lowest: x of the lowest point of a profile that is not convex.
+    Attributes
+    ----------
+    x, f : ndarray (n,)
+        Places, and the profile there [length].
+    off : ndarray (n,)
+        How far f is from what the nodes have; 0 where it is only steeper [length].
+    steep : ndarray of bool (n,)
+        Whether a line may stop there at a slope that the nodes do not have.
+    lowest : float, optional
+        x of the lowest point of a profile that is not convex [length].
     """
 
     x: Array
@@ -88,10 +108,89 @@ class Unseen(NamedTuple):
     lowest: float | None = None
 
 
-def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = False) -> Unseen:
-    """What the nodes do not see of the profile, where contact is possible at this depth.
+class _Samples(NamedTuple):
+    """Samples of the profile between nodes: x, f, f' (n,), and the nodes around their links.
 
-    None of a convex profile; anywhere: its lowest point. Warns and refuses as `resolve`.
+    link: the number of the node before; cornered: whether the link has a corner; nodes: heights of
+    both ends of the link and of the next nodes on each side (4, n).
+    """
+
+    x: Array
+    f: Array
+    slope: Array
+    link: Array
+    cornered: Mask
+    nodes: Array
+
+    @classmethod
+    def of(cls, scene: Scene, profile: Resolved, lattice: Lattice) -> _Samples:
+        """The samples in links that have a next one on both sides."""
+        first, last = numbers(lattice, scene.indenter.extent)
+        link = np.floor((profile.x - lattice.origin) / lattice.spacing)
+        inside = (link > first) & (link + 1 < last)
+        link = link[inside]
+        corners = np.floor((profile.corners - lattice.origin) / lattice.spacing)
+        return cls(
+            profile.x[inside],
+            profile.f[inside],
+            profile.slope[inside],
+            link,
+            np.isin(link, corners),
+            heights(lattice, scene.indenter, link + np.arange(-1.0, 3.0)[:, None]),
+        )
+
+    def off_chord(self, lattice: Lattice) -> Array:
+        """How far the profile is from the chord of its link (n,)."""
+        place = (self.x - lattice.origin) / lattice.spacing
+        chord = self.nodes[1] + (place - self.link) * (self.nodes[2] - self.nodes[1])
+        return np.asarray(np.abs(chord - self.f))
+
+    def turned(self) -> Array:
+        """By how much the slope turns within the link of each sample, back and forth (n,)."""
+        number = (self.link - self.link[:1]).astype(int)
+        same_link = number[1:] == number[:-1]
+        turns = np.abs(np.diff(self.slope)) * same_link
+        count = number.max(initial=0) + 1
+        return np.asarray(np.bincount(number[1:], turns, count)[number])
+
+    def allowed(self) -> Array:
+        """How far from the chord the second differences of the nodes allow it to be (n,)."""
+        bend = np.abs(np.diff(self.nodes, 2, axis=0)).max(axis=0)
+        return np.asarray(np.where(self.cornered, _CORNERED, _SMOOTH) * bend)
+
+    def beyond_chords(self, lattice: Lattice) -> Array:
+        """By how much the rise over a link leaves the range of those of this and the next ones."""
+        rise = lattice.spacing * self.slope
+        chords = np.diff(self.nodes, axis=0)
+        return np.asarray(np.maximum(rise - chords.max(axis=0), chords.min(axis=0) - rise))
+
+
+def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = False) -> Unseen:
+    """Places between the nodes that these do not describe, where contact is possible.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    lattice : Lattice
+    anywhere : bool
+        Whether the surface is free everywhere: then the lowest point is enough.
+
+    Returns
+    -------
+    Unseen
+        Empty for a convex profile.
+
+    Raises
+    ------
+    ValueError
+        As `resolve`.
+
+    Warns
+    -----
+    AccuracyWarning
+        As `resolve`.
     """
     if scene.indenter.convex:
         nothing = np.empty(0)
@@ -99,83 +198,89 @@ def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = Fal
     profile = resolve(scene, depth)
     low = profile.lowest
     if anywhere:
-        x, f, off, steep = (np.array([part]) for part in (low, profile.touch, _TINY, False))
-        return Unseen(x, f, off, steep, low)
-    first, last = numbers(lattice, scene.indenter.extent)
-    place = (profile.x - lattice.origin) / lattice.spacing
-    link = np.floor(place)
-    inside = (link > first) & (link + 1 < last)
-    x, f, slope, place, link = (
-        part[inside] for part in (profile.x, profile.f, profile.slope, place, link)
-    )
-    nodes = heights(lattice, scene.indenter, link + np.arange(-1.0, 3.0)[:, None])
-    chords = np.diff(nodes, axis=0)
-    bend = np.abs(np.diff(chords, axis=0)).max(axis=0)
-    chord = nodes[1] + (place - link) * chords[1]
-    cornered = np.isin(link, np.floor((profile.corners - lattice.origin) / lattice.spacing))
-    known = np.where(cornered, _CORNERED, _SMOOTH) * bend
-    off, own = np.abs(chord - f), (link - link[:1]).astype(int)
-    steps = np.abs(np.diff(slope)) * (own[1:] == own[:-1])
-    turned = lattice.spacing * np.bincount(own[1:], steps, own.max(initial=0) + 1)[own] / _WINDING
-    rounding = _OF_HEIGHTS * np.abs(nodes).max(initial=0.0)
-    hidden = np.maximum(off, turned) > known + rounding
-    steep = np.zeros(x.size, bool)
+        touch = np.array([profile.touch])
+        return Unseen(np.array([low]), touch, np.array([_TINY]), np.array([False]), low)
+    samples = _Samples.of(scene, profile, lattice)
+    rounding = _HEIGHT_ROUNDING * np.abs(samples.nodes).max(initial=0.0)
+    off = samples.off_chord(lattice)
+    turned = lattice.spacing * samples.turned() / _TURNING
+    hidden = np.maximum(off, turned) > samples.allowed() + rounding
+    steep = np.zeros(samples.x.size, bool)
     if scene.gamma1 and scene.work_of_adhesion:
         kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-        rise = lattice.spacing * slope
-        beyond = np.maximum(rise - chords.max(axis=0), chords.min(axis=0) - rise)
+        beyond = samples.beyond_chords(lattice)
         steep = beyond > lattice.spacing * _STEEPER * kink + rounding
     found = hidden | steep
     off = np.where(hidden, np.maximum(off, _TINY), 0.0)
-    return Unseen(x[found], f[found], off[found], steep[found], low)
+    return Unseen(samples.x[found], samples.f[found], off[found], steep[found], low)
 
 
-def looked_at(
+def warn_unresolved(
     states: Iterable[Equilibrium], places: Unseen, lattice: Lattice, stacklevel: int
 ) -> None:
-    """AccuracyWarning where the surfaces of a scene's states miss what the nodes do not see.
+    """Warn where surfaces of states miss the profile at places that the nodes do not describe.
 
-    The indenter is in the surface there, or in contact off it, or steeper than the nodes tell.
+    Parameters
+    ----------
+    states : iterable of Equilibrium
+        Of one scene.
+    places : Unseen
+    lattice : Lattice
+    stacklevel : int
+        Of the warning, counted from the caller.
+
+    Warns
+    -----
+    AccuracyWarning
+        Where the indenter is in the surface, in contact off it, or steeper than its nodes.
     """
-    x, f, off, steep, _ = places
-    states = [*states] if x.size else []
+    states = [*states] if places.x.size else []
     if not states:
         return
-    inside, hidden = np.array([state.inside(x) for state in states]), off > 0
-    missed, scene = np.where(inside, off, 0.0).max(axis=0), states[0].scene
-    if hidden.any():
-        at, high = x[hidden], f[hidden]
-        each = [state.depth - high - state.displacement(at) for state in states]
-        through = np.where(inside[:, hidden], 0.0, each).max(axis=0)
-        missed[hidden] = np.maximum(missed[hidden], through)
+    scene = states[0].scene
+    inside = np.array([state.inside(places.x) for state in states])
+    missed = _missed(states, places, inside)
     worst = int(np.argmax(missed))
     size = max(scene.critical_separation, *(abs(state.depth) for state in states))
-    passed = steep & inside.any(axis=0)
+    passed = places.steep & inside.any(axis=0)
     if missed[worst] > _MISSED * size:
-        place = float(x[worst])
-        seen = f"the surface between them misses the indenter by {float(missed[worst])!r}"
+        x = float(places.x[worst])
+        problem = f"the surface between them misses the indenter by {float(missed[worst])!r}"
     elif passed.any():
-        place = float(x[np.argmax(passed)])
-        seen = "the profile is steeper than these nodes tell, where a contact line has passed"
+        x = float(places.x[np.argmax(passed)])
+        problem = "a contact line has passed where the profile is steeper than on these nodes"
     else:
         return
-    _warn(scene, lattice, place, seen, stacklevel + 1)
+    _warn(scene, lattice, x, problem, stacklevel + 1)
 
 
-def lines_looked_at(
-    scene: Scene, lattice: Lattice, depth: Array, lines: Array, stacklevel: int
-) -> None:
+def _missed(states: Sequence[Equilibrium], places: Unseen, inside: Mask) -> Array:
+    """The most by which surfaces of states miss the indenter at places (n,); inside (s, n)."""
+    missed = np.where(inside, places.off, 0.0).max(axis=0)
+    hidden = places.off > 0
+    if hidden.any():
+        x = places.x[hidden]
+        f = places.f[hidden]
+        penetration = [state.depth - f - state.displacement(x) for state in states]
+        through = np.where(inside[:, hidden], 0.0, penetration).max(axis=0)
+        missed[hidden] = np.maximum(missed[hidden], through)
+    return np.asarray(missed)
+
+
+def warn_lines(scene: Scene, lattice: Lattice, depth: Array, lines: Array, stacklevel: int) -> None:
     """AccuracyWarning where lines (n, 2m) of states at depths (n,) are not where they rest."""
     off = astray(scene, lattice, depth, lines)
     if off.any():
         state, column = np.argwhere(off)[0].tolist()
-        place = float(lines[state, column + (lattice.axis == 0)])
-        here = f"at depth = {float(depth[state])!r}"
-        seen = f"{here} the profile does not let a contact line rest where they have it"
-        _warn(scene, lattice, place, seen, stacklevel + 1)
+        x = float(lines[state, column + (lattice.axis == 0)])
+        problem = (
+            f"at depth = {float(depth[state])!r} the profile does not let a contact line rest "
+            "where they have it"
+        )
+        _warn(scene, lattice, x, problem, stacklevel + 1)
 
 
-def losses_looked_at(
+def warn_losses(
     scene: Scene,
     lattice: Lattice,
     depth: float,
@@ -183,37 +288,38 @@ def losses_looked_at(
     lines: tuple[float, ...],
     stacklevel: int,
 ) -> None:
-    """AccuracyWarning if a contact is lost that the profile holds at the next depth of a path.
+    """AccuracyWarning if nodes lose a contact that the profile holds at the next depth of a path.
 
-    before, lines: those of all contacts at the depth before, and now.
+    before, lines: those of all contacts at the depth before, and at this one.
     """
     now = list(zip(lines[::2], lines[1::2], strict=True))
     for left, right in zip(before[::2], before[1::2], strict=True):
         if any(first <= right and last >= left for first, last in now):
             continue
-        every = sorted([*now, (left, right)])
-        known = np.reshape(every, (1, -1))
-        held = _held(scene, lattice, np.array([[depth]]), known, -_PARTED)
-        if held[0, every.index((left, right))]:
-            seen = f"at depth = {depth!r} they have lost a contact which the profile holds"
-            _warn(scene, lattice, (left + right) / 2, seen, stacklevel + 1)
+        contacts = sorted([*now, (left, right)])
+        all_lines = np.reshape(contacts, (1, -1))
+        held = _held_by_profile(scene, lattice, np.array([[depth]]), all_lines, -_PARTED)
+        if held[0, contacts.index((left, right))]:
+            problem = f"at depth = {depth!r} they have lost a contact which the profile holds"
+            _warn(scene, lattice, (left + right) / 2, problem, stacklevel + 1)
 
 
 def lowest_within(scene: Scene, lattice: Lattice, left: float, right: float) -> float:
     """x of the lowest point of the profile within a link of a contact."""
-    body, (lo, hi) = scene.indenter, scene.indenter.extent
-    ends = max(left - lattice.spacing, lo), min(right + lattice.spacing, hi)
-    breaks = body.breaks()
-    inner = breaks[(breaks > ends[0]) & (breaks < ends[1])]
-    x = np.append(inner, np.linspace(*ends, 8 * _PLACES))
-    return float(x[np.argmin(body.height(x))])
+    low, high = scene.indenter.extent
+    start = max(left - lattice.spacing, low)
+    end = min(right + lattice.spacing, high)
+    breaks = scene.indenter.breaks()
+    inner = breaks[(breaks > start) & (breaks < end)]
+    x = np.append(inner, np.linspace(start, end, 8 * _NARROW_SAMPLES))
+    return float(x[np.argmin(scene.indenter.height(x))])
 
 
-def _warn(scene: Scene, lattice: Lattice, x: float, seen: str, stacklevel: int) -> None:
-    """AccuracyWarning of what is seen at x, and the spacing that would do."""
-    closer = enough(scene, lattice, x)
+def _warn(scene: Scene, lattice: Lattice, x: float, problem: str, stacklevel: int) -> None:
+    """AccuracyWarning of a problem at x, with the spacing that would do."""
+    closer = resolving_spacing(scene, lattice, x)
     warnings.warn(
-        f"at x = {x!r}, between nodes {lattice.spacing!r} apart: {seen}; a feature or contact "
+        f"at x = {x!r}, between nodes {lattice.spacing!r} apart: {problem}; a feature or contact "
         f"narrower than the spacing may be missed; give a spacing of {closer!r}, or "
         "method='fitted'",
         AccuracyWarning,
@@ -221,7 +327,7 @@ def _warn(scene: Scene, lattice: Lattice, x: float, seen: str, stacklevel: int) 
     )
 
 
-class _End(NamedTuple):
+class _Line(NamedTuple):
     """Lines at x, where the profile has the height f."""
 
     x: Any
@@ -229,7 +335,17 @@ class _End(NamedTuple):
 
 
 class Parting(NamedTuple):
-    """How surface and indenter part at lines: r, what u' adds to it, and the displacement u."""
+    """How surface and indenter part at lines; arrays of the shape of their positions.
+
+    Attributes
+    ----------
+    r : ndarray
+        f' + u' outwards; with finite slopes 2 sin(ψ/2).
+    falls : ndarray
+        u' outwards, or the inclination.
+    u : ndarray
+        The displacement [length].
+    """
 
     r: Array
     falls: Array
@@ -239,16 +355,32 @@ class Parting(NamedTuple):
 def parting(
     scene: Scene, lattice: Lattice, depth: Any, x: Array, side: Any, read: Any, facing: Any = None
 ) -> Parting:
-    """How surface and indenter part at lines at x (..., n, 2m).
+    """How surface and indenter part at lines.
 
-    side: 1 if the free surface is on the right; read: the side on which f' is read; facing: all
-    lines (n, 2m), where others face them.
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    depth : float or ndarray
+        That broadcasts with x [length].
+    x : ndarray (..., n, 2m)
+        Positions [length].
+    side : ndarray
+        1 if the free surface is on the right, -1 if it is on the left.
+    read : ndarray
+        The side on which f' is read where it jumps.
+    facing : ndarray (n, 2m), optional
+        All lines, where others face them [length].
+
+    Returns
+    -------
+    Parting
     """
     f = scene.indenter.height(x)
     u = depth - f
     rise = side * scene.indenter.slope_beside(x, read)
     if lattice.axis == 0:
-        falls = lattice.tail.shape(x, _End(x, f), None, depth)[1]
+        falls = lattice.tail.shape(x, _Line(x, f), None, depth)[1]
         return Parting(rise + falls, falls, u)
     if lattice.linear:
         falls = u * (-1 / scene.elastocapillary_length)
@@ -259,118 +391,191 @@ def parting(
         inclination = np.copysign(np.arccos(np.maximum(1 - stored, 0.0)), u)
         return Parting(2 * np.sin((np.arctan(rise) - inclination) / 2), -inclination, u)
     if facing is not None:
-        ends = _End(x, f)
-        others = _End(facing, scene.indenter.height(facing))
-        right, left = np.s_[..., 1:-1:2], np.s_[..., 2::2]  # lines beside a gap
-        for own, other, sign in ((right, left, 1), (left, right, -1)):
-            gap = [_End(ends.x[own], ends.f[own]), _End(others.x[other], others.f[other])]
-            first, last = gap[::sign]
-            falls[own] = sign * lattice.tail.shape(x[own], first, last, depth)[1]
+        right_line = np.s_[..., 1:-1:2]  # those on the left of a gap between two contacts,
+        left_line = np.s_[..., 2::2]  # and on its right
+        own_right = _Line(x[right_line], f[right_line])
+        own_left = _Line(x[left_line], f[left_line])
+        faced = scene.indenter.height(facing)
+        other_left = _Line(facing[left_line], faced[left_line])
+        other_right = _Line(facing[right_line], faced[right_line])
+        shape = lattice.tail.shape
+        falls[right_line] = shape(own_right.x, own_right, other_left, depth)[1]
+        falls[left_line] = -shape(own_left.x, other_right, own_left, depth)[1]
     return Parting(rise + falls, falls, u)
 
 
-def astray(scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> Mask:
-    """Which lines (n, 2m) of states at depths (n,) do not rest where they are; see the module.
+class _Rows(NamedTuple):
+    """Lines that are judged: of n states, one or more columns each.
 
-    About an axis (n, 1): the only line. A line at the end of a body is looked at on its inner side
-    alone, that of a contact of one node on its outer side, and only if the profile is steep there:
-    else P is next to that of a point.
+    x: positions (n, c); side: on which their free surfaces are (c,); depth (n, 1); room: how far
+    they may be moved inwards and outwards (2, n, c); facing: all lines, if there are several
+    contacts; limits: between which the profile is read.
     """
-    side = _SIDES if lines.shape[1] == 2 else np.resize(_SIDES, lines.shape[1])
-    room, facing = _room(lines), lines if lines.shape[1] > 2 else None
-    (lo, hi), depth = scene.indenter.extent, depth[:, None]
-    if lattice.axis == 0:  # where a contact around it has no line
-        lines, side, room = lines[:, 1:], side[1:], room[..., 1:]
-        lo = _BESIDE * lattice.spacing
-    away = _ACROSS * side
-    share = _ASIDE if scene.work_of_adhesion else 1.0  # without adhesion lines hardly change P
-    aside = np.minimum(room, share * lattice.spacing)
-    x = np.minimum(np.maximum(lines + away * aside, lo), hi)
-    found = parting(scene, lattice, depth, x, side, away, facing)
-    rise = np.abs(found.u[1] - found.u[0])
-    known = _RAISED * (scene.opened.critical_separation + np.abs(found.u[1]))
-    if (rise > known).any():
-        aside = aside * np.minimum(1.0, known / np.maximum(rise, known))
-        x = np.minimum(np.maximum(lines + away * aside, lo), hi)
-        found = parting(scene, lattice, depth, x, side, away, facing)
-    part = _PARTED + lattice.k * lattice.spacing**2 / lattice.gamma1 / 8
-    works = scene.opened.work_of_adhesion, scene.work_of_adhesion
-    kinks = np.sqrt([2 / scene.gamma1 * work for work in works])[:, None, None]
-    if scene.pattern is not None:
-        kinks = kinks * np.sqrt(scene.pattern.factor(x))
-    off = _ACROSS * (kinks - found.r) > part * (kinks + np.abs(found.falls))
+
+    x: Array
+    side: Array
+    depth: Array
+    room: Array
+    facing: Array | None
+    limits: tuple[float, float]
+
+    @classmethod
+    def of(cls, scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> _Rows:
+        """All lines (n, 2m), but for the inner end of a contact around an axis, which is none."""
+        side = np.resize(_SIDES, lines.shape[1])
+        facing = lines if lines.shape[1] > 2 else None
+        low, high = scene.indenter.extent
+        skipped = 0
+        if lattice.axis == 0:
+            skipped = 1
+            low = _NEAR_AXIS * lattice.spacing
+        room = _room(lines)[..., skipped:]
+        return cls(lines[:, skipped:], side[skipped:], depth[:, None], room, facing, (low, high))
+
+    def beside(self, scene: Scene, lattice: Lattice) -> tuple[Array, Parting]:
+        """x inwards and outwards of the lines (2, n, c), and how surface and indenter part there.
+
+        A part of a link away, less where the profile is steep.
+        """
+        away = _INWARDS_OUTWARDS * self.side
+        distance = np.minimum(self.room, _aside(scene) * lattice.spacing)
+        x = self._moved(away * distance)
+        found = parting(scene, lattice, self.depth, x, self.side, away, self.facing)
+        rise = np.abs(found.u[1] - found.u[0])
+        allowed = _RAISED * (scene.opened.critical_separation + np.abs(found.u[1]))
+        if (rise > allowed).any():
+            distance = distance * np.minimum(1.0, allowed / np.maximum(rise, allowed))
+            x = self._moved(away * distance)
+            found = parting(scene, lattice, self.depth, x, self.side, away, self.facing)
+        return x, found
+
+    def _moved(self, offset: Array) -> Array:
+        """Positions moved by an offset, within the limits."""
+        low, high = self.limits
+        return np.asarray(np.minimum(np.maximum(self.x + offset, low), high))
+
+
+def _aside(scene: Scene) -> float:
+    """How well nodes place a line, in links; without adhesion it hardly changes P."""
+    return _ASIDE if scene.work_of_adhesion else 1.0
+
+
+def astray(scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> Mask:
+    """Which lines of states do not rest where they are; see the module.
+
+    A line at the end of a body is judged on its inner side alone, that of a contact of one node on
+    its outer side, and only if the profile is steep there: else P is next to that of a point.
+
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    depth : ndarray (n,)
+        [length].
+    lines : ndarray (n, 2m)
+        x of all lines [length].
+
+    Returns
+    -------
+    ndarray of bool (n, 2m)
+        About an axis (n, 1): of the only line.
+    """
+    rows = _Rows.of(scene, lattice, depth, lines)
+    x, found = rows.beside(scene, lattice)
+    kinks = _kinks(scene, x)
+    tolerance = _PARTED + lattice.k * lattice.spacing**2 / lattice.gamma1 / 8
+    off = _INWARDS_OUTWARDS * (kinks - found.r) > tolerance * (kinks + np.abs(found.falls))
     few = None
-    if facing is not None and scene.work_of_adhesion:
-        few = np.diff(lines)[:, ::2] < (_FEW - 0.5) * lattice.spacing
-        for end in scene.indenter.walls:  # there a point is pinned, however narrow
-            few &= (lines[:, ::2] != end) & (lines[:, 1::2] != end)
+    if rows.facing is not None and scene.work_of_adhesion:
+        few = _few_links(scene, lattice, rows.x)
     narrow = few is not None and bool(few.any())
     if not off.any() and lattice.slopes == "small" and not narrow:
-        return np.zeros(lines.shape, bool)
-    slope = np.abs(scene.indenter.slope_beside(lines, side))
+        return np.zeros(rows.x.shape, bool)
+
+    slope = np.abs(scene.indenter.slope_beside(rows.x, rows.side))
     height = scene.opened.critical_separation + np.abs(found.u[0])
     steep = slope * lattice.spacing > _STEEP * height
-    off[0] &= room[0] > 0
-    off[1] &= steep | (room[0] > 0)
-    if facing is not None:  # those of a few links are known to stand on nodes
-        off &= room.min(axis=0) >= _FEW / 2 * lattice.spacing
+    wider_than_a_point = rows.room[0] > 0
+    off[0] &= wider_than_a_point
+    off[1] &= steep | wider_than_a_point
+    if rows.facing is not None:  # those of a few links are known to stand on nodes
+        off &= rows.room.min(axis=0) >= _FEW / 2 * lattice.spacing
     for end in scene.indenter.walls:
         off[1] &= x[1] != end
     found_off = np.asarray(off.any(axis=0))
     if lattice.slopes == "finite":
-        found_off |= steep & ~np.isin(lines, scene.indenter.corners)
+        found_off |= steep & ~np.isin(rows.x, scene.indenter.corners)
     if few is not None and narrow:
-        found_off |= np.repeat(few & ~_held(scene, lattice, depth, lines, part), 2, axis=1)
+        held = _held_by_profile(scene, lattice, rows.depth, rows.x, tolerance)
+        found_off |= np.repeat(few & ~held, 2, axis=1)
     return found_off
 
 
-def _held(scene: Scene, lattice: Lattice, depth: Array, lines: Array, part: float) -> Mask:
+def _kinks(scene: Scene, x: Array) -> Array:
+    """√(2w/γ₁) by which lines rest on their inner sides, x[0], and on their outer ones, x[1]."""
+    works = [scene.opened.work_of_adhesion, scene.work_of_adhesion]
+    kinks = np.sqrt([2 / scene.gamma1 * work for work in works])[:, None, None]
+    if scene.pattern is not None:
+        kinks = kinks * np.sqrt(scene.pattern.factor(x))
+    return np.asarray(kinks)
+
+
+def _few_links(scene: Scene, lattice: Lattice, lines: Array) -> Mask:
+    """Which contacts (n, m) have fewer than four links, and are not pinned at the end of a body."""
+    few = np.diff(lines)[:, ::2] < (_FEW - 0.5) * lattice.spacing
+    for end in scene.indenter.walls:
+        few &= (lines[:, ::2] != end) & (lines[:, 1::2] != end)
+    return np.asarray(few)
+
+
+def _held_by_profile(
+    scene: Scene, lattice: Lattice, depth: Array, lines: Array, tolerance: float
+) -> Mask:
     """Whether each contact (n, m) of lines (n, 2m) is held by the profile within a link of it.
 
     There the left line does not recede at one place, and the right one at the same or further on.
     """
-    link, body = lattice.spacing, scene.indenter
-    share = np.linspace(0, 1, _PLACES)[:, None, None]
-    first, last = lines[:, ::2] - link, lines[:, 1::2] + link
-    at = np.clip(first + share * (last - first), *body.extent)
-    x, side = np.repeat(at, 2, axis=2), np.resize(_SIDES, lines.shape[1])
+    share = np.linspace(0, 1, _NARROW_SAMPLES)[:, None, None]
+    first = lines[:, ::2] - lattice.spacing
+    last = lines[:, 1::2] + lattice.spacing
+    places = np.clip(first + share * (last - first), *scene.indenter.extent)
+    x = np.repeat(places, 2, axis=2)
+    side = np.resize(_SIDES, lines.shape[1])
     found = parting(scene, lattice, depth, x, side, side, lines)
     kink: Any = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
     if scene.pattern is not None:
         kink = kink * np.sqrt(scene.pattern.factor(x))
-    holds = found.r < kink + part * (kink + np.abs(found.falls))
+    holds = found.r < kink + tolerance * (kink + np.abs(found.falls))
     left = np.maximum.accumulate(holds[:, :, ::2], axis=0)
     left[:-1] |= left[1:]  # a tip between two of these places
     return np.asarray((left & holds[:, :, 1::2]).any(axis=0))
 
 
-def _at_rest(scene: Scene, lattice: Lattice, depth: float, left: float, right: float) -> bool:
-    """Whether both lines of one contact surely rest, as `astray` says, in numbers: faster.
+def _one_contact_rests(
+    scene: Scene, lattice: Lattice, depth: float, left: float, right: float
+) -> bool:
+    """Whether both lines of one contact surely rest, as `astray` finds more slowly.
 
     Without pattern, with small slopes, and if the profile is not steep there.
     """
-    (lo, hi), length = scene.indenter.extent, scene.elastocapillary_length
-    share = _ASIDE if scene.work_of_adhesion else 1.0
-    out, half = share * lattice.spacing, (right - left) / 2
-    inner = min(out, half)
-    x = np.array([left + inner, right - inner, max(left - out, lo), min(right + out, hi)])
-    slopes = scene.indenter.slope_beside(x, _READ).tolist()
-    depths = (depth - scene.indenter.height(x)).tolist()
-    part = _PARTED + (lattice.spacing / length) ** 2 / 8
-    most = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
-    least = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-    size = scene.opened.critical_separation
-    for line, side in ((0, -1), (1, 1)):
-        u_in, u_out = depths[line], depths[line + 2]
-        r_in = side * slopes[line] - u_in / length
-        r_out = side * slopes[line + 2] - u_out / length
-        if not abs(u_in - u_out) <= _RAISED * (size + abs(u_out)):
-            return False
-        if not r_in <= most + part * (most + abs(u_in) / length):
-            return False
-        if not r_out >= least - part * (least + abs(u_out) / length):
-            return False
-    return True
+    low, high = scene.indenter.extent
+    length = scene.elastocapillary_length
+    outer = _aside(scene) * lattice.spacing
+    inner = min(outer, (right - left) / 2)
+    inside = [left + inner, right - inner]
+    outside = [max(left - outer, low), min(right + outer, high)]
+    u_in = depth - scene.indenter.height(np.array(inside))
+    u_out = depth - scene.indenter.height(np.array(outside))
+    r_in = _SIDES * scene.indenter.slope_beside(np.array(inside), -_SIDES) - u_in / length
+    r_out = _SIDES * scene.indenter.slope_beside(np.array(outside), _SIDES) - u_out / length
+    opening = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
+    closing = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+    tolerance = _PARTED + (lattice.spacing / length) ** 2 / 8
+    height = scene.opened.critical_separation + np.abs(u_out)
+    level = np.abs(u_in - u_out) <= _RAISED * height
+    stays = r_in <= opening + tolerance * (opening + np.abs(u_in) / length)
+    stops = r_out >= closing - tolerance * (closing + np.abs(u_out) / length)
+    return bool((level & stays & stops).all())
 
 
 def _room(lines: Array) -> Array:
@@ -379,7 +584,8 @@ def _room(lines: Array) -> Array:
     room = np.array([half, np.full(half.shape, math.inf)])
     if lines.shape[1] > 2:
         gaps = (lines[:, 2::2] - lines[:, 1:-1:2]) / 2
-        room[1, :, 1:-1:2], room[1, :, 2::2] = gaps, gaps
+        room[1, :, 1:-1:2] = gaps
+        room[1, :, 2::2] = gaps
     return room
 
 
@@ -390,40 +596,61 @@ def lost_too_early(
     branch: str = "adhered",
     lowest: float | None = None,
 ) -> float:
-    """Half the width [length] of a contact narrower than the nodes hold at a depth, or 0.
+    """Half the width of a contact narrower than the nodes hold at a depth.
 
     It is the last of a contact that is being opened. It can only have the lowest energy if it gains
     more by adhesion, over a link on each side, than its free surfaces store at least.
-    lowest: x of the lowest point, where it is known.
+
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    depth : float
+        At which the nodes have no contact [length].
+    branch : {"adhered", "global"}
+    lowest : float, optional
+        x of the lowest point of the profile, where it is known [length].
+
+    Returns
+    -------
+    float
+        [length]; 0 if there is none.
     """
-    body, work = scene.indenter, scene.opened.work_of_adhesion
+    work = scene.opened.work_of_adhesion
     if not (work and scene.gamma1):
         return 0.0
-    turned = lattice.axis == 0
-    tip = 0.0 if turned else body.apex if body.convex else lowest
-    if tip is None:
-        tip = resolve(scene, depth).lowest
-    height = float(body.height(tip))
+    tip = _lowest_point(scene, lattice, depth, lowest)
+    height = float(scene.indenter.height(tip))
     if height <= depth or depth < height - scene.opened.critical_separation:
         return 0.0
-    at_end = tip in body.extent
+    low, high = scene.indenter.extent
     u = depth - height
-    if branch == "global" and _gained(lattice, u, at_end) < _stored(lattice, u):
-        return 0.0
-    away = lattice.spacing * 0.5 ** np.arange(_HALVINGS)
-    sides = np.array([1.0]) if turned else np.array([[-1.0], [1.0]])
-    x = tip + sides * away
-    x = np.where((x < body.extent[0]) | (x > body.extent[1]), tip, x)
+    if branch == "global":
+        gained = _gained(lattice, u, at_end=tip in (low, high))
+        if gained < _stored(lattice, u):
+            return 0.0
+    distances = lattice.spacing * 0.5 ** np.arange(_HALVINGS)
+    sides = np.array([1.0]) if lattice.axis == 0 else _SIDES[:, None]
+    x = tip + sides * distances
+    x = np.where((x < low) | (x > high), tip, x)
     found = parting(scene, lattice, depth, x, sides, sides)
     kink = math.sqrt(2 * work / scene.gamma1)
     holds = np.atleast_2d(found.r < kink * (1 - _TIE))
-    widest = np.where(holds, away, 0.0).max(axis=1)
-    if branch == "global" and (widest == away[0]).all():
+    widest = np.where(holds, distances, 0.0).max(axis=1)
+    if branch == "global" and (widest == lattice.spacing).all():
         return 0.0  # it is wider than a link on each side, and the nodes have compared it
     return float(widest.mean()) if (widest > 0).all() else 0.0
 
 
-def _gained(lattice: Lattice, u: float, at_end: bool) -> float:
+def _lowest_point(scene: Scene, lattice: Lattice, depth: float, known: float | None) -> float:
+    """x of the lowest point of the profile, which is resolved if it is not known."""
+    if lattice.axis == 0:
+        return 0.0
+    point = scene.indenter.apex if scene.indenter.convex else known
+    return resolve(scene, depth).lowest if point is None else point
+
+
+def _gained(lattice: Lattice, u: float, *, at_end: bool) -> float:
     """The most that adhesion, less the springs, gains with a link on each side of the lowest point.
 
     There the surface is lifted to u, and beside it to more.
@@ -441,22 +668,23 @@ def _stored(lattice: Lattice, u: float) -> float:
     return 2 * tail * (1.0 if lattice.linear else _UPRIGHT)
 
 
-def enough(scene: Scene, lattice: Lattice, x: float) -> float:
+def resolving_spacing(scene: Scene, lattice: Lattice, x: float) -> float:
     """A spacing of nodes that resolve the profile at x: half of one that does there.
 
-    Its slopes stay in the range of those of the chords but for a part of √(2w/γ₁), and with finite
-    slopes it rises by no more than a part of l over a link.
+    The slopes stay in the range of those of the chords but for a part of √(2w/γ₁), and with finite
+    slopes the profile rises by no more than a part of l over a link.
     """
-    body, (lo, hi) = scene.indenter, scene.indenter.extent
+    indenter = scene.indenter
     kink = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
+    links = np.linspace(-1, 1, 2 * _SAMPLES_IN_LINK + 1)
+    # Two rows of nodes about x, as it may be anywhere in its link.
+    rows = np.array([[-1.4, -0.4, 0.6, 1.6], [-1.6, -0.6, 0.4, 1.4]])
     spacing = lattice.spacing / 2
     for _ in range(_HALVINGS):
-        between = np.clip(x + spacing * np.linspace(-1, 1, 2 * _WITHIN + 1), lo, hi)
-        nodes = x + spacing * np.array([[-1.4, -0.4, 0.6, 1.6], [-1.6, -0.6, 0.4, 1.4]])
-        nodes = np.clip(nodes, lo, hi)
-        slope = body.slope(between)
-        width = np.maximum(np.diff(nodes, axis=1), np.finfo(float).tiny)
-        chords = np.diff(body.height(nodes), axis=1) / width
+        slope = indenter.slope(np.clip(x + spacing * links, *indenter.extent))
+        nodes = np.clip(x + spacing * rows, *indenter.extent)
+        width = np.maximum(np.diff(nodes, axis=1), _TINY)
+        chords = np.diff(indenter.height(nodes), axis=1) / width
         beyond = np.maximum(slope.max() - chords.max(axis=1), chords.min(axis=1) - slope.min())
         level = np.abs(slope).max() * spacing <= _LEVEL * scene.elastocapillary_length
         if beyond.max() <= _STEEPER * kink and (scene.slopes == "small" or level):
@@ -465,24 +693,24 @@ def enough(scene: Scene, lattice: Lattice, x: float) -> float:
     return spacing / 2
 
 
-def look_at_state(
-    state: Equilibrium, lattice: Lattice, lowest: float | None, stacklevel: int
-) -> None:
+def warn_state(state: Equilibrium, lattice: Lattice, lowest: float | None, stacklevel: int) -> None:
     """AccuracyWarning where a lattice state depends on what the nodes do not resolve."""
-    scene, depth = state.scene, state.depth
+    scene = state.scene
     if not scene.gamma1 or isinstance(scene.indenter, Plane):
         return
-    if state.contacts.size:
-        lines = state.contacts.reshape(1, -1)
-        simple = lattice.linear and lattice.axis != 0 and scene.pattern is None
-        if simple and lines.size == 2 and _at_rest(scene, lattice, depth, *lines[0].tolist()):
+    if not state.contacts.size:
+        warn_narrow(scene, lattice, state.depth, state.branch, lowest, stacklevel + 1)
+        return
+    lines = state.contacts.reshape(1, -1)
+    simple = lattice.linear and lattice.axis != 0 and scene.pattern is None
+    if simple and lines.size == 2:
+        left, right = lines[0].tolist()
+        if _one_contact_rests(scene, lattice, state.depth, left, right):
             return
-        lines_looked_at(scene, lattice, np.array([depth]), lines, stacklevel + 1)
-    else:
-        narrow_looked_at(scene, lattice, depth, state.branch, lowest, stacklevel + 1)
+    warn_lines(scene, lattice, np.array([state.depth]), lines, stacklevel + 1)
 
 
-def narrow_looked_at(
+def warn_narrow(
     scene: Scene,
     lattice: Lattice,
     depth: float,

@@ -21,12 +21,12 @@ from discretization.lattice import line
 from discretization.lattice.judge import on_row
 from discretization.lattice.unresolved import (
     Unseen,
-    lines_looked_at,
-    looked_at,
-    losses_looked_at,
     lowest_within,
-    narrow_looked_at,
     unseen,
+    warn_lines,
+    warn_losses,
+    warn_narrow,
+    warn_unresolved,
 )
 from discretization.lattice.walk import Walk, paired
 from discretization.nodes.lattice import Lattice
@@ -233,7 +233,7 @@ class LatticeBranch(Branch):
             found[:2, own] += added
             found[2:, own] = lines[:, 0], lines[:, -1]
             if looked:
-                lines_looked_at(self.scene, row.lattice, depths, lines, stacklevel=6)
+                warn_lines(self.scene, row.lattice, depths, lines, stacklevel=6)
         return found
 
     def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
@@ -269,11 +269,11 @@ class LatticeBranch(Branch):
             replace(apart, depth=point.depth, contacts=np.array(point.lines).reshape(-1, 2))
             for point in points
         )
-        looked_at(whole, self.hidden, lattice, stacklevel=4)
+        warn_unresolved(whole, self.hidden, lattice, stacklevel=4)
         for one, other in itertools.pairwise(points if self.scene.work_of_adhesion else ()):
             before, after = one.lines or (), other.lines or ()
             if len(after) < len(before) and other.depth < one.depth:
-                losses_looked_at(self.scene, lattice, other.depth, before, after, stacklevel=4)
+                warn_losses(self.scene, lattice, other.depth, before, after, stacklevel=4)
         energy, force, *lines = self._interpolated(points, looked=True)
         return np.array(lines).T, force, energy
 
@@ -293,7 +293,7 @@ class LatticeBranch(Branch):
         lowest = None
         if not scene.indenter.convex:
             lowest = lowest_within(scene, lattice, left, right)
-        narrow_looked_at(scene, lattice, depth, "adhered", lowest, stacklevel=5)
+        warn_narrow(scene, lattice, depth, "adhered", lowest, stacklevel=5)
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError if something would still happen at this depth, or has not before."""

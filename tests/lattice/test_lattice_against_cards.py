@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from discretization import AccuracyWarning, load_path, minimise, readings
 from discretization.lattice.state import on_lattice
-from discretization.lattice.unresolved import Unseen, looked_at, unseen
+from discretization.lattice.unresolved import Unseen, unseen, warn_unresolved
 from discretization.nodes.lattice import Lattice
 from energy import FlatPunch, Parabola, Plane, Profile, Wedge, cards
 from studies.scenes import run
@@ -141,7 +141,7 @@ def test_a_penetration_by_more_than_1e_9_of_the_depths_is_warned_of(share, warne
     height = state.depth * (1 + share * 1e-9)  # of a tip that no node sees
     hidden = Unseen(np.zeros(1), np.array([height]), np.ones(1), np.array([False]))
     with pytest.warns(AccuracyWarning) if warned else contextlib.nullcontext():
-        looked_at([state], hidden, Lattice.of(scene, 0.1), 1)
+        warn_unresolved([state], hidden, Lattice.of(scene, 0.1), 1)
 
 
 SOFT = adhesive(Parabola(0.02), k=6.73e8, gamma1=0.07, w=6e-5)
