@@ -1,4 +1,4 @@
-"""One contact on nodes in the simplest way there is: read this first.
+"""One contact on nodes by the simplest method there is: read this first.
 
 The unknowns are the displacements u_i of the nodes, U is their `NodalEnergy`. While some nodes are
 held in contact, u = g = d - f there, all others minimise a convex function: Newton's method, each
@@ -10,14 +10,14 @@ be in the indenter. In contact u is prescribed, so that neither line feels the o
 
 Small or finite slopes, with or without surface tension and adhesion, line contact or axis. States
 with finite slopes, and those of independent springs (γ₁ = 0), come from here; for small slopes the
-rest of the package knows free surfaces in closed form, is faster, and has the same answer.
+rest of the package knows free surfaces in closed form, is faster, and finds the same states.
 """
 
 import bisect
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,8 +30,10 @@ from discretization.nodes.row import Row
 from energy import terms
 from energy.arrays import Array
 
-FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
-MOST = 400_000  # nodes of a free surface
+# Decay lengths, beyond which a free surface is linear: what finite slopes add is of the square of
+# the slope, which is e⁻²⁴ = 4e-11 of that at the line there.
+FAR = 12.0
+MOST = 400_000  # nodes of a free surface, so that a state takes seconds at most
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
 
@@ -53,6 +55,18 @@ def turning(lattice: Lattice) -> float:
     return TURNING * length + lattice.spacing if lattice.slopes == "finite" else math.inf
 
 
+class Outside(NamedTuple):
+    """The free surface outwards of a contact line, which is on a node.
+
+    energy [energy/length], force: that on the node [force/length], u_next: the displacement of the
+    next node.
+    """
+
+    energy: float
+    force: float
+    u_next: float
+
+
 @dataclass(frozen=True, eq=False)
 class Plain:
     """Contact over a row of nodes at a depth; work: of adhesion, for which a line passes a link."""
@@ -65,50 +79,63 @@ class Plain:
         """d - f at a node."""
         return self.depth - float(self.row.f[node])
 
-    def outside(self, node: int, side: int) -> tuple[float, float, float]:
-        """A surface held at this node and free beyond: its energy, the force there, the next u."""
-        anywhere = self.row.lattice.axis != 0  # or wherever the line is
-        at = (-self.row.first, 1) if anywhere else (node, side)
-        return self._outside(*at, self.g(node))
+    def outside(self, node: int, side: int) -> Outside:
+        """The free surface outwards of a line at this node."""
+        if self.row.lattice.axis == 0:
+            return self._outside(node, side, self.g(node))
+        anywhere = -self.row.first  # it is the same at all nodes
+        return self._outside(anywhere, 1, self.g(node))
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
-    def _outside(self, node: int, side: int, u_line: float) -> tuple[float, float, float]:
-        """The same, displaced by so much there."""
-        lattice, at = self.row.lattice, self.row.first + node
+    def _outside(self, node: int, side: int, u_line: float) -> Outside:
+        """The same, displaced by u_line at the node."""
+        lattice = self.row.lattice
         if not lattice.gamma1:  # a spring alone
-            held, size = lattice.stored(u_line), lattice.cell * lattice.weight(at)
-            return size * float(held.value), size * float(held.first), 0.0
+            spring = lattice.stored(u_line)
+            cell = lattice.cell * lattice.weight(self.row.first + node)
+            return Outside(cell * float(spring.value), cell * float(spring.first), 0.0)
         count = far(lattice) + 2
-        first, held = min(node, node + side * (count - 1)), np.arange(count)[::side] == 0
-        model = NodalEnergy(lattice, held, self.row.first + first, tails=(side < 0, side > 0))
-        found = model.balance(u := model.relaxed(np.full(count, u_line)))
-        energy = found.energy - found.terms["adhesion"]
-        return energy, float(found.forces[::side][0]), float(u[::side][1])
+        first = min(node, node + side * (count - 1))
+        at_line = np.arange(count)[::side] == 0
+        model = NodalEnergy(lattice, at_line, self.row.first + first, tails=(side < 0, side > 0))
+        u = model.relaxed(np.full(count, u_line))
+        balance = model.balance(u)
+        energy = balance.energy - balance.terms["adhesion"]
+        return Outside(energy, float(balance.forces[::side][0]), float(u[::side][1]))
 
-    def link(self, node: int, side: int) -> tuple[float, ...]:
-        """What the link outwards from a line at this node takes: one of each of `Advances`.
+    def link(self, node: int, side: int) -> tuple[float, float, float, float]:
+        """Changes as a line at this node passes the next link: one of each array of `Advances`.
 
-        What is stored is the difference of energies; without adhesion half the force times the way.
+        What is stored is the difference of energies; without adhesion half the work of the force
+        over the gap.
         """
-        lattice, after = self.row.lattice, node + side
-        (energy, force, u), (other, pressed, _) = (self.outside(at, side) for at in (node, after))
-        own, slope = self.g(node), (self.g(after) - self.g(node)) / lattice.spacing
+        lattice = self.row.lattice
+        after = node + side
+        here = self.outside(node, side)
+        beyond = self.outside(after, side)
+        g = self.g(node)
+        g_after = self.g(after)
+        slope = (g_after - g) / lattice.spacing
         at = self.row.first + node
-        held, cell = lattice.stored(own), lattice.cell * lattice.weight(at)
-        size = lattice.cell * lattice.weight(at + side * (0.5 + lattice.edge))
-        stretch = terms.surface(slope, gamma1=lattice.gamma1 * size, slopes=lattice.slopes)
-        gap = u - self.g(after)
-        stored = max(other + cell * float(held.value) + float(stretch.value) - energy, 0.0)
+        spring = lattice.stored(g)
+        cell = lattice.cell * lattice.weight(at)
+        bonds = lattice.cell * lattice.weight(at + side * (0.5 + lattice.edge))
+        tension = terms.surface(slope, gamma1=lattice.gamma1 * bonds, slopes=lattice.slopes)
+        gap = here.u_next - g_after
+        change = beyond.energy + cell * float(spring.value) + float(tension.value) - here.energy
+        stored = max(change, 0.0)
         if not lattice.w:
-            stored = abs(gap * (pressed + float(stretch.first) / lattice.spacing)) / 2
+            stored = abs(gap * (beyond.force + float(tension.first) / lattice.spacing)) / 2
         elif lattice.slopes == "finite":
-            size *= math.hypot(1.0, slope)
-        return gap, stored, pressed + cell * float(held.first) - force, size
+            bonds *= math.hypot(1.0, slope)
+        force = beyond.force + cell * float(spring.first) - here.force
+        return gap, stored, force, bonds
 
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""
-        lattice, scene, u = self.row.lattice, self.row.scene, self.g(node)
-        if u > turning(lattice):
+        scene = self.row.scene
+        u = self.g(node)
+        if u > turning(self.row.lattice):
             return False  # it would turn over, into the indenter
         if scene.indenter.convex and -u > (1 + _TIE) * scene.critical_separation:
             return True  # no flat face would hold, and no link beyond this one
@@ -121,33 +148,45 @@ class Plain:
         Where the profile is convex the gap grows outwards, so that many links are passed at once.
         Else the line is pressed first, and comes back as the indenter is withdrawn.
         """
-        row, start, end = self.row, self.row.touch, self.row.size - 1 if side > 0 else 0
-        ahead, resists = range(start, end, side), functools.partial(self.resists, side=side)
+        row = self.row
+        start = row.touch
+        end = row.size - 1 if side > 0 else 0
+        ahead = range(start, end, side)
+        resists = functools.partial(self.resists, side=side)
         if row.scene.indenter.convex:
             return start + side * bisect.bisect_left(ahead, True, key=resists)
         if self.depth >= row.lowest:
             return next(filter(resists, ahead), end)
-        back = range(Plain(row, row.lowest, self.work).outermost(side), start, -side)
+        pressed = Plain(row, row.lowest, self.work)
+        back = range(pressed.outermost(side), start, -side)
         return next((node for node in back if not resists(node - side)), start)
 
     def contact(self) -> tuple[int, int] | None:
         """First and last node in contact on the path from first touch on; None: detached."""
-        row, pulled = self.row, self.row.lowest - self.depth
+        row = self.row
+        pulled = row.lowest - self.depth
         if pulled > (1 + _TIE) * row.scene.critical_separation:
             return None
-        left, right = self.outermost(-1), self.outermost(1)
-        return None if left == right and pulled > 0 and row.lattice.gamma1 else (left, right)
+        left = self.outermost(-1)
+        right = self.outermost(1)
+        if left == right and pulled > 0 and row.lattice.gamma1:
+            return None
+        return left, right
 
     def advances(self, nodes: tuple[int, int]) -> Advances:
-        """What passing the links beside both lines changes, by which they are between nodes."""
-        found, row = np.full((4, 1, 2, LINKS.size), math.nan), self.row
+        """Changes as both lines pass the links beside them."""
+        row = self.row
+        found = np.full((4, 1, 2, LINKS.size), math.nan)
         on_axis = row.first + nodes[0] == row.lattice.axis
-        for i, j in np.ndindex(2, LINKS.size):
-            side, link = 2 * i - 1, int(LINKS[j])
-            start = nodes[i] + side * link
-            inside = min(start, start + side) >= 0 and max(start, start + side) < row.size
-            if inside and link >= nodes[0] - nodes[1] and not (on_axis and side < 0):
-                found[:, 0, i, j] = self.link(start, side)
+        inside_contact = nodes[0] - nodes[1]
+        for line, side in enumerate((-1, 1)):
+            if on_axis and side < 0:
+                continue
+            for place, link in enumerate(LINKS.tolist()):
+                start = nodes[line] + side * link
+                exists = min(start, start + side) >= 0 and max(start, start + side) < row.size
+                if exists and link >= inside_contact:
+                    found[:, 0, line, place] = self.link(start, side)
         return Advances(*found)
 
     def relaxed(self, nodes: tuple[int, int]) -> State:
@@ -155,10 +194,15 @@ class Plain:
 
         The nodes looked at are those of the row, and those up to where free surfaces are linear.
         """
-        (first, last), row, lattice = nodes, self.row, self.row.lattice
-        start, stop = min(0, first - far(lattice)), max(row.size - 1, last + far(lattice))
-        start = max(start, -row.first) if lattice.axis == 0 else start
-        every, passed = np.arange(start, stop + 1), self.advances(nodes)
+        first, last = nodes
+        row = self.row
+        lattice = row.lattice
+        start = min(0, first - far(lattice))
+        stop = max(row.size - 1, last + far(lattice))
+        if lattice.axis == 0:
+            start = max(start, -row.first)
+        every = np.arange(start, stop + 1)
+        passed = self.advances(nodes)
         g = np.full(every.size, -math.inf)
         g[-start : row.size - start] = self.depth - row.f
         model = NodalEnergy(lattice, (every >= first) & (every <= last), row.first + start)
@@ -168,13 +212,34 @@ class Plain:
 
 
 def on_plain(row: Row, depth: float, branch: str) -> State | None:
-    """The contact on the path; without tension, where springs attach as they touch or, for the
-    lowest energy, where that pays. ValueError for one that reaches the end of the known profile."""
-    lattice, work = row.lattice, row.lattice.w
+    """The state of one contact on the path from first touch, None if it is detached.
+
+    Without tension springs attach as they touch, or for the lowest energy where that pays.
+
+    Parameters
+    ----------
+    row : Row
+    depth : float
+        [length].
+    branch : {"adhered", "global"}
+
+    Returns
+    -------
+    State or None
+
+    Raises
+    ------
+    ValueError
+        If the contact reaches the end of the known profile.
+    """
+    lattice = row.lattice
+    work = lattice.w
     if not lattice.gamma1 and branch == "adhered":
-        work = min(work, float(lattice.stored(max(0.0, row.lowest - depth)).value) * (1 + _TIE))
+        lifted = max(0.0, row.lowest - depth)
+        work = min(work, float(lattice.stored(lifted).value) * (1 + _TIE))
     plain = Plain(row, depth, work)
-    if (found := plain.contact()) is None:
+    found = plain.contact()
+    if found is None:
         return None
     row.refuse_unknown(depth, (found,))
     return plain.relaxed(found)
@@ -185,13 +250,16 @@ def refuse_turning(state: State, lines: Array) -> None:
 
     lines: where they are between the nodes (2,).
     """
-    row, depth, limit = state.row, state.depth, turning(state.row.lattice)
-    off = depth - row.scene.indenter.height(lines)
-    own = np.abs(depth - row.f[list(state.nodes[0])]) - row.lattice.spacing
-    for x, u, most in zip(lines.tolist(), off.tolist(), own.tolist(), strict=True):
-        if max(abs(u), most) > limit:
+    row = state.row
+    depth = state.depth
+    limit = turning(row.lattice)
+    u_lines = depth - row.scene.indenter.height(lines)
+    u_nodes = np.abs(depth - row.f[list(state.nodes[0])]) - row.lattice.spacing
+    for x, u, u_node in zip(lines.tolist(), u_lines.tolist(), u_nodes.tolist(), strict=True):
+        if max(abs(u), u_node) > limit:
             raise ValueError(overhang(depth, f" x = {x!r}", u, limit))
-    if (state.g - state.u)[~state.model.contact].max(initial=0.0) > TOLERANCE * state.size:
+    penetration = (state.g - state.u)[~state.model.contact].max(initial=0.0)
+    if penetration > TOLERANCE * state.size:
         raise ValueError(
             f"depth = {depth!r}: beyond the contact the surface is in the indenter; with slopes = "
             f"{row.lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
@@ -199,7 +267,7 @@ def refuse_turning(state: State, lines: Array) -> None:
 
 
 def overhang(depth: float, where: str, u: float, limit: float) -> str:
-    """What to say of a surface that would all but turn over."""
+    """The message of the error for a surface that would all but turn over."""
     return (
         f"depth = {depth!r}: at the contact line{where} the surface is displaced by {u!r}, more "
         f"than 1.3 l + Δx = {limit!r}, where it would all but turn over; use method='fitted', a "
@@ -220,20 +288,23 @@ class SteepTail(LatticeTail):
     @functools.lru_cache(maxsize=64)  # noqa: B019
     def _nodes(self, u_line: float) -> tuple[Array, Array]:
         """u and u' outwards."""
-        lat = self.lattice
-        model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
+        lattice = self.lattice
+        spacing = lattice.spacing
+        model = NodalEnergy(lattice, np.arange(far(lattice) + 1) == 0)
         u = model.relaxed(np.full(model.contact.size, u_line))
-        u = np.append(u, math.exp(-lat.log_decay) * u[-1])
-        steep = np.gradient(u, lat.spacing, edge_order=2) * (lat.slopes == "finite")
-        bend = lat.stored(u).first / lat.gamma1 * (1 + steep**2) ** 1.5
-        chord = np.diff(u) / lat.spacing
-        return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
+        u = np.append(u, math.exp(-lattice.log_decay) * u[-1])
+        slope = np.gradient(u, spacing, edge_order=2) * (lattice.slopes == "finite")
+        bend = lattice.stored(u).first / lattice.gamma1 * (1 + slope**2) ** 1.5
+        chord = np.diff(u) / spacing
+        return u[:-1], chord - spacing / 6 * (2 * bend[:-1] + bend[1:])
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """u and u' beside one contact line."""
         line, side = (left, 1) if right is None else (right, -1)
-        nodes, distance = self._nodes(float(depth - line.f)), side * (z - line.x)
-        x = self.lattice.spacing * np.arange(nodes[0].size)
+        u_nodes, slope_nodes = self._nodes(float(depth - line.f))
+        distance = side * (z - line.x)
+        x = self.lattice.spacing * np.arange(u_nodes.size)
         decay = np.exp(-self.rate * np.maximum(distance - x[-1], 0.0))
-        u, slope = (np.interp(distance, x, part) * decay for part in nodes)
+        u = np.interp(distance, x, u_nodes) * decay
+        slope = np.interp(distance, x, slope_nodes) * decay
         return u, side * slope
