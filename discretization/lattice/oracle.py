@@ -27,18 +27,27 @@ from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
 from energy.arrays import Array, Mask
 
-MOST_INTEGERS = 100
+MOST_INTEGERS = 100  # nodes: a search among 2ⁿ contact sets
 PRESSES = 1e-6  # of the largest multiplier, at least kΔxG: less is a solver's noise
+_CERTAINLY_FREE = 1.01  # of the height whose contact costs what it can gain: more than rounding
 CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10}
 SCIP = {"numerics/feastol": 1e-7, "limits/gap": 0.0, "limits/absgap": 0.0}
 
 
 @dataclass(frozen=True)
 class OracleSolution:
-    """A solver's answer, per unit length of the line contact.
+    """A solver's minimum, per unit length of the line contact.
 
-    u: displacements (n,). contact: (n,) bool. multipliers: forces [force/length] of the indenter
-    on the nodes (n,). energy: U[u] with the adhesion of that contact [energy/length].
+    Attributes
+    ----------
+    u : ndarray (n,)
+        Displacements [length].
+    contact : ndarray of bool (n,)
+        Nodes in contact.
+    multipliers : ndarray (n,)
+        Forces of the indenter on the nodes [force/length].
+    energy : float
+        U[u] with the adhesion of that contact [energy/length].
     """
 
     u: Array
@@ -48,26 +57,46 @@ class OracleSolution:
 
 
 def oracle(lattice: Lattice, g: ArrayLike) -> OracleSolution:
-    """Minimum for heights g (n,), -inf where there is no obstacle.
+    """The minimum of U over all surfaces above these heights, and over all contact sets.
 
-    ValueError if g does not fit, for springs without tension (γ₁ = 0), and for too many nodes for
-    integers or no solver for them; RuntimeError if the solver did not reach its tolerance.
+    Parameters
+    ----------
+    lattice : Lattice
+    g : array_like (n,)
+        d - f at the nodes, -inf where there is no obstacle [length].
+
+    Returns
+    -------
+    OracleSolution
+
+    Raises
+    ------
+    ValueError
+        If g does not fit, for springs without tension (γ₁ = 0), for too many nodes for integers,
+        or without a solver for these.
+    RuntimeError
+        If the solver did not reach its tolerance.
     """
     g = np.asarray(g, float)
     _refuse(lattice, g)
     free = NodalEnergy(lattice, np.zeros(g.size, bool)).value(np.maximum(g, 0.0))
     gain = free + lattice.w * lattice.spacing * (g.size - 1)
-    deepest = 1.01 * math.sqrt(2 * gain / (lattice.spring + 2 * lattice.end_stiffness))
+    stiffness = lattice.spring + 2 * lattice.end_stiffness
+    deepest = _CERTAINLY_FREE * math.sqrt(2 * gain / stiffness)
     floor = np.maximum(g, -deepest)
     scale = float(np.abs(floor).max()) or lattice.spacing
-    held = _integers(lattice, floor / scale, scale) if lattice.w else np.zeros(g.size, bool)
-    v, pull = _pressed(lattice, held, floor / scale)
-    u, force = v * scale, pull * math.sqrt(lattice.k * lattice.gamma1) * scale
-    held = held | (force > PRESSES * max(force.max(), lattice.spring * scale))
-    return OracleSolution(u, held, force, NodalEnergy(lattice, held).value(u))
+    adhering = np.zeros(g.size, bool)
+    if lattice.w:
+        adhering = _integers(lattice, floor / scale, scale)
+    v, multipliers = _pressed(lattice, adhering, floor / scale)
+    u = v * scale
+    force = multipliers * math.sqrt(lattice.k * lattice.gamma1) * scale
+    contact = adhering | (force > PRESSES * max(force.max(), lattice.spring * scale))
+    return OracleSolution(u, contact, force, NodalEnergy(lattice, contact).value(u))
 
 
 def _refuse(lattice: Lattice, g: Array) -> None:
+    """ValueError for what the programmes cannot express, or no solver is installed for."""
     if g.ndim != 1 or g.size < 2 or not g.max() < math.inf:
         raise ValueError(f"g of shape {g.shape} must be two numbers or more, -inf for no obstacle")
     if not lattice.gamma1:
@@ -80,37 +109,47 @@ def _refuse(lattice: Lattice, g: Array) -> None:
         raise ValueError("w > 0 needs the solver SCIP: pip install elastocap[test]")
 
 
-def _solved(lattice: Lattice, v: Any, gain: Any, where: list[Any], solver: str, **how: Any) -> None:
-    """min elastic energy - gain, in units of klG². RuntimeError if it is not solved."""
+def _solve(
+    lattice: Lattice, v: Any, gain: Any, constraints: list[Any], solver: str, **options: Any
+) -> None:
+    """min elastic energy - gain, in units of klG²; RuntimeError if it is not solved."""
     import cvxpy as cp
 
     s = math.sqrt(lattice.spring / lattice.link)
     ends = cp.square(v[0]) + cp.square(v[-1])
     links = cp.sum_squares(cp.diff(v)) + lattice.end_stiffness / lattice.link * ends
     elastic = s / 2 * cp.sum_squares(v) + links / (2 * s)
-    problem = cp.Problem(cp.Minimize(elastic - gain), where)
-    problem.solve(solver=solver, **how)
+    problem = cp.Problem(cp.Minimize(elastic - gain), constraints)
+    problem.solve(solver=solver, **options)
     if problem.status != "optimal":
         raise RuntimeError(f"{solver} ended with status {problem.status!r}, not 'optimal'")
 
 
-def _pressed(lattice: Lattice, held: Mask, floor: Array) -> tuple[Array, Array]:
-    """Displacements above a floor and equal to it where held, and the multipliers of both."""
+def _pressed(lattice: Lattice, adhering: Mask, floor: Array) -> tuple[Array, Array]:
+    """Displacements above a floor and on it where nodes adhere, and the multipliers of both."""
     import cvxpy as cp
 
-    v, least = cp.Variable(floor.size), np.maximum(floor, -10.0)
-    above, equal = v >= least, cp.multiply(held.astype(float), v) == np.where(held, floor, 0.0)
-    _solved(lattice, v, 0.0, [above, equal], "CLARABEL", **CLARABEL)
-    return np.asarray(v.value), above.dual_value - held * equal.dual_value
+    v = cp.Variable(floor.size)
+    above = v >= floor
+    on_floor = cp.multiply(adhering.astype(float), v) == np.where(adhering, floor, 0.0)
+    _solve(lattice, v, 0.0, [above, on_floor], "CLARABEL", **CLARABEL)
+    return np.asarray(v.value), above.dual_value - adhering * on_floor.dual_value
 
 
 def _integers(lattice: Lattice, floor: Array, scale: float) -> Mask:
     """The nodes in contact in the best of all contact sets: a gain per link between two of them."""
     import cvxpy as cp
 
-    n, room = floor.size, max(0.0, floor.max()) - floor
+    room = max(0.0, floor.max()) - floor
     gain = lattice.w * lattice.spacing / (math.sqrt(lattice.k * lattice.gamma1) * scale**2)
-    v, z, y = cp.Variable(n), cp.Variable(n, boolean=True), cp.Variable(n - 1)
-    where = [v >= floor, v <= floor + cp.multiply(room, 1 - z), y <= z[1:], y <= z[:-1]]
-    _solved(lattice, v, gain * cp.sum(y), where, "SCIP", scip_params=SCIP)
-    return np.asarray(z.value) > 0.5
+    v = cp.Variable(floor.size)
+    contact = cp.Variable(floor.size, boolean=True)
+    adhesive = cp.Variable(floor.size - 1)  # links
+    constraints = [
+        v >= floor,
+        v <= floor + cp.multiply(room, 1 - contact),
+        adhesive <= contact[1:],
+        adhesive <= contact[:-1],
+    ]
+    _solve(lattice, v, gain * cp.sum(adhesive), constraints, "SCIP", scip_params=SCIP)
+    return np.asarray(contact.value) > 0.5
