@@ -1,7 +1,7 @@
 """How accurate a lattice state is: next to coarser and finer lattices, and to its own parts.
 
 With e a relative error of a, P or U, as in the docstring of `Equilibrium.error_estimate`, and Q_c
-that of the same question on nodes c = 2, 1.7, 1.4 times further apart, errors are O(Δx²), so that
+that of the same state on nodes c = 2, 1.7, 1.4 times further apart, errors are O(Δx²), so that
 
     e <= 3/2 |Q - Q_c|/|c² - 1|,
 
@@ -20,7 +20,7 @@ The state is not resolved, and all errors are infinite, where
     the widths of the contacts that both states have differ by more than UNEVEN of all: what lies
     between the nodes decides where the lines are (nodes four times closer are also compared where
     f is convex and has corners),
-    the other nodes have no contact or no answer, or
+    the other nodes have no contact or no state, or
     the state is detached and a lattice finer by one of FINER has a contact.
 
 What the nodes do not resolve of the profile itself is looked for by unresolved.py.
@@ -46,36 +46,52 @@ LEAST = 4  # links of a resolved contact
 # these are wide, two were without the limits (one by four times), and none within.
 UNEVEN = 0.05  # of a: what the profile between the nodes may make of it
 _HALF_A_LINK = 2  # links of a contact between nodes _CLOSER
-# How much finer lattices are that are asked for a contact, and their nodes beside the lowest point.
+# Finer lattices that are searched for a contact: how much finer they are, and how many nodes they
+# have on each side of the lowest point.
 FINER = ((2, 10**5), (8, 10**5), (64, 10**5), (2**14, 512), (2**22, 512), (2**30, 512))
 _SAFETY = 1.5  # by which differences between two lattices are enlarged
 _FACTORS = (2.0, 1.7, 1.4)  # coarser spacings over this one
-_CLOSER = 1 / 4  # that of nodes between which a profile that is not convex is looked at
+_CLOSER = 1 / 4  # that of the nodes with which a profile that is not convex is compared
 _ROUNDING = 4 * EPSILON  # of every estimate
 UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
 EXACT = dict.fromkeys(QUANTITIES, 0.0)
 
 
 def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
-    """Relative errors of a lattice state; see the module."""
+    """Relative errors of a lattice state; see the module.
+
+    Parameters
+    ----------
+    solve : callable
+        `on_lattice`, or what finds states in its place.
+    fine : Equilibrium
+
+    Returns
+    -------
+    dict of str to float
+        Of half_width, force and energy; inf where the state is not resolved.
+    """
     if not fine.contacts.size:
         lattice = Lattice.of(fine.scene, fine.spacing)
         narrow = lost_too_early(fine.scene, lattice, fine.depth, fine.branch)
         return UNRESOLVED if narrow or _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
-    convex, bounds = fine.scene.indenter.convex, []
-    if convex and (_narrower(fine, LEAST) & ~fine.pinned.all(axis=1)).any():
+    convex = fine.scene.indenter.convex
+    free = ~fine.pinned.all(axis=1)
+    if convex and (_narrower(fine, LEAST) & free).any():
         return UNRESOLVED
-    for factor in _FACTORS if convex and not _bent(fine) else (*_FACTORS, _CLOSER):
-        state = _asked(solve, fine, factor * fine.spacing)
+    smooth = convex and not _has_inner_corners(fine)
+    bounds = []
+    for factor in _FACTORS if smooth else (*_FACTORS, _CLOSER):
+        state = _on_other_nodes(solve, fine, factor * fine.spacing)
         if state is None or not state.contacts.size:
             return UNRESOLVED
         if state.spacing == fine.spacing:  # of a body so few links wide
             continue
         if factor < 1 and (_narrower(state, _HALF_A_LINK).any() or _uneven(fine, state)):
             return UNRESOLVED
-        bounds.append(_next_to(fine, state))
+        bounds.append(_compared(fine, state))
     if not bounds:
         return UNRESOLVED
     errors = {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
@@ -94,7 +110,8 @@ def _uneven(fine: Equilibrium, closer: Equilibrium) -> bool:
 
     What has merged, or come apart, is none of these.
     """
-    own, there = fine.contacts, closer.contacts
+    own = fine.contacts
+    there = closer.contacts
     met = (own[:, None, 0] <= there[:, 1]) & (there[:, 0] <= own[:, None, 1])
     alone = (met.sum(axis=1, keepdims=True) == 1) & (met.sum(axis=0) == 1)
     one, other = np.nonzero(met & alone)
@@ -103,43 +120,52 @@ def _uneven(fine: Equilibrium, closer: Equilibrium) -> bool:
     return bool(np.abs(change).sum() > UNEVEN * widths.sum())
 
 
-def _bent(fine: Equilibrium) -> bool:
+def _has_inner_corners(fine: Equilibrium) -> bool:
     """Whether the profile has corners between nodes: other than its tip and its edges."""
     body = fine.scene.indenter
     return bool({*map(float, body.corners)} - {body.apex, *body.walls})
 
 
-def _next_to(fine: Equilibrium, other: Equilibrium) -> dict[str, float]:
+def _compared(fine: Equilibrium, other: Equilibrium) -> dict[str, float]:
     """The estimates of the module from a state of another spacing.
 
     Where that has another number of contacts errors are of first order.
     """
-    smooth, coarser = other.contacts.shape == fine.contacts.shape, other.spacing / fine.spacing
-    parts = {"energy": fine.energy_parts, "force": fine.force_parts}
-    scales, errors = {"half_width": fine.half_width or fine.spacing, **fine.scales}, {}
+    coarser = other.spacing / fine.spacing
+    order = 2 if other.contacts.shape == fine.contacts.shape else 1
+    scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
+    sums = {
+        "half_width": fine.half_width,
+        "force": sum(fine.force_parts.values()),
+        "energy": sum(fine.energy_parts.values()),
+    }
+    errors = {}
     for name, scale in scales.items():
-        value, there = getattr(fine, name), getattr(other, name)
+        value = getattr(fine, name)
+        there = getattr(other, name)
         size = scale or max(abs(value), abs(there))  # touching: nothing is deformed
-        change = abs((value - there) / (coarser**2 - 1 if smooth else coarser - 1))
-        change = max(change, abs(sum(parts.get(name, {"": value}).values()) - value))
+        change = abs((value - there) / (coarser**order - 1))
+        change = max(change, abs(sums[name] - value))
         errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING
     return errors
 
 
 def _held_on_finer_nodes(solve: Solver, state: Equilibrium) -> bool:
     """Whether a finer lattice has a contact, of nodes beside the lowest point if they are many."""
-    scene, at = state.scene, resolve(state.scene, state.depth).lowest
+    scene = state.scene
+    lowest = resolve(scene, state.depth).lowest
     for finer, nodes in FINER:
         spacing = state.spacing / finer
-        near = scene.indenter.within(at - nodes * spacing, at + nodes * spacing)
-        one = _asked(solve, replace(state, scene=replace(scene, indenter=near)), spacing)
-        if one is not None and one.contacts.size:
+        near = scene.indenter.within(lowest - nodes * spacing, lowest + nodes * spacing)
+        local = replace(state, scene=replace(scene, indenter=near))
+        finer_state = _on_other_nodes(solve, local, spacing)
+        if finer_state is not None and finer_state.contacts.size:
             return True
     return False
 
 
-def _asked(solve: Solver, state: Equilibrium, spacing: float) -> Equilibrium | None:
-    """The same question on other nodes; None if it has no answer."""
+def _on_other_nodes(solve: Solver, state: Equilibrium, spacing: float) -> Equilibrium | None:
+    """The state of the same scene and depth on other nodes; None where none is found."""
     try:
         return solve(state.scene, state.depth, spacing, branch=state.branch)
     except (ValueError, NotCertifiedError):
