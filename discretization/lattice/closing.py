@@ -23,26 +23,43 @@ import numpy as np
 from discretization.nodes.row import Row
 from discretization.nodes.thresholds import Thresholds
 
-_TURNS = 12  # of Newton's method: from within a link it takes five
+_NEWTON_STEPS = 12  # from within a link it takes five
 _STEP = 1e-6  # links: of difference quotients
 _SETTLED = 1e-10  # links
 _FARTHEST = 2.0  # links: lines that leave their nodes by more are not those of these nodes
-_CLEAR = 2.0  # links about a line within which heights have to be smooth
+_CLEAR = 2.0  # links about a line within which heights have to be smooth: those of the cubic
 _NARROWEST = 3.0  # links between two lines that face each other
 
 
 @dataclass(frozen=True, eq=False)
 class Closing:
-    """Contacts of one node between two free surfaces, with the rules of lines that recede."""
+    """Contacts of one node between two free surfaces, and when they close.
+
+    Attributes
+    ----------
+    row : Row
+    rules : Thresholds
+        Of lines that recede.
+    """
 
     row: Row
     rules: Thresholds
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def depth(self, before: int | None, node: int, after: int | None) -> float:
-        """Depth at which a contact that ends at this node closes; nan where it is not known.
+        """Depth at which a contact that ends at a node closes.
 
-        before, after: the nodes of the lines that it faces, None if there is none.
+        Parameters
+        ----------
+        before, after : int or None
+            The nodes of the lines that it faces, None if there is none.
+        node : int
+            Its last contact node.
+
+        Returns
+        -------
+        float
+            [length]; nan where it is not known.
         """
         faced = [other for other in (before, after) if other is not None]
         if not self.smooth(node) or any(abs(other - node) < _NARROWEST for other in faced):
@@ -51,7 +68,7 @@ class Closing:
         if self.row.scene.hysteretic:  # faced lines may be stuck
             free = []
         depth = self._met(before, node, after, free)
-        if math.isnan(depth) and free:  # a line that is faced will jump before: where it is now
+        if math.isnan(depth) and free:  # a faced line jumps before: with all of them where they are
             depth = self._met(before, node, after, [])
         return depth
 
@@ -79,9 +96,11 @@ class Closing:
 
     def rest_depth(self, x: float, side: int, faced: float | None) -> float:
         """D of a line between nodes that has the free surface on a side, up to another line."""
-        own, after = x - side / 2, x + side / 2
+        own = x - side / 2
+        after = x + side / 2
         height = self.height(own)
-        far, remainder, stiffness = self._beside(math.inf if faced is None else abs(faced - own))
+        apart = math.inf if faced is None else abs(faced - own)
+        far, remainder, stiffness = self._beside(apart)
         rise = self.height(after) - height
         if faced is not None:
             rise += far * (height - self.height(faced))
@@ -102,17 +121,22 @@ class Closing:
     def _beside(self, apart: float) -> tuple[float, float, float]:
         """`Lattice.beside` of a line contact, for plain numbers."""
         lattice = self.row.lattice
-        spring, link, rate = lattice.spring, lattice.link, lattice.log_decay
+        spring = lattice.spring
+        link = lattice.link
+        rate = lattice.log_decay
         if apart == math.inf:
-            tie, ground = 0.0, lattice.end_stiffness
+            tie = 0.0
+            ground = lattice.end_stiffness
         else:
             beyond = apart - 2
-            decay, near = math.exp(-rate), math.expm1(-rate)
-            far_decay, far = math.exp(-rate * beyond), math.expm1(-rate * beyond)
+            decay = math.exp(-rate)
+            near = math.expm1(-rate)
+            far_decay = math.exp(-rate * beyond)
+            far = math.expm1(-rate * beyond)
             tie = link * far_decay * near * (2 + near) / math.expm1(-2 * rate * (apart - 1))
             ground = link * near * far / (1 + decay * far_decay)
-        whole = spring + link + tie + ground
-        return tie / whole, (spring + ground) / whole, whole
+        stiffness = spring + link + tie + ground
+        return tie / stiffness, (spring + ground) / stiffness, stiffness
 
     def smooth(self, node: int) -> bool:
         """Whether neither profile nor pattern has a corner or an end beside a line at this node."""
@@ -130,9 +154,13 @@ def closes_smoothly(row: Row) -> bool:
 def _newton(
     residuals: Callable[[Sequence[float]], list[float]], start: list[float]
 ) -> list[float] | None:
-    """The zero next to a start in which positions come first, in links, and a depth last."""
+    """The zero of residuals by Newton's method, None if it does not converge.
+
+    Unknowns are positions, in links, and a depth last. It has converged when no position changes by
+    more than 1e-10 links.
+    """
     found = list(start)
-    for _ in range(_TURNS):
+    for _ in range(_NEWTON_STEPS):
         here = residuals(found)
         matrix = np.empty((len(found), len(found)))
         for i in range(len(found) - 1):
@@ -145,8 +173,9 @@ def _newton(
         except np.linalg.LinAlgError:
             return None
         found = [value - change for value, change in zip(found, step.tolist(), strict=True)]
-        if not np.abs(step[:-1]).max() < 10 * _FARTHEST:
+        moved = np.abs(step[:-1]).max()
+        if not moved < 10 * _FARTHEST:
             return None
-        if np.abs(step[:-1]).max() <= _SETTLED:
+        if moved <= _SETTLED:
             return found
     return None
