@@ -5,7 +5,7 @@ import warnings
 from discretization.certificate import AccuracyWarning
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.states import on_one_contact, on_several
-from discretization.lattice.state import on_lattice, warned_on_lattice
+from discretization.lattice.state import on_lattice, on_lattice_warning
 from discretization.layer.nodes import on_layer_nodes
 from discretization.layer.state import on_layer
 from discretization.paths.springs import on_springs
@@ -107,7 +107,7 @@ def minimise(
         if way == "layer":
             state = on_layer_nodes(scene, depth, spacing, branch=branch)
         else:
-            state = warned_on_lattice(scene, depth, spacing, branch=branch, method=method)
+            state = on_lattice_warning(scene, depth, spacing, branch=branch, method=method)
         tell(() if way == "plane" else resolution(scene, spacing), stacklevel=2)
         return state
     if way == "plane":  # every spacing gives the same answer

@@ -26,6 +26,8 @@ from energy import Plane, Scene
 
 _TIE = 1e-12  # of δ₀: a line stays where both sides cost the same
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
+_BALANCED = 1e-10  # of w: the same of an endless plane, that is taken for neutral,
+_PLANE_TIE = 2e-12  # and that stays in contact: _TIE of δ₀, squared as the cost is
 
 
 def on_lattice(
@@ -39,68 +41,119 @@ def on_lattice(
     row: Row | None = None,
     lattice: Lattice | None = None,
 ) -> Equilibrium:
-    """Certified equilibrium at an imposed depth on nodes `spacing` apart, one of them on `origin`.
+    """The certified equilibrium at an imposed depth on nodes.
 
     min U[u] s.t. u_i >= d - f(x_i), U that of `NodalEnergy`; a, P and U are interpolated between
-    the nodes. branch, and method "lattice", "shortest_path" or "oracle", are those of `minimise`,
-    which looks at its arguments first; origin: by default that of `Lattice.of`; row, lattice: where
-    they are known.
+    the nodes.
 
-    ValueError for a spacing too large for the body, and for a contact that would leave the profile;
-    NotCertifiedError if no equilibrium was found.
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    spacing : float
+        Distance of the nodes [length].
+    branch : {"adhered", "global"}
+    origin : float, optional
+        Where one node is [length]; by default as `Lattice.of` chooses.
+    method : {"lattice", "shortest_path", "oracle"}
+        As in `minimise`, which checks the arguments.
+    row, lattice : optional
+        Where they are known.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    ValueError
+        If the spacing is too large for the body, or the contact leaves the known profile.
+    NotCertifiedError
+        If no equilibrium was found.
     """
     lattice = lattice or Lattice.of(scene, spacing, origin)
     if isinstance(scene.indenter, Plane):
         if method != "lattice":
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
-    way = route(scene, "search" if method in LOWEST else branch, nodes=True)
+    chosen = route(scene, "search" if method in LOWEST else branch, nodes=True)
     row = row or Row.of(lattice.seen(scene), lattice, depth)
-    state = answered(row, depth, way, branch, method)
+    state = on_route(row, depth, chosen, branch, method)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 
 
-def answered(
-    row: Row, depth: float, way: str, branch: str = "adhered", method: str = "lattice"
+def on_route(
+    row: Row, depth: float, chosen: str, branch: str = "adhered", method: str = "lattice"
 ) -> Equilibrium:
-    """The certified state that a way of `route` finds on a row of nodes. Errors as `on_lattice`."""
-    lattice, scene, known, proof = row.lattice, row.scene, None, None
-    if way == "plain":
+    """The certified state that a solver finds on a row of nodes.
+
+    Parameters
+    ----------
+    row : Row
+    depth : float
+        [length].
+    chosen : {"plain", "lowest", "path"}
+        The solver, as `route` names it.
+    branch, method : str
+        As of `on_lattice`.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    ValueError, NotCertifiedError
+        As `on_lattice`.
+    """
+    scene = row.scene
+    lines = None  # where they are, if they resist in both directions
+    proof = None
+    if chosen == "plain":
         found = on_plain(row, depth, branch)
     else:
-        if way == "lowest":
+        if chosen == "lowest":
             nodes, proof = on_lowest(row, depth, method)
-            method = "shortest_path" if lattice.w and proof else method
+            method = "shortest_path" if row.lattice.w and proof else method
         else:
-            nodes, known = on_path(row, depth)
+            nodes, lines = on_path(row, depth)
         if nodes:
             row.refuse_unknown(depth, nodes)
         found = on_row(row, nodes, depth) if nodes else None
-    if found and branch == "global" and way != "lowest" and depth <= row.lowest:
+    if found and branch == "global" and chosen != "lowest" and depth <= row.lowest:
         found = None if found.balance.energy > 0 else found
     if found is None:
-        scale, read = max(abs(depth), scene.critical_separation) or 1.0, {}
-        certificate = Certificate.undeformed(max(0.0, (depth - row.lowest) / scale))
+        size = max(abs(depth), scene.critical_separation) or 1.0
+        certificate = Certificate.undeformed(max(0.0, (depth - row.lowest) / size))
+        observables: dict[str, Any] = {}
     else:
-        certificate, read = found.certificate, _read(found, known)
+        certificate = found.certificate
+        observables = _observables(found, lines)
     certificate.demand(
         f"the state found at depth = {depth!r}",
         "rounding has spoilt it, or the solver's tolerance, or a profile that is said to be convex "
         "is not; try another spacing or method",
     )
+    lattice = row.lattice
     flat = detached(scene, depth, branch, lattice.tail, certificate, lattice.spacing)
-    return replace(flat, method=method, proof=proof, **read)
+    return replace(flat, method=method, proof=proof, **observables)
 
 
-def _read(found: State, known: line.Lines | None) -> dict[str, Any]:
-    """What an equilibrium with contacts has more than the flat surface; lines are between nodes.
+def _observables(found: State, known: line.Lines | None) -> dict[str, Any]:
+    """The fields in which an equilibrium with contacts differs from the flat surface.
 
-    known: where the lines are, which has to be known where they resist both ways.
+    known: where the lines are between the nodes, if they resist in both directions.
     """
-    row, lattice, balance = found.row, found.row.lattice, found.balance
-    at, there = np.reshape(found.nodes, (1, -1)), None if known is None else np.array([known])
-    lines, more = line.between(row, at, np.array([found.depth]), found.passed, there, found.work)
-    steep, single = not lattice.linear, len(found.nodes) == 1
+    row = found.row
+    lattice = row.lattice
+    balance = found.balance
+    nodes = np.reshape(found.nodes, (1, -1))
+    before = None if known is None else np.array([known])
+    depths = np.array([found.depth])
+    lines, more = line.between(row, nodes, depths, found.passed, before, found.work)
+    steep = not lattice.linear
+    single = len(found.nodes) == 1
     if steep:
         refuse_turning(found, lines[0])
     contacts = lines.reshape(-1, 2)
@@ -118,34 +171,40 @@ def _read(found: State, known: line.Lines | None) -> dict[str, Any]:
 
 def _neutral(found: State) -> bool:
     """Whether moving a line of a single contact inwards by several links costs nothing."""
-    row, inside = found.row, np.s_[0, -1, : -line.LINKS[0]]
-    gap, stored, _, bonds = (part[inside] for part in found.passed)
-    least, energy = _INDIFFERENT * row.lattice.w * row.lattice.cell, stored - row.works[0] * bonds
-    return least > 0 and bool(((gap > 0) & (np.abs(energy) <= least)).all())
+    row = found.row
+    passed = found.passed
+    inside = np.s_[0, -1, : -line.LINKS[0]]
+    cost = passed.stored[inside] - row.works[0] * passed.bonds[inside]
+    least = _INDIFFERENT * row.lattice.w * row.lattice.cell
+    indifferent = (passed.gap[inside] > 0) & (np.abs(cost) <= least)
+    return least > 0 and bool(indifferent.all())
 
 
-def warned_on_lattice(scene: Scene, depth: float, spacing: float, **asked: Any) -> Equilibrium:
-    """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
+def on_lattice_warning(scene: Scene, depth: float, spacing: float, **options: Any) -> Equilibrium:
+    """The state of `on_lattice`, with an AccuracyWarning where the nodes do not resolve it."""
     lattice = Lattice.of(scene, spacing)
-    state = on_lattice(scene, depth, spacing, lattice=lattice, **asked)
-    places = None
+    state = on_lattice(scene, depth, spacing, lattice=lattice, **options)
+    lowest = None
     if not scene.indenter.convex:
         places = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
         warn_unresolved([state], places, lattice, stacklevel=3)
-    warn_state(state, lattice, places and places.lowest, stacklevel=3)
+        lowest = places.lowest
+    warn_state(state, lattice, lowest, stacklevel=3)
     return state
 
 
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
-    work, cost = lattice.w, lattice.k / 2 * depth**2 - lattice.w  # per area
+    work = lattice.w
+    cost = lattice.k / 2 * depth**2 - work  # of contact, per area
     apart = Certificate.undeformed()
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
-    if depth < 0 and cost > 2e-12 * work:
+    if depth < 0 and cost > _PLANE_TIE * work:
         return state
     if -depth > turning(lattice):
         raise ValueError(overhang(depth, "", depth, turning(lattice)))
-    gain, balanced = max(0.0, cost) / work if depth < 0 else 0.0, abs(cost) <= 1e-10 * work
+    gain = max(0.0, cost) / work if depth < 0 else 0.0
+    balanced = abs(cost) <= _BALANCED * work
     everywhere = np.array([[-math.inf, math.inf]])
     return replace(
         state,
@@ -160,17 +219,35 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
 
 
 def on_path(row: Row, depth: float) -> tuple[Contacts, line.Lines | None]:
-    """The contacts on the path from first touch on, and where lines that resist both ways are.
+    """The contacts on the path from first touch on, and where lines that resist are.
 
-    ValueError for a contact that on the way reaches the end of the known profile.
+    Parameters
+    ----------
+    row : Row
+    depth : float
+        [length].
+
+    Returns
+    -------
+    nodes : Contacts
+    lines : tuple of float, or None
+        x of the lines if opening takes another work of adhesion than closing [length].
+
+    Raises
+    ------
+    ValueError
+        If a contact on the path reaches the end of the known profile.
     """
-    deepest, walk, known = max(depth, row.lowest), Walk(row), None
+    deepest = max(depth, row.lowest)
+    walk = Walk(row)
+    known = None
     nodes = walk.touched(deepest)
     row.refuse_unknown(deepest, nodes)
     if row.scene.hysteretic:
         (known,) = line.moved(row, [nodes], np.array([deepest]), (), ())
     if depth < deepest:
-        before, tie = nodes, _TIE * row.scene.opened.critical_separation
+        before = nodes
+        tie = _TIE * row.scene.opened.critical_separation
         nodes = walk.moved(nodes, deepest, depth + tie)
         if nodes and known is not None:
             (known,) = line.moved(row, [nodes], np.array([depth]), before, known)

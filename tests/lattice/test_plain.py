@@ -13,7 +13,7 @@ from truth.paths.path_scenes import path_case
 
 from discretization import Lattice, NodalEnergy, load_path, minimise
 from discretization.lattice.plain import Plain
-from discretization.lattice.state import answered, on_lattice
+from discretization.lattice.state import on_lattice, on_route
 from discretization.lattice.walk import Front, Walk, ends_of
 from discretization.nodes.row import Row
 from discretization.nodes.thresholds import Thresholds
@@ -44,7 +44,7 @@ def test_the_fast_method_has_the_same_contacts_and_energies(geometry, body, monk
         depth = delta * rng.uniform(-0.6 if geometry == "line" else 0.0, 2.0)
         spacing = scene.elastocapillary_length / rng.uniform(2, 40)
         fast, lattice = on_lattice(scene, depth, spacing), Lattice.of(scene, spacing)
-        plain = answered(Row.of(lattice.seen(scene), lattice, depth), depth, "plain")
+        plain = on_route(Row.of(lattice.seen(scene), lattice, depth), depth, "plain")
         assert np.array_equal(plain.nodes, fast.nodes)
         if not fast.contacts.size:
             continue
