@@ -29,8 +29,8 @@ from energy.arrays import Array
 End = int | None  # the contact node on one side of a free surface; None: none there
 Part = tuple[int, ...]  # the nodes on which a next change depends
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
-_LOOKED = 1 << 9  # links whose depths are asked for at once
-_JUMPING = 6  # links that lines of one surface pass at one depth, before more are tried at once
+_LOOKED = 1 << 9  # links whose depths are found at once: by then arrays cost little per link
+_JUMPING = 6  # changes at one depth, after which a line is taken to jump and passes many at once
 
 
 class Change(NamedTuple):
@@ -43,9 +43,15 @@ class Change(NamedTuple):
 class Track(NamedTuple):
     """How contacts come to a depth, or to an event before it.
 
-    trace: the depth at which contacts become others, and the first and last nodes of all of these
-    in one row, in the order of the way; first its start; at: the depth of the event, None if there
-    is none; after: the contacts after it.
+    Attributes
+    ----------
+    trace : list of (float, tuple of int)
+        The depths at which contacts become others, and the first and last nodes of all of these in
+        one row, in the order of the path; first its start.
+    at : float or None
+        The depth of the event, None if there is none [length].
+    after : Contacts
+        The contacts after it.
     """
 
     trace: list[tuple[float, tuple[int, ...]]]
@@ -82,36 +88,56 @@ def _free(*parts: tuple[End, End]) -> tuple[End, ...]:
 
 
 class Walk:
-    """The walks over one row of nodes; what has been asked of a free part is remembered.
+    """The walks over one row of nodes; next changes of free parts are remembered.
 
-    narrow: whether lone nodes stand for contacts narrower than a link, up to where these close;
-    else they let go as soon as they are pulled.
+    Parameters
+    ----------
+    row : Row
+    narrow : bool
+        Whether lone nodes stand for contacts narrower than a link, up to where these close; else
+        they let go as soon as they are pulled.
     """
 
     def __init__(self, row: Row, *, narrow: bool = False) -> None:
         self.row = row
         self.closing, self.opening = row.rules
         self.lines = Closing(row, self.opening) if narrow and closes_smoothly(row) else None
-        self.weakest: dict[tuple[int, int], int] = {}  # of contacts: the node to be torn open first
+        self.weakest: dict[tuple[int, int], int] = {}  # of contacts: the node that opens first
 
     def touched(self, depth: float) -> Contacts:
         """The contacts at a depth to which the indenter has been pressed from first touch on."""
-        touch, lowest = self.row.touch, self.row.lowest
-        return () if lowest > depth else self.moved(((touch, touch),), lowest, depth)
+        touch = self.row.touch
+        lowest = self.row.lowest
+        if lowest > depth:
+            return ()
+        return self.moved(((touch, touch),), lowest, depth)
 
     def moved(self, nodes: Contacts, start: float, depth: float) -> Contacts:
-        """What has become of contacts at rest once they have come from one depth to another."""
+        """What contacts at rest have become once they have come from one depth to another.
+
+        Parameters
+        ----------
+        nodes : Contacts
+        start, depth : float
+            [length].
+
+        Returns
+        -------
+        Contacts
+        """
         sign = 1 if depth >= start else -1
         if not self.row.clear:
             track = self.track(nodes, start, depth)
             while track.at is not None:
                 track = self.track(track.after, track.at, depth)
             return track.after
-        ((first, last),), touch = nodes, self.row.touch
-        left, right = (self._links(*ahead, sign, depth) for ahead in self._ahead(nodes, sign))
-        first, last = first - sign * left, last + sign * right
+        ((first, last),) = nodes
+        ahead_left, ahead_right = self._ahead(nodes, sign)
+        first -= sign * self._links(*ahead_left, sign, depth)
+        last += sign * self._links(*ahead_right, sign, depth)
         if first < last:
             return ((first, last),)
+        touch = self.row.touch
         return ((touch, touch),) if depth >= self.row.lowest else ()
 
     def _ahead(self, nodes: Contacts, sign: int) -> Sequence[tuple[range, int]]:
@@ -128,7 +154,7 @@ class Walk:
         return np.maximum.accumulate(sign * rules.outwards(nodes, side))
 
     def _links(self, ahead: range, side: int, sign: int, depth: float) -> int:
-        """How many of these links the line passes on the way to a depth.
+        """How many of these links the line passes until the depth is reached.
 
         When pressing, threshold depths increase outwards, so that sampling suffices.
         """
@@ -141,7 +167,19 @@ class Walk:
         return start + self._links(ahead[start : start + stride], side, sign, depth)
 
     def track(self, nodes: Contacts, start: float, end: float) -> Track:
-        """The path to another depth, up to the first event."""
+        """The path from one depth to another, up to the first event.
+
+        Parameters
+        ----------
+        nodes : Contacts
+            At rest at the start.
+        start, end : float
+            Depths [length].
+
+        Returns
+        -------
+        Track
+        """
         sign = 1 if end >= start else -1
         return self._tracked(Front(self, nodes, sign), start, end)
 
@@ -156,13 +194,19 @@ class Walk:
         return self._tracked(Front(self, nodes, sign, (first, last)), start, end)
 
     def _tracked(self, front: "Front", start: float, end: float) -> Track:
+        """The path of a front to another depth, up to the first event.
+
+        All changes at one depth happen before it is decided whether they are an event.
+        """
         sign = front.sign
-        trace, depth, changes = [(start, front.nodes)], start, 0
-        tried = 0  # changes at this depth, of a line that jumps, after which all were tried at once
+        trace = [(start, front.nodes)]
+        depth = start
+        changes = 0  # at this depth
+        changes_at_jump = 0  # how many of these there were when a line last passed many links
         while True:
             change, place = front.first()
             last = change.depth > end if sign > 0 else change.depth <= end
-            if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
+            if last or sign * (change.depth - depth) > 0:  # all at this depth has happened
                 after = front.nodes
                 if self._is_jump(trace[-1][1], after, changes, depth):
                     return Track(trace, depth, paired(after))
@@ -171,16 +215,18 @@ class Walk:
                 if last:
                     return Track(trace, None, paired(after))
                 changes = 0
-                tried = 0
-                if slid := self._slid(after, depth, end):
-                    trace += slid
-                    depth, after = slid[-1]
+                changes_at_jump = 0
+                smooth = self._smooth_steps(after, depth, end)
+                if smooth:
+                    trace += smooth
+                    depth, after = smooth[-1]
                     front = Front(self, paired(after), sign)
                     continue
                 depth = change.depth
-            if changes - tried >= _JUMPING and place % 2 == 0:
-                tried = changes
-                change = change._replace(ends=self._jumped(front, place, depth) or change.ends)
+            if changes - changes_at_jump >= _JUMPING and place % 2 == 0:
+                changes_at_jump = changes
+                jumped = self._jumped(front, place, depth)
+                change = change._replace(ends=jumped or change.ends)
             front.apply(change, place)
             changes += 1
 
@@ -188,24 +234,25 @@ class Walk:
         """The ends of a free surface once its lines have passed all links they do at a depth.
 
         One line passes all that it does while the other one stays, as long as no node touches, then
-        the other: what is in contact at the end does not depend on the order (nodes/rules.py). ()
-        where that is none. The last links of a surface, or of a contact, are left.
+        the other: what is in contact at the end does not depend on the order, as the energy is
+        submodular (nodes/thresholds.py). The last links of a surface, or of a contact, are left;
+        () if no link is passed.
         """
         if self.row.clear or self.row.lattice.axis == 0:
             return ()
-        ends = front.ends
-        left, right = ends[place], ends[place + 1]
-        rooms = front.rooms(place)
-        start = left, right
+        left_start, right_start = front.ends[place : place + 2]
+        left_room, right_room = front.rooms(place)
+        left = left_start
+        right = right_start
         while True:
-            before = left, right
-            room = rooms[0] - (start[0] - left)
+            before = (left, right)
+            room = left_room - (left_start - left)
             left += self._passed_at(left, right, 1, front.sign, depth, room)
-            room = rooms[1] - (right - start[1])
+            room = right_room - (right - right_start)
             right -= self._passed_at(right, left, -1, front.sign, depth, room)
             if (left, right) == before:
                 break
-        if (left, right) == start:
+        if (left, right) == (left_start, right_start):
             return ()
         return _node(left, self.row.size), _node(right, self.row.size)
 
@@ -243,35 +290,38 @@ class Walk:
         left, right = (line, facing) if side > 0 else (facing, line)
         return self.closing.clears(left, right, depth)
 
-    def _slid(
+    def _smooth_steps(
         self, nodes: tuple[int, ...], depth: float, end: float
     ) -> list[tuple[float, tuple[int, ...]]]:
-        """The links that the lines of one convex contact pass on the way, both at once where alike.
+        """The links that the lines of one convex contact pass towards a depth, each at its own.
 
-        Up to the first line passed at no depth of its own, and not the last two links of a contact.
+        Depths with the nodes of the contact, up to the first link that is passed at no depth of its
+        own, and not the last two links of a contact. None of contacts that are not convex.
         """
         if len(nodes) != 2 or not self.row.clear:
             return []
-        (first, last), sign = nodes, 1 if end >= depth else -1
-        ahead, stop = self._ahead(((first, last),), sign), sign * end
-        passed = [self._passed(*each, sign) for each in ahead]
-        for part in passed:
-            together = part <= np.append(sign * depth, part[:-1])
-            stop = min(stop, float(part[together].min(initial=math.inf)))
+        first, last = nodes
+        sign = 1 if end >= depth else -1
+        passed = [self._passed(*ahead, sign) for ahead in self._ahead(((first, last),), sign)]
+        stop = sign * end
+        for line in passed:
+            together = line <= np.append(sign * depth, line[:-1])
+            stop = min(stop, float(line[together].min(initial=math.inf)))
         depths = np.unique(np.concatenate(passed))
         depths = depths[depths < stop]
-        left, right = (sign * part.searchsorted(depths, "right") for part in passed)
-        each = zip(
-            *map(np.ndarray.tolist, (sign * depths, first - left, last + right)), strict=True
-        )
-        return [(at, (i, j)) for at, i, j in each if sign > 0 or j - i > 1]
+        left_links, right_links = (line.searchsorted(depths, "right") for line in passed)
+        lefts = (first - sign * left_links).tolist()
+        rights = (last + sign * right_links).tolist()
+        steps = zip((sign * depths).tolist(), lefts, rights, strict=True)
+        return [(at, (i, j)) for at, i, j in steps if sign > 0 or j - i > 1]
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
-        """The first change of a free part as the depth grows."""
+        """The first change as the depth grows of a free part between these nodes, or None."""
         rules = self.closing
-        depth, node = rules.touches(left, right)
-        found, moves = Change(depth, _free((left, node), (node, right))), []
+        touching, node = rules.touches(left, right)
+        found = Change(touching, _free((left, node), (node, right)))
+        moves = []
         if left is not None:
             moves.append((rules.advance(left, 1, right), (left + 1, right)))
         if right is not None:
@@ -279,9 +329,11 @@ class Walk:
         if left is not None and right is not None:
             moves.append((rules.advance_both(left, right), (left + 1, right - 1)))
         for depth, part in moves:
-            if depth < found.depth and rules.clears(*part, depth):
+            if depth >= found.depth:
+                continue
+            if rules.clears(*part, depth):
                 found = Change(depth, _free(part))
-            elif depth < found.depth:
+            else:
                 found = self._with_touch((left, right), part, depth, found)
         return found
 
@@ -290,14 +342,22 @@ class Walk:
 
         Where both together leave U as it was; by how much they change it is a parabola of d.
         """
-        node = self.closing.touches(*part)[1]
+        _, node = self.closing.touches(*part)
         ends = _free((part[0], node), (node, part[1]))
-        before, after = (contacts_of((own[0], *each, own[1])) for each in (own, ends))
-        depths = [depth, (depth + later.depth) / 2, later.depth]
-        first, half, last = (self.energy(before, d) - self.energy(after, d) for d in depths)
+        before = contacts_of((own[0], *own, own[1]))
+        after = contacts_of((own[0], *ends, own[1]))
+
+        def released(d: float) -> float:
+            """U before less U after."""
+            return self.energy(before, d) - self.energy(after, d)
+
+        first = released(depth)
+        middle = released((depth + later.depth) / 2)
+        last = released(later.depth)
         if last <= 0:
             return later
-        linear, bend = 4 * half - 3 * first - last, 2 * (first + last - 2 * half)
+        linear = 4 * middle - 3 * first - last
+        bend = 2 * (first + last - 2 * middle)
         root = linear + math.sqrt(max(linear**2 - 4 * bend * first, 0.0))
         share = -2 * first / root if first < 0 else 0.0
         return Change(depth + share * (later.depth - depth), ends)
@@ -305,12 +365,13 @@ class Walk:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def fall(self, left: Any, right: Any, left_lone: bool, right_lone: bool) -> Change:
         """The first move of the lines of a free part as the depth falls, but of lone nodes."""
-        rules, found = self.opening, [_NEVER]
+        rules = self.opening
+        found = [_NEVER]
         if not left_lone:
             found.append(Change(rules.advance(left - 1, 1, right), (left - 1, right)))
         if not right_lone:
             found.append(Change(rules.advance(right + 1, -1, left), (left, right + 1)))
-        if len(found) == 3:
+        if not left_lone and not right_lone:
             both = left - 1, right + 1
             depth = min(rules.advance_both(*both), rules.touches(*both)[0])
             found.append(Change(depth, both))
@@ -326,17 +387,21 @@ class Walk:
             depth = self.opening.pulled(before, node, after)
         return Change(depth, ())
 
-    def torn(self, first: int, last: int) -> Change:
-        """Where the first node inside a contact is torn open; lines of a convex one recede."""
+    def opened_inside(self, first: int, last: int) -> Change:
+        """Where the first node inside a contact opens; never in a convex one, whose lines recede.
+
+        A contact that is one link shorter on a side than another has the same weakest node, unless
+        that was at its end.
+        """
         if last - first < 2 or self.opening.clear:
             return _NEVER
-        wider = (first, last), (first - 1, last), (first, last + 1), (first - 1, last + 1)
-        node = next((self.weakest[one] for one in wider if one in self.weakest), -1)
-        torn = self.opening.open
+        wider = [(first, last), (first - 1, last), (first, last + 1), (first - 1, last + 1)]
+        node = next((self.weakest[contact] for contact in wider if contact in self.weakest), -1)
+        depths = self.opening.open
         if not first < node < last:
-            node = first + 1 + int(torn[first + 1 : last].argmax())
+            node = first + 1 + int(depths[first + 1 : last].argmax())
         self.weakest[first, last] = node
-        return Change(float(torn[node]), (first, node - 1, node + 1, last))
+        return Change(float(depths[node]), (first, node - 1, node + 1, last))
 
     def _is_jump(
         self, before: tuple[int, ...], after: tuple[int, ...], changes: int, depth: float
@@ -345,8 +410,10 @@ class Walk:
 
         What is not lost to adhesion hysteresis anyway; without adhesion, where U is convex, none.
         """
-        if len(before) != len(after) or changes < 2:
-            return len(before) != len(after)
+        if len(before) != len(after):
+            return True
+        if changes < 2:
+            return False
         least = _LEAST * float(self.opening.work.max(initial=0.0))
         if not least:
             return False
@@ -362,8 +429,9 @@ class Walk:
     def opened(self, before: Contacts, after: Contacts) -> float:
         """The length or area that opens, weighted with the pattern's factor."""
         bonds = self.row.bonds
-        held, left = (sum(bonds[i:j].sum() for i, j in nodes) for nodes in (before, after))
-        return max(0.0, float(held - left))
+        bonded_before = sum(bonds[i:j].sum() for i, j in before)
+        bonded_after = sum(bonds[i:j].sum() for i, j in after)
+        return max(0.0, float(bonded_before - bonded_after))
 
 
 class Front:
@@ -373,20 +441,35 @@ class Front:
     the parts that it has changed need a new next one. A heap has the earliest first; entries of
     parts that are no more stay in it until they come first.
 
-    ends: of all free surfaces, from left to right; -1 and the number of nodes: no contact there.
-    Two of them from an even place on enclose a free surface, from an odd place on a contact.
-    outermost: lines, where only the surfaces between these are followed.
+    Parameters
+    ----------
+    walk : Walk
+    nodes : Contacts
+    sign : {1, -1}
+        Whether the depth grows or falls.
+    outermost : tuple of int or None
+        Lines at both ends, where only the surfaces between these are followed.
+
+    Attributes
+    ----------
+    ends : list of int
+        Of all free surfaces, from left to right; -1 and the number of nodes: no contact there. Two
+        of them from an even place on enclose a free surface, from an odd place on a contact.
     """
 
     def __init__(
         self, walk: Walk, nodes: Contacts, sign: int, outermost: tuple[End, End] = (None, None)
     ) -> None:
-        self.walk, self.sign, self.size = walk, sign, walk.row.size
+        self.walk = walk
+        self.sign = sign
+        self.size = walk.row.size
         self.outermost = outermost
         first, last = outermost
-        before = -1 if first is None else first
-        after = self.size if last is None else last
-        self.ends = [before, *itertools.chain(*nodes), after]
+        self.ends = [
+            -1 if first is None else first,
+            *itertools.chain(*nodes),
+            self.size if last is None else last,
+        ]
         self.heap: list[tuple[float, int, bool, int, Change, Part]] = []
         self.known: dict[tuple[int, bool], Part] = {}
         self.pushed = 0
@@ -429,8 +512,8 @@ class Front:
 
     def apply(self, change: Change, place: int) -> None:
         """The change happens to the part at a place."""
-        none = -1, self.size
-        new = [none[i % 2] if end is None else end for i, end in enumerate(change.ends)]
+        no_contact = (-1, self.size)
+        new = [no_contact[i % 2] if end is None else end for i, end in enumerate(change.ends)]
         self.ends[place : place + 2] = new
         if self.sign > 0:
             self._push(place, place + len(new))
@@ -446,7 +529,7 @@ class Front:
         ends = self.ends
         if place < 0 or (place % 2 == 0) != free or place + 1 >= len(ends):
             return ()
-        left, right = ends[place], ends[place + 1]
+        left, right = ends[place : place + 2]
         if self.sign > 0 or (not free and left < right):
             return left, right
         before = ends[place - 1] if place > 0 else left
@@ -461,7 +544,8 @@ class Front:
             return
         step = 2 if self.sign > 0 else 1
         for place in range(start, min(stop, len(self.ends) - 1), step):
-            node, free = self.ends[place], place % 2 == 0
+            node = self.ends[place]
+            free = place % 2 == 0
             part = self._part(place, free)
             if self.known.get((node, free)) == part:
                 continue
@@ -473,13 +557,14 @@ class Front:
 
     def _change(self, part: Part, free: bool) -> Change:
         """The next change of a part."""
-        walk, size = self.walk, self.size
+        walk = self.walk
         if not free:
             if len(part) == 2:
-                return walk.torn(*part)
+                return walk.opened_inside(*part)
             before, node, _, after = part
-            return walk.pulled(_node(before, size), node, _node(after, size))
-        left, right = _node(part[0], size), _node(part[1], size)
+            return walk.pulled(_node(before, self.size), node, _node(after, self.size))
+        left = _node(part[0], self.size)
+        right = _node(part[1], self.size)
         if self.sign > 0:
             return walk.rise(left, right)
         return walk.fall(left, right, bool(part[2]), bool(part[3]))

@@ -206,7 +206,7 @@ def test_a_line_passes_a_link_or_the_last_two(seed, links):
 @pytest.mark.parametrize("seed", range(6))
 def test_a_node_is_torn_out_of_a_contact(seed):
     rules = case(seed)
-    depth, (_, left, right, _) = Walk(SimpleNamespace(rules=(rules, rules))).torn(6, 24)
+    depth, (_, left, right, _) = Walk(SimpleNamespace(rules=(rules, rules))).opened_inside(6, 24)
     parts, node = [(6, left), (right, 24)], left + 1
     equal(rules, parts, [(6, 24)], depth)
     for other in set(range(7, 24)) - {node}:  # all others hold or are pressed
