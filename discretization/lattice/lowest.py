@@ -64,32 +64,54 @@ from energy import Scene
 from energy.arrays import Array, Mask, Nodes
 
 _TIE = 1e-12  # of wΔx: what more contact may cost
-_FEW = 64  # nodes of a block, at least,
-_SHARE = 32  # and one more for each so many starts: finding their intervals costs as much
-_FAR = 40.0  # decay lengths, by which a tail has decayed to less than rounding
-_FAINT = 100.0  # the same in which starts are not told apart by how far they are, but by energy
-_SPAN = 300.0  # of ln z over a block: y² and z of its nodes do not overflow
+# Nodes of a block: at least 64, and one more for each 32 starts, as finding the intervals of all
+# starts costs about as much as following them over that many nodes. No result depends on it.
+_FEW = 64
+_SHARE = 32
+_FAR = 40.0  # decay lengths, by which a tail has decayed to less than rounding: e⁻⁴⁰ = 4e-18
+_FAINT = (
+    100.0  # the same in which starts are distinguished by energy alone, not by how far they are
+)
+_SPAN = 300.0  # of ln z over a block: y² and z of its nodes, at most e⁶⁰⁰, do not overflow
 
 
 def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
-    """First and last node of each contact (m, 2) of lowest energy of all sets, and its proof.
+    """The contacts of lowest energy of all contact sets, and the proof.
 
-    g (n,): d - f of nodes in a row; in the free tails beyond contact must be impossible. Of states
-    whose energies agree within 1e-12 wΔx per contact that with more. ValueError if g is not finite.
+    Of states whose energies agree within 1e-12 wΔx per contact that with more.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    g : array_like (n,)
+        d - f of nodes in a row; in the free tails beyond contact must be impossible [length].
+
+    Returns
+    -------
+    contacts : ndarray of int (m, 2)
+        First and last node of each contact.
+    proof : Proof
+
+    Raises
+    ------
+    ValueError
+        If g is not finite.
     """
     g = np.asarray(g, float)
     if g.ndim != 1 or not g.size or not np.isfinite(g).all():
         raise ValueError(f"g of shape {g.shape} must be one row of finite values: pass d - f")
-    every, (held, force) = np.arange(g.size), pressed(lattice, g)
-    h = np.maximum(surface(lattice, held, g[held], every) - g, 0.0)
-    h[held] = 0.0
+    every = np.arange(g.size)
+    certain, force = pressed(lattice, g)  # contact without adhesion
+    h = np.maximum(surface(lattice, certain, g[certain], every) - g, 0.0)
+    h[certain] = 0.0
     zero = np.pad(h == 0, 1)
-    within = zero[:-2] & zero[1:-1] & zero[2:]  # contacts that are certain
-    least, contact, _ = _cheapest(lattice, h, (h <= lattice.deepest_contact) & ~within)
+    inside_certain = zero[:-2] & zero[1:-1] & zero[2:]
+    may = (h <= lattice.deepest_contact) & ~inside_certain
+    least, contact, _ = _cheapest(lattice, h, may)
     u = np.where(contact, g, surface(lattice, np.flatnonzero(contact), g[contact], every))
     terms = np.array([*NodalEnergy(lattice, contact).balance(u).terms.values()])
-    proof = Proof(float(force @ g[held]) / 2 + least, float(terms.sum()), float(abs(terms).sum()))
-    return runs(contact), proof
+    bound = float(force @ g[certain]) / 2 + least
+    return runs(contact), Proof(bound, float(terms.sum()), float(abs(terms).sum()))
 
 
 def lowest_rings(lattice: Lattice, g: Array) -> Mask:
@@ -102,18 +124,23 @@ def _chain(lattice: Lattice, size: int) -> tuple[Any, Any, Array]:
 
     P and Q follow from what the free surface on each side of a node pulls with.
     """
-    every, last = np.arange(size), size - 1
+    every = np.arange(size)
+    last = size - 1
     spring = lattice.spring * lattice.weight(every) * np.ones(size)
     link = lattice.link * lattice.weight(every[:last] + 0.5) * np.ones(last)
-    outside, inside = spring + lattice.pull(every, 1), [float(spring[0] + lattice.pull(0, -1))]
+    outside = spring + lattice.pull(every, 1)
+    from_left = [float(spring[0] + lattice.pull(0, -1))]
     for own, one in zip(spring[1:].tolist(), link.tolist(), strict=True):
-        inside.append(own + one * inside[-1] / (one + inside[-1]))
-    within = np.array(inside)
-    grown, decayed = (
-        np.cumsum(np.log1p(np.append(0.0, each / link)), dtype=np.longdouble)
-        for each in (within[:last], outside[1:])
-    )
-    return grown, decayed, np.asarray((within + outside - spring) / 2)
+        from_left.append(own + one * from_left[-1] / (one + from_left[-1]))
+    inside = np.array(from_left)
+    log_p = _running_sum(np.log1p(np.append(0.0, inside[:last] / link)))
+    minus_log_q = _running_sum(np.log1p(np.append(0.0, outside[1:] / link)))
+    return log_p, minus_log_q, np.asarray((inside + outside - spring) / 2)
+
+
+def _running_sum(terms: Array) -> Any:
+    """Running sum in long double."""
+    return np.cumsum(terms, dtype=np.longdouble)
 
 
 class _Ends:
@@ -122,29 +149,49 @@ class _Ends:
     These, with h = 0, are far beyond the nodes, where a tail that follows has decayed, and far
     before them, where nothing precedes.
 
-    node: numbers (m,); h, log_y, log_z: drops, -ln Q and ln P/Q (m + 2,); stiffness: c (m,); step:
-    energy of the contact, or of a free surface, from the node before to this one, then 0 (m + 1,).
+    Attributes
+    ----------
+    node : ndarray of int (m,)
+        Numbers of the nodes.
+    h : ndarray (m + 2,)
+        Drops [length].
+    log_y, log_z : ndarray (m + 2,)
+        -ln Q and ln P/Q, in long double.
+    stiffness : ndarray (m,)
+        c.
+    step : ndarray (m + 1,)
+        Energy of the contact, or of a free surface, from the node before to this one, then 0.
     """
 
     def __init__(self, lattice: Lattice, h: Array, node: Nodes) -> None:
-        grown, decayed, stiffness = _chain(lattice, h.size)
-        log_y, log_z = decayed[node], (grown + decayed)[node]
-        self.node, self.h = node, np.append(h[node], (0.0, 0.0))
+        log_p, minus_log_q, stiffness = _chain(lattice, h.size)
+        log_y = minus_log_q[node]
+        log_z = (log_p + minus_log_q)[node]
+        self.node = node
+        self.h = np.append(h[node], (0.0, 0.0))
         self.log_y = np.append(log_y, (log_y[-1] + _FAR, -math.inf))
         self.log_z = np.append(log_z, (log_z[-1] + 2 * _FAR, -math.inf))
         self.stiffness = stiffness[node]
+        self.step = np.append(self._steps(lattice, h), 0.0)
+
+    def _steps(self, lattice: Lattice, h: Array) -> Array:
+        """Energy of what is between each node and the one before (m,)."""
+        node = self.node
         last = np.append(node[:1], node[:-1])
         certain = np.diff(np.cumsum(h > 0)[node], prepend=-1) == 0  # ends of a certain contact
         linked = (node - last == 1) | certain
         bonds = lattice.w * lattice.cell * (node - last) * lattice.weight((node + last) / 2)
-        log_q, log_pq = (
-            (each[:-2] - np.append(each[:1], each[:-3])).astype(float)
-            for each in (self.log_y, self.log_z)
-        )
-        rise = h[node] - h[last] - np.expm1(-log_q) * h[last]
+        decay = self._since_last(self.log_y)
+        growth = self._since_last(self.log_z)
+        rise = h[node] - h[last] - np.expm1(-decay) * h[last]
         with np.errstate(divide="ignore", invalid="ignore"):  # of the first nothing is before
-            free = self.stiffness * rise**2 / -np.expm1(-log_pq)
-        self.step = np.append(free - np.where(linked, bonds, 0.0), 0.0)
+            free = self.stiffness * rise**2 / -np.expm1(-growth)
+        return np.asarray(free - np.where(linked, bonds, 0.0))
+
+    def _since_last(self, log: Any) -> Array:
+        """By how much a logarithm has grown since the node before (m,)."""
+        before = np.append(log[:1], log[:-3])
+        return np.asarray((log[:-2] - before).astype(float))
 
     def logs(self, which: Nodes, origin: int) -> tuple[Array, Array]:
         """ln y/h and ln z of some of them, in units in which y = h and z = 1 at the origin."""
@@ -154,7 +201,11 @@ class _Ends:
 
 
 class _Start(NamedTuple):
-    """A start seen from a block: place in `_Ends`, V, h, then y - h, z - 1, y as `_Ends.logs`."""
+    """A start seen from a block.
+
+    which: its place in `_Ends`; value: V; h: its drop; more, z, y: y - h, z - 1 and y, in units in
+    which y = h and z = 1 at the origin.
+    """
 
     which: int
     value: float
@@ -166,9 +217,11 @@ class _Start(NamedTuple):
 
 def _placed(ends: _Ends, which: Nodes, value: Array, origin: int) -> list[_Start]:
     """Starts as seen from an origin."""
-    h, (log_y, log_z) = ends.h[which], ends.logs(which, origin)
-    more, y = h * np.expm1(log_y), h * np.exp(log_y)
-    columns = which, value, h, more, np.expm1(log_z), y
+    h = ends.h[which]
+    log_y, log_z = ends.logs(which, origin)
+    more = h * np.expm1(log_y)
+    y = h * np.exp(log_y)
+    columns = (which, value, h, more, np.expm1(log_z), y)
     return list(map(_Start, *(column.tolist() for column in columns)))
 
 
@@ -177,25 +230,35 @@ def _limits(ends: _Ends, starts: Nodes, value: Array, origin: int) -> tuple[Node
 
     Of the newest that is inf. Differences are those of neighbours, so that no digits are lost.
     """
-    c, h = float(ends.stiffness[origin]), ends.h[starts]
+    c = float(ends.stiffness[origin])
+    h = ends.h[starts]
     log_y, log_z = ends.logs(starts, origin)
     ahead = -np.expm1(log_z)
-    near, z = np.exp(np.maximum(log_y, -_FAINT)), np.exp(np.maximum(log_z, -2 * _FAINT))
-    y, dz = near * h, z[1:] * -np.expm1(log_z[:-1] - log_z[1:])
+    near = np.exp(np.maximum(log_y, -_FAINT))
+    z = np.exp(np.maximum(log_z, -2 * _FAINT))
+    y = near * h
+    dz = z[1:] * -np.expm1(log_z[:-1] - log_z[1:])
     dy = near[1:] * (np.diff(h) - np.expm1(log_y[:-1] - log_y[1:]) * h[:-1])
     lost = np.maximum(c * dy * (dy / dz) - np.diff(value), 0.0)
     cut = np.sqrt(lost / c / dz * ahead[:-1] * ahead[1:])
     limit = np.append(y[1:] + dy / dz * ahead[1:] - cut, math.inf)
-    older, newer = np.arange(starts.size) - 1, np.arange(starts.size) + 1
+    older = np.arange(starts.size) - 1  # neighbours among those that are left
+    newer = np.arange(starts.size) + 1
     left = np.full(starts.size, True)
     todo = (np.flatnonzero(limit[:-1] > limit[1:]) + 1).tolist()
     while todo:
         k = todo.pop()
-        i, j = int(older[k]), int(newer[k])
+        i = int(older[k])
+        j = int(newer[k])
         if not left[k] or i < 0 or j == starts.size or limit[i] <= limit[k]:
             continue
-        left[k], newer[i], older[j] = False, j, i
-        dy[i], dz[i] = rise, run = float(dy[i] + dy[k]), float(dz[i] + dz[k])
+        left[k] = False
+        newer[i] = j
+        older[j] = i
+        rise = float(dy[i] + dy[k])
+        run = float(dz[i] + dz[k])
+        dy[i] = rise
+        dz[i] = run
         more = max(c * rise * (rise / run) - float(value[j] - value[i]), 0.0)
         off = math.sqrt(more / c / run * float(ahead[i] * ahead[j]))
         limit[i] = float(y[j]) + rise / run * float(ahead[j]) - off
@@ -205,34 +268,60 @@ def _limits(ends: _Ends, starts: Nodes, value: Array, origin: int) -> tuple[Node
 
 
 def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask, int]:
-    """V of the tail that follows, and the nodes in contact, of drops of at most h.
+    """The set of contact nodes of least energy.
 
-    may: nodes that may be in contact; of a contact that is certain, h = 0, its ends are enough.
-    Also how many surfaces were compared.
+    Parameters
+    ----------
+    lattice : Lattice
+    h : ndarray (n,)
+        The largest drops [length].
+    may : ndarray of bool (n,)
+        Nodes that may be in contact; of a contact that is certain, h = 0, its ends are enough.
+
+    Returns
+    -------
+    least : float
+        V of the tail that follows.
+    contact : ndarray of bool (n,)
+    compared : int
+        How many surfaces were compared.
     """
     if not may.any():
         return 0.0, h == 0, 0
-    ends, floor = _Ends(lattice, h, np.flatnonzero(may)), min(0.0, float(h.min()))
-    size, tie = ends.node.size + 1, _TIE * lattice.w * lattice.cell
-    before, starts, value = np.full(size, size), np.array([size]), np.zeros(1)
-    place, first, compared = ends.log_z[:size].astype(float), 0, 0
+    ends = _Ends(lattice, h, np.flatnonzero(may))
+    floor = min(0.0, float(h.min()))
+    tie = _TIE * lattice.w * lattice.cell
+    size = ends.node.size + 1  # with the tail that follows, and the number of what precedes
+    before = np.full(size, size)
+    starts = np.array([size])
+    value = np.zeros(1)
+    log_z = ends.log_z[:size].astype(float)
+    first = 0
+    compared = 0
     while first < size:
-        most = _FEW + starts.size // _SHARE
-        stop = min(first + most, int(place.searchsorted(place[first] + _SPAN)), size - 1)
-        if stop < size - 1:
-            stop = min(stop, int(ends.node.searchsorted(ends.node[first] + 2 * most)))
-        else:
-            stop = size
+        stop = _end_of_block(ends, log_z, first, starts.size)
         compared += starts.size
         block = _Block(ends, first, stop, floor, tie)
         starts, value = block.passed(starts, value)
-        before[first:stop], first = block.before, stop
+        before[first:stop] = block.before
         compared += block.compared
-    contact, k = h == floor, int(before[-1])
+        first = stop
+    contact = h == floor
+    k = int(before[-1])
     while k < size:
         contact[ends.node[k]] = True
         k = int(before[k])
     return float(value[-1]), contact, compared
+
+
+def _end_of_block(ends: _Ends, log_z: Array, first: int, starts: int) -> int:
+    """The place after a block of nodes that begins here, followed with so many starts."""
+    size = log_z.size
+    most = _FEW + starts // _SHARE
+    stop = min(first + most, int(log_z.searchsorted(log_z[first] + _SPAN)), size - 1)
+    if stop == size - 1:
+        return size
+    return min(stop, int(ends.node.searchsorted(ends.node[first] + 2 * most)))
 
 
 class _Block:
@@ -242,8 +331,13 @@ class _Block:
     """
 
     def __init__(self, ends: _Ends, first: int, stop: int, floor: float, tie: float) -> None:
-        self.ends, self.first, self.stop, self.floor, self.tie = ends, first, stop, floor, tie
-        self.before, self.compared = list[int](), 0
+        self.ends = ends
+        self.first = first
+        self.stop = stop
+        self.floor = floor
+        self.tie = tie
+        self.before = list[int]()
+        self.compared = 0
         which = np.arange(first, stop)
         self.nodes = _placed(ends, which, ends.step[first:stop], first)
         self.end = self.nodes[-1].z
@@ -253,9 +347,12 @@ class _Block:
         """Starts that may be needed beyond the block, and their V, of those before it."""
         own, limit = _limits(self.ends, starts, value, self.first)
         lowest = int(limit.searchsorted(self.floor))
-        own, limit = own[lowest:], limit[lowest:]
-        starts, value = starts[own], value[own]
-        h, (log_y, log_z) = self.ends.h[starts], self.ends.logs(starts, self.first)
+        own = own[lowest:]
+        limit = limit[lowest:]
+        starts = starts[own]
+        value = value[own]
+        h = self.ends.h[starts]
+        log_y, log_z = self.ends.logs(starts, self.first)
         slope = (limit - h * np.exp(log_y)) / -np.expm1(log_z)
         further = limit[:-1] + (slope[:-1] - self.shear) * self.end
         reach = np.append(np.maximum(limit[:-1], further), math.inf)
@@ -274,13 +371,19 @@ class _Block:
         steepest, reach: slopes and sheared heights above which a start is not needed; the latter
         the largest of all older starts.
         """
-        c, shear, tie, none = float(self.ends.stiffness[self.first]), self.shear, self.tie, False
+        c = float(self.ends.stiffness[self.first])
+        tie = self.tie
+        none = False
         for k, (node, step, h, more, z, y) in enumerate(self.nodes):
             if k and len(near) > 1:
                 self._bound(near, steepest, reach, z)
-            at, base, least, best = y - shear * z, math.inf, math.inf, 0
-            newest = j = len(near) - 1
-            while j >= 0 and reach[j] >= at:
+            height_here = y - self.shear * z
+            base = math.inf
+            least = math.inf
+            best = 0
+            newest = len(near) - 1
+            j = newest
+            while j >= 0 and reach[j] >= height_here:
                 _, value, own_h, own_more, own_z, own_y = near[j]
                 rise = (h - own_h) + (more - own_more)
                 slope = rise / (z - own_z)
@@ -289,12 +392,14 @@ class _Block:
                     base = height
                     cost = value + (step if j == newest and node else c * rise * slope)
                     if slope <= steepest[j] and cost < least - tie:
-                        least, best = cost, j
+                        least = cost
+                        best = j
                 j -= 1
             self.compared += newest - j
             self.before.append(near[best].which)
             if h <= self.floor:  # nothing passes a certain contact
-                best, none = -1, True
+                best = -1
+                none = True
             del near[best + 1 :], steepest[best + 1 :], reach[best + 1 :]
             near.append(_Start(node, least, h, more, z, y))
             steepest.append(math.inf)
@@ -305,8 +410,11 @@ class _Block:
         self, near: list[_Start], steepest: list[float], reach: list[float], z: float
     ) -> None:
         """What the newest start leaves of the one before it, at the next node."""
-        c, one, other = float(self.ends.stiffness[self.first]), near[-2], near[-1]
-        rise, run = (other.h - one.h) + (other.more - one.more), other.z - one.z
+        c = float(self.ends.stiffness[self.first])
+        one = near[-2]
+        other = near[-1]
+        rise = (other.h - one.h) + (other.more - one.more)
+        run = other.z - one.z
         lost = max(one.value + c * rise * (rise / run) - other.value, 0.0)
         slope = rise / run - math.sqrt(lost / c / run * (z - other.z) / (z - one.z))
         limit = one.y + slope * (z - one.z) - self.shear * z
@@ -321,12 +429,29 @@ def runs(contact: Mask) -> Nodes:
 
 
 def on_lowest(row: Row, depth: float, method: str) -> tuple[Contacts, Proof | None]:
-    """Contacts of lowest energy of all contact sets on these nodes, and its proof.
+    """The contacts of lowest energy of all contact sets on these nodes, and the proof.
 
-    Method "shortest_path", "oracle", which needs cvxpy and has no proof, or "lattice", which is as
-    "shortest_path". ValueError for what the method cannot express.
+    Parameters
+    ----------
+    row : Row
+    depth : float
+        [length].
+    method : {"shortest_path", "lattice", "oracle"}
+        The first two are the same; the last needs cvxpy and has no proof.
+
+    Returns
+    -------
+    contacts : Contacts
+    proof : Proof or None
+
+    Raises
+    ------
+    ValueError
+        For what the method cannot express.
     """
-    lattice, g, proof = row.lattice, depth - row.f, None
+    lattice = row.lattice
+    g = depth - row.f
+    proof = None
     if method == "oracle":
         near = np.append(np.flatnonzero(g >= -lattice.deepest_contact), row.touch)
         start = int(near.min())
@@ -338,11 +463,29 @@ def on_lowest(row: Row, depth: float, method: str) -> tuple[Contacts, Proof | No
 
 
 def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:
-    """First and last nodes (m, 2) of the contacts of lowest energy; of rings around an axis, too.
+    """First and last nodes of the contacts of lowest energy; of rings around an axis, too.
 
-    scene: as far as it has nodes (`Lattice.seen`). ValueError as `on_lowest`.
+    Parameters
+    ----------
+    scene : Scene
+        As far as it has nodes (`Lattice.seen`).
+    depth : float
+        [length].
+    lattice : Lattice
+
+    Returns
+    -------
+    ndarray of int (m, 2)
+
+    Raises
+    ------
+    ValueError
+        As `on_lowest`.
     """
     row = Row.of(scene, lattice, depth)
-    g, turned = depth - row.f, lattice.axis == 0
-    found = runs(lowest_rings(lattice, g)) if turned else global_minimum(lattice, g)[0]
-    return found + row.first
+    g = depth - row.f
+    if lattice.axis == 0:
+        contacts = runs(lowest_rings(lattice, g))
+    else:
+        contacts, _ = global_minimum(lattice, g)
+    return contacts + row.first
