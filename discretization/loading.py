@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike
 from discretization.certificate import AccuracyWarning
 from discretization.nodes.choice import chosen_spacing
 from discretization.paths.branch import Point
+from discretization.paths.choice import branch_of
 from discretization.paths.control import Control
-from discretization.paths.history import History, branch_of
+from discretization.paths.history import History
 from discretization.paths.load_path import LoadPath
 from discretization.profile import on_the_way_to, resolve
-from discretization.readings import resolution, tell
+from discretization.readings import resolution, warn_coarse
 from discretization.routes import usable_on_path
 from energy import Scene
 from energy.arrays import Array
@@ -60,7 +61,7 @@ def load_path(
         Distance of the nodes [length]; a little less where edges become nodes. By default
         "lattice" chooses it by the lengths on which the scene varies (nodes/choice.py).
     rtol : float
-        Relative error asked of the exact response of a layer; the rest is good to rounding.
+        Relative error of the exact response of a layer; the rest is good to rounding.
     after : History, optional
         Of the same scene and control, which this programme continues; the result's first part.
 
@@ -103,40 +104,43 @@ def load_path(
     """
     on_nodes = usable_on_path(scene, rtol, method, METHODS, spacing)
     name, values = _programme(machine_stiffness, depths=depths, forces=forces, drives=drives)
-    control = Control.of(name.removesuffix("s"), machine_stiffness)
+    control_name = name.removesuffix("s")
+    control = Control.of(control_name, machine_stiffness)
     if on_nodes and spacing is None and after is not None:
         spacing = after.spacing
     if on_nodes and spacing is None:
         spacing = chosen_spacing(scene, _deepest(scene, control, float(values.max())))
-    tell(resolution(scene, spacing or math.nan), stacklevel=2)
-    history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
+    warn_coarse(resolution(scene, spacing or math.nan), stacklevel=2)
+    before = History(scene, control_name, machine_stiffness, rtol, spacing)
     if after is not None:
-        _continues(after, history)
-        history = after
-    deepest = float(np.append(history.values, values).max())
-    branch = branch_of(scene, rtol, spacing, lambda: _deepest(scene, history.hold, deepest))
-    path = LoadPath(branch, history.hold, Point(-math.inf, None))
+        _refuse_another(after, before)
+        before = after
+    largest = float(np.append(before.values, values).max())
+    branch = branch_of(scene, rtol, spacing, lambda: _deepest(scene, control, largest))
+    path = LoadPath(branch, control, Point(-math.inf, None))
     if after is not None:
         path.resume(after.at(-1), len(after), float(after.values[-1]))
     with on_the_way_to(name, float(values[0]), float(values[-1])):
         path.go(values)
     branch.certify(path.point)
-    history = history.extended(path, values)
+    history = before.extended(path, values)
     unrefined = [one for one in history.validity if one.name == "parts on nodes"]
     if unrefined:
         warnings.warn(unrefined[0].consequence, AccuracyWarning, stacklevel=2)
-    if spacing and (told := history.unresolved()):
-        warnings.warn(told, AccuracyWarning, stacklevel=2)
+    unresolved = history.unresolved() if spacing else ""
+    if unresolved:
+        warnings.warn(unresolved, AccuracyWarning, stacklevel=2)
     return history
 
 
-def _continues(after: History, history: History) -> None:
-    """ValueError unless one path was asked the same as the other."""
-    asked = ("control", "machine_stiffness", "rtol", "spacing", "scene")
-    for name, given, before in ((n, getattr(history, n), getattr(after, n)) for n in asked):
-        if not alike(described(given), described(before)):
+def _refuse_another(after: History, history: History) -> None:
+    """ValueError unless both paths have the same scene, control, tolerance and nodes."""
+    for name in ("control", "machine_stiffness", "rtol", "spacing", "scene"):
+        given = getattr(history, name)
+        known = getattr(after, name)
+        if not alike(described(given), described(known)):
             raise ValueError(
-                f"{name} = {given!r} differs from that of the path to continue, {before!r}; give "
+                f"{name} = {given!r} differs from that of the path to continue, {known!r}; give "
                 "the same"
             )
 
@@ -167,14 +171,20 @@ def _deepest(scene: Scene, control: Control, deepest: float) -> float:
     """
     if control.stiffness is None:
         return deepest
-    touch, reach = resolve(scene, 0.0).touch, scene.opened.critical_separation
-    below, deeper = (reach, 2.0) if reach else (_SHALLOW * scene.layer.h, 4.0)
+    touch = resolve(scene, 0.0).touch
+    reach = scene.opened.critical_separation
+    if reach:
+        pressed = reach
+        factor = 2.0
+    else:
+        pressed = _SHALLOW * scene.layer.h
+        factor = 4.0
     try:
-        while control.value(touch + below, _least_force(scene, touch + below)) < deepest:
-            below *= deeper
-    except ValueError:
-        below /= deeper
-    return touch + below
+        while control.value(touch + pressed, _least_force(scene, touch + pressed)) < deepest:
+            pressed *= factor
+    except ValueError:  # beyond the known profile
+        pressed /= factor
+    return touch + pressed
 
 
 def _least_force(scene: Scene, depth: float) -> float:
@@ -183,10 +193,15 @@ def _least_force(scene: Scene, depth: float) -> float:
     No surface is higher than δ₀ above the undeformed one, or the indenter, between the outermost
     lines or beside them, where it decays over l. The trapezoidal rule is enough for a bound.
     """
-    profile, length = resolve(scene, depth), scene.elastocapillary_length
-    reach, x, g = scene.opened.critical_separation, profile.x, depth - profile.f
+    profile = resolve(scene, depth)
+    length = scene.elastocapillary_length
+    reach = scene.opened.critical_separation
+    g = depth - profile.f
     first, last = np.flatnonzero(g >= -reach)[[0, -1]]
-    x, u = x[first : last + 1], np.maximum(g[first : last + 1], -reach)
-    pulled = reach * length * scene.measure(np.abs(x[[0, -1]]) + length).sum()
-    u = u * scene.measure(x)
-    return scene.stiffness * float((u[1:] + u[:-1]) @ np.diff(x) / 2 - pulled) / 2
+    x = profile.x[first : last + 1]
+    u = np.maximum(g[first : last + 1], -reach)
+    outermost = np.abs(x[[0, -1]]) + length
+    pulled = reach * length * scene.measure(outermost).sum()
+    integrand = u * scene.measure(x)
+    pressed = (integrand[1:] + integrand[:-1]) @ np.diff(x) / 2
+    return scene.stiffness * float(pressed - pulled) / 2

@@ -10,7 +10,7 @@ from discretization.layer.nodes import on_layer_nodes
 from discretization.layer.state import on_layer
 from discretization.paths.springs import on_springs
 from discretization.profile import on_the_way_to
-from discretization.readings import resolution, tell
+from discretization.readings import resolution, warn_coarse
 from discretization.refine.states import on_refined_nodes
 from discretization.routes import LOWEST, route, usable
 from energy import Scene
@@ -108,7 +108,7 @@ def minimise(
             state = on_layer_nodes(scene, depth, spacing, branch=branch)
         else:
             state = on_lattice_warning(scene, depth, spacing, branch=branch, method=method)
-        tell(() if way == "plane" else resolution(scene, spacing), stacklevel=2)
+        warn_coarse(() if way == "plane" else resolution(scene, spacing), stacklevel=2)
         return state
     if way == "plane":  # every spacing gives the same answer
         any_length = scene.elastocapillary_length or scene.critical_separation or scene.layer.h

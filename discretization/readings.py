@@ -179,12 +179,12 @@ def resolution(scene: Scene, spacing: float, widths: ArrayLike = ()) -> tuple[As
     return tuple(found)
 
 
-def tell(assumed: tuple[Assumption, ...], stacklevel: int) -> None:
+def warn_coarse(assumed: tuple[Assumption, ...], stacklevel: int) -> None:
     """AccuracyWarning where the free surface has too few nodes: next to nothing may be right."""
     for one in assumed:
         if one.name == "Δx/l" and not one.holds:
-            told = f"the nodes are too far apart: {one}"
-            warnings.warn(told, AccuracyWarning, stacklevel=stacklevel + 1)
+            message = f"the nodes are too far apart: {one}"
+            warnings.warn(message, AccuracyWarning, stacklevel=stacklevel + 1)
 
 
 def html(shown: Any) -> str:

@@ -8,7 +8,7 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -19,22 +19,19 @@ from discretization import animation, plots, readings
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.lattice.accuracy import LEAST
 from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot
+from discretization.paths.choice import branch_of
 from discretization.paths.control import Control, Curve
 from discretization.paths.lattice_branch import LatticeBranch
-from discretization.paths.layer_branch import LayerBranch
-from discretization.paths.least_force import NOISE, Stretch, UnknownError, bounded, one_way
+from discretization.paths.least_force import NOISE, Stretch, UnknownError, bounded, monotone
 from discretization.paths.load_path import LoadPath
-from discretization.paths.one_contact import OneContactBranch
 from discretization.paths.path_accuracy import QUANTITIES, estimated
 from discretization.paths.refined_branch import RefinedBranch
-from discretization.paths.springs import SpringsBranch
-from discretization.routes import refinable, route
 from energy import Scene
 from energy.arrays import Array
 from energy.description import alike, described, rebuilt
 
-_CHANGED = 0.1  # of the pull-off force: more with its last links, and it is not resolved
-_COARSER = 2.0  # nodes over those of the path, next to which its errors are estimated
+_CHANGED = 0.1  # of the pull-off force: if its last links change it by more, it is not resolved
+_COARSER = 2.0  # spacing of the nodes with which a path is compared, over its own
 _TITLE = "elastocap load path"
 _NOTES = (
     "in the units of the scene, of a line contact per its unit length: control [length or force],",
@@ -60,7 +57,8 @@ class History:
     Attributes
     ----------
     scene, control, machine_stiffness, rtol, spacing
-        What was asked: control "depth", "force" or "drive"; spacing None on the fitted mesh.
+        What was imposed, and how: control "depth", "force" or "drive"; spacing None on the fitted
+        mesh.
     values, depth, force, energy, half_width : array (n,)
         The programme, d, P > 0 compressive, U and a; columns of `table` (n, 6). An indenter that a
         tensile dead load has pulled away is at depth -inf.
@@ -70,8 +68,11 @@ class History:
     on_nodes : tuple
         First and last depths of parts of a path on the mesh that are those of nodes alone, as
         contacts found there could not be refined.
+    branch : Branch, optional
+        What has followed the path and knows the work done between the states; found again from the
+        scene where it is not known.
     dissipated, friction : float
-        Energy lost on the way, and by lines that moved without a jump under adhesion hysteresis.
+        Energy lost on the path, and by lines that moved without a jump under adhesion hysteresis.
     validity, warnings : tuple
         How far those assumptions of the model hold that all states share (2w/γ₁, h/l, the noise of
         samples, the nodes), and those that do not, in words; each state has more.
@@ -99,6 +100,7 @@ class History:
     events: tuple[Event, ...] = ()
     friction: float = 0.0
     on_nodes: tuple[tuple[float, float], ...] = ()
+    branch: Branch | None = None
 
     values, depth, force, energy = map(_column, range(4))
     contacts = _column(slice(4, 6))
@@ -108,20 +110,23 @@ class History:
         points = path.points
         rows = [(point.depth, 0.0, 0.0, *point.ends) for point in points]
         table = np.column_stack([values, np.reshape(rows, (-1, 5))])
-        held = [i for i, point in enumerate(points) if point.lines is not None]
-        if held:
-            lines, force, energy = path.branch.recorded([points[i] for i in held])
-            table[held, 2:] = np.column_stack([force, energy, lines])
-        whole = replace(
+        in_contact = [i for i, point in enumerate(points) if point.lines is not None]
+        if in_contact:
+            lines, force, energy = path.branch.recorded([points[i] for i in in_contact])
+            table[in_contact, 2:] = np.column_stack([force, energy, lines])
+        return replace(
             self,
             table=np.concatenate([self.table, table]),
             inner=(*self.inner, *(point.inner for point in points)),
             events=(*self.events, *path.events),
             friction=self.friction + path.friction,
             on_nodes=(*self.on_nodes, *merged(getattr(path.branch, "on_nodes", ()))),
+            branch=path.branch,
         )
-        vars(whole)["_branch"] = path.branch  # knows the work done between the states
-        return whole
+
+    def _without_steps(self, spacing: float | None) -> History:
+        """A path of the same scene and control, on nodes so far apart, that has not begun."""
+        return History(self.scene, self.control, self.machine_stiffness, self.rtol, spacing)
 
     @property
     def half_width(self) -> Array:
@@ -130,7 +135,7 @@ class History:
 
     @property
     def dissipated(self) -> float:
-        """Energy lost on the way: released in the events, and to adhesion hysteresis."""
+        """Energy lost on the path: released in the events, and to adhesion hysteresis."""
         return sum(event.energy_released for event in self.events) + self.friction
 
     @property
@@ -140,8 +145,9 @@ class History:
 
     @property
     def parts(self) -> list[list[Snapshot] | Event]:
-        """The events, and between them the states of parts that go one way, in their order."""
-        run, events = [Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)], list(self.events)
+        """The events, and between them runs of states in one direction, in their order."""
+        run = [Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)]
+        events = list(self.events)
         parts: list[list[Snapshot] | Event] = [run]
         for step in range(len(self)):
             while events and events[0].step == step:
@@ -155,16 +161,16 @@ class History:
     def at(self, step: int) -> Snapshot:
         """The state at a step."""
         depth, force, energy, left, right = self.table[step, 1:].tolist()
-        turned = self.scene.axisymmetric
-        return Snapshot(depth, force, energy, left, right, self.inner[step], turned)
+        axisymmetric = self.scene.axisymmetric
+        return Snapshot(depth, force, energy, left, right, self.inner[step], axisymmetric)
 
     def work(self) -> float:
         """∫P dd of the path from the forces alone, where the state jumps that of the applied load.
 
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
-        jumps = (self.hold.work(e.before.depth, e.after.depth, e.control) for e in self.events)
-        return sum(leg.external_work() for leg in self._legs(self.parts)) + sum(jumps)
+        jumps = sum(self.hold.work(e.before.depth, e.after.depth, e.control) for e in self.events)
+        return sum(leg.external_work() for leg in self._legs(self.parts)) + jumps
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -217,10 +223,12 @@ class History:
 
         ValueError for a path without tension.
         """
-        least, state = math.inf, None
+        least = math.inf
+        state = None
         for found in (self._least_recorded, *self._turns()):
             if found is not None and found.force < least:
-                least, state = found.force, found
+                least = found.force
+                state = found
         if state is None or least >= -NOISE * np.abs(self.force).max(initial=0.0):
             raise ValueError(
                 f"least force = {least!r} of this path is not tensile; retract the indenter "
@@ -233,17 +241,17 @@ class History:
 
         Where it is not known at which depth such a contact closes.
         """
-        forces, spacing = [*self.force.tolist(), *(e.force for e in self.events)], self.spacing or 0
-        least, size = min(forces, default=0.0), max(map(abs, forces), default=0.0)
-        for run, event in itertools.pairwise(self.parts if -least > NOISE * size else ()):
+        forces = [*self.force.tolist(), *(event.force for event in self.events)]
+        least = min(forces, default=0.0)
+        size = max(map(abs, forces), default=0.0)
+        if -least <= NOISE * size:
+            return ""
+        for run, event in itertools.pairwise(self.parts):
             if not isinstance(event, Event) or event.force > least:
                 continue
-            few = event.before.right - event.before.left < (LEAST - 0.5) * spacing
-            few = few and not self._branch.closes_at(event.before)
-            legs: Any = [*self._legs([run])] if few and math.isnan(event.after.left) else []
-            if legs and len(legs[-1].trace) > 1:
-                (wider,) = legs[-1].forces(np.array([legs[-1].trace[-2][0]])).tolist()
-                if abs(wider - least) > -_CHANGED * least:
+            if math.isnan(event.after.left) and self._closes_too_early(event.before):
+                wider = self._force_with_more_links(run)
+                if wider is not None and abs(wider - least) > -_CHANGED * least:
                     return (
                         f"the pull-off force = {least!r} is that of a contact of fewer than {LEAST}"
                         f" links; with more links it was {wider!r}, and it may be off by the "
@@ -251,13 +259,31 @@ class History:
                     )
         return ""
 
+    def _closes_too_early(self, last: Snapshot) -> bool:
+        """Whether the last contact has a few links, and it is not known when it closes."""
+        few = last.right - last.left < (LEAST - 0.5) * (self.spacing or 0)
+        return few and not self._branch.closes_at(last)
+
+    def _force_with_more_links(self, run: Any) -> float | None:
+        """P before the last link of a run of states opened; None if none did."""
+        legs: list[Any] = [*self._legs([run])]
+        if not legs or len(legs[-1].trace) < 2:
+            return None
+        depth, _ = legs[-1].trace[-2]
+        return float(legs[-1].forces(np.array([depth]))[0])
+
     def _legs(self, parts: list[Any]) -> Iterator[Leg]:
-        """The legs of parts that go one way, as far as they are in contact."""
+        """The legs of runs of states in one direction, as far as they are in contact."""
         for part in parts:
-            run = [s for s in part if not math.isnan(s.left)] if isinstance(part, list) else []
-            here = self._branch.contact(run[0].depth, *run[0].lines) if run else None
-            while here and here.lines is not None and here.depth != run[-1].depth:
-                yield (leg := self._branch.leg(here, run[-1].depth))
+            if not isinstance(part, list):  # an event
+                continue
+            run = [state for state in part if not math.isnan(state.left)]
+            if not run:
+                continue
+            here = self._branch.contact(run[0].depth, *run[0].lines)
+            while here.lines is not None and here.depth != run[-1].depth:
+                leg = self._branch.leg(here, run[-1].depth)
+                yield leg
                 here = leg.after or leg.end
 
     @functools.cached_property
@@ -275,7 +301,7 @@ class History:
         return min(found, key=lambda one: one[:2])[2] if found else None
 
     def _stretches(self) -> Iterator[Stretch]:
-        """The parts of the path between events that are in contact, and go one way.
+        """The parts of the path between events that are in contact, each in one direction.
 
         ValueError if the states of one have not as many lines as each other.
         """
@@ -290,7 +316,7 @@ class History:
             lines = np.vstack([ends[0].lines, steps, *(state.lines for state in ends[1:])])
             recorded = [state[:2] for state in ends]
             depths, forces = np.vstack([recorded[0], table[:, 1:3], *recorded[1:]]).T
-            yield from one_way(depths, forces, lines)
+            yield from monotone(depths, forces, lines)
 
     def _turns(self) -> Iterator[Snapshot]:
         """The states at which P is least between recorded ones, as far as it is less there."""
@@ -299,7 +325,7 @@ class History:
                 yield from self._turns_on_nodes(self._branch)
                 return
             except (ValueError, UnknownError):
-                pass  # something happens on the way that is no event: every leg is followed again
+                pass  # something happens that is no event of the path: every leg is followed again
         yield from self._turns_of_legs()
 
     def _turns_of_legs(self) -> Iterator[Snapshot]:
@@ -307,12 +333,13 @@ class History:
         for leg in self._legs(self.parts):
             yield self._branch.snapshot(leg.end)
             curve = Curve.of(leg, Control(0.0))
-            least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
+            least = int(np.argmin(curve.value))
+            ends = curve.value[[0, -1]]
             if curve.value[least] < ends.min() - NOISE * np.abs(curve.value).max():
                 yield self._branch.snapshot(curve.refined(least, -1))
 
     def _turns_on_nodes(self, branch: LatticeBranch) -> list[Snapshot]:
-        """The same, where the way is only walked again, and P drawn, where that promises less."""
+        """The same, where nodes are only followed again where the bound of P is low enough."""
         recorded = self._least_recorded
         least = math.inf if recorded is None else recorded.force
         stretches = bounded(branch, [*self._stretches()])
@@ -334,8 +361,8 @@ class History:
         Those of the first four are the largest over all steps, relative to the range of depths on
         the path and to the largest half-width, force and energy; that of the energy lost is
         relative to the sum of what the events release and friction. On nodes it is next to the
-        same programme on half as many of them, which is followed when this is asked for;
-        see path_accuracy.py. On the fitted mesh it is `rtol`, which paths keep; where a part of the
+        same programme on half as many of them, which is followed when this is first read; see
+        path_accuracy.py. On the fitted mesh it is `rtol`, which paths keep; where a part of the
         path is nodes' alone (`on_nodes`) that of the whole programme on the same nodes.
 
         AccuracyWarning, and infinite estimates where that programme cannot be followed.
@@ -349,8 +376,7 @@ class History:
             branch = LatticeBranch.of(self.scene, _COARSER * self.spacing, deepest)
             path = LoadPath(branch, self.hold, _DETACHED)
             path.go(self.values)
-            empty = replace(self, table=np.empty((0, 6)), inner=(), events=(), friction=0.0)
-            coarse = empty.extended(path, self.values)
+            coarse = self._without_steps(self.spacing).extended(path, self.values)
         except (ValueError, NotCertifiedError) as problem:
             warnings.warn(
                 f"no error estimate: on half as many nodes the path is not followed ({problem}); "
@@ -376,11 +402,8 @@ class History:
                 stacklevel=4,
             )
             return dict.fromkeys(QUANTITIES, math.inf)
-        empty = replace(
-            self, spacing=spacing, table=np.empty((0, 6)), inner=(), events=(), friction=0.0,
-            on_nodes=(),
-        )  # fmt: skip
-        return empty.extended(path, self.values).error_estimate
+        on_nodes = self._without_steps(spacing).extended(path, self.values)
+        return on_nodes.error_estimate
 
     plot = plots.plot_path
     animate = animation.animate
@@ -397,6 +420,9 @@ class History:
 
     @functools.cached_property
     def _branch(self) -> Branch:
+        """The branch, found again if it is not known, as for a path that was read from a file."""
+        if self.branch is not None:
+            return self.branch
         return branch_of(self.scene, self.rtol, self.spacing, lambda: float(self.depth.max()))
 
 
@@ -418,22 +444,3 @@ def merged(ranges: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
         elif (start, end) not in found:
             found.append((start, end))
     return found
-
-
-def branch_of(
-    scene: Scene, rtol: float, spacing: float | None, deepest: Callable[[], float]
-) -> Branch:
-    """The branch for depths up to the deepest, on nodes if there is a spacing.
-
-    The deepest is only asked for where the branch has to know it.
-    """
-    if spacing is not None:
-        return LatticeBranch.of(scene, spacing, deepest())
-    way = route(scene, "path", nodes=False)
-    if way == "layer":
-        return LayerBranch(scene, rtol)
-    if way == "springs":
-        return SpringsBranch.of(scene, deepest())
-    if refinable(scene):
-        return RefinedBranch.of(scene, deepest())
-    return OneContactBranch.of(scene, deepest())

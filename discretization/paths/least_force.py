@@ -8,8 +8,8 @@ with the depth, by more the larger these are. So between two depths d < e, with 
 
 which costs a difference of running sums (`Row.totals`). Between nodes contacts reach up to one link
 further: what that would add to P is subtracted, twice since the cubic through links may overshoot.
-Only where this bound is below the least force that is known already, the way is walked again and P
-is drawn between the nodes.
+Only where this bound is below the least force that is known already, contacts are followed again
+and P is drawn between the nodes.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from discretization.paths.control import Control, Curve, at_changes, evenly_spac
 from discretization.paths.lattice_branch import LatticeBranch, Links, contacts_at
 from energy.arrays import Array, Indices, Nodes
 
-NOISE = 1e-13  # of the largest force: a force is no less than another by less
-_FURTHER = 2.0  # times what P changes by if all lines are one link further out
+NOISE = 1e-13  # of the largest force: forces that differ by less are the same
+_FURTHER = 2.0  # times what P changes by if all lines are one link further out; see the module
 _APART = 4  # links: lines that face each other and are closer stay on their nodes
 _LOAD = Control(0.0)  # C is P
 
@@ -39,9 +39,14 @@ class UnknownError(Exception):
 
 
 class Stretch(NamedTuple):
-    """Recorded states in contact along which the depth changes one way.
+    """Recorded states in contact along which the depth changes in one direction.
 
-    Depths and forces (n,), and all lines (n, 2m).
+    Attributes
+    ----------
+    depths, forces : ndarray (n,)
+        [length], [force/length].
+    lines : ndarray (n, 2m)
+        x of all lines [length].
     """
 
     depths: Array
@@ -49,12 +54,12 @@ class Stretch(NamedTuple):
     lines: Array
 
     @property
-    def way(self) -> int:
-        """Whether the depth grows, 1, or falls, -1."""
+    def direction(self) -> int:
+        """1 if the depth grows, -1 if it falls."""
         return 1 if self.depths[-1] > self.depths[0] else -1
 
 
-def one_way(depths: Array, forces: Array, lines: Array) -> Iterator[Stretch]:
+def monotone(depths: Array, forces: Array, lines: Array) -> Iterator[Stretch]:
     """The stretches of states, from turn to turn, but of those all at one depth."""
     moved = np.flatnonzero(np.diff(depths))
     if not moved.size:
@@ -68,9 +73,16 @@ def one_way(depths: Array, forces: Array, lines: Array) -> Iterator[Stretch]:
 
 @dataclass(frozen=True)
 class Bounded:
-    """A stretch with the nodes of its lines (n, 2m).
+    """A stretch with what the force is no less than along it.
 
-    bounds: what P is no less than between neighbouring states (n - 1,).
+    Attributes
+    ----------
+    branch : LatticeBranch
+    stretch : Stretch
+    nodes : ndarray of int (n, 2m)
+        Of its lines.
+    bounds : ndarray (n - 1,)
+        What P is no less than between neighbouring states [force/length].
     """
 
     branch: LatticeBranch
@@ -96,7 +108,8 @@ class Bounded:
             return None
         value = np.full(t.size, np.inf)
         value[drawn] = leg.forces(leg.depths(t[drawn]))
-        i, ends = int(value.argmin()), self.stretch.forces[[0, -1]]
+        i = int(value.argmin())
+        ends = self.stretch.forces[[0, -1]]
         if value[i] >= ends.min() - NOISE * np.abs(value[drawn]).max():
             return None
         if i in (own[0], own[-1]):
@@ -104,16 +117,18 @@ class Bounded:
         return self.branch.snapshot(Curve.sampled(leg, _LOAD, t, value).refined(i, -1))
 
     def _leg(self, promising: Indices) -> tuple[Links, tuple[float, float]]:
-        """The leg of the stretch, walked about the parts that promise less, and t of these."""
-        branch, (depths, _, lines) = self.branch, self.stretch
+        """The leg of the stretch, followed about the parts that promise less, and t of these."""
+        branch = self.branch
+        depths = self.stretch.depths
         first, last = depths[[0, -1]].tolist()
-        start = branch.contact(first, *lines[0].tolist())
+        start = branch.contact(first, *self.stretch.lines[0].tolist())
         end = branch.point(contacts_at(self.nodes[-1]), last, start)
         leg = Links(branch, start, end, None, False, [(first, tuple(self.nodes[0].tolist()))])
         inside = self._about(leg, promising)
         begin, goal = leg.depths(np.array(inside)).tolist()
-        way = self.stretch.way
-        known = max(int(np.searchsorted(way * depths, way * begin, "right")) - 1, 0)
+        direction = self.stretch.direction
+        before = int(np.searchsorted(direction * depths, direction * begin, "right")) - 1
+        known = max(before, 0)  # the recorded state from which it is followed
         here = contacts_at(self.nodes[known])
         trace, at, _ = branch.walk.track(here, float(depths[known]), goal)
         held = {branch.holds(each[0], each[-1]) for depth, each in trace if depth != last}
@@ -124,21 +139,23 @@ class Bounded:
 
     def _about(self, leg: Links, promising: Indices) -> tuple[float, float]:
         """t of samples before and after all parts that promise less, and not next to them."""
-        t, way, depths = evenly_spaced(), self.stretch.way, self.stretch.depths
-        reached = way * leg.depths(t)
-        low, high = way * depths[[promising[0], promising[-1] + 1]]
+        t = evenly_spaced()
+        direction = self.stretch.direction
+        reached = direction * leg.depths(t)
+        low, high = direction * self.stretch.depths[[promising[0], promising[-1] + 1]]
         before = int(np.searchsorted(reached, low, "right")) - 2
         beyond = int(np.searchsorted(reached, high)) + 1
         return float(t[max(before, 0)]), float(t[min(beyond, t.size - 1)])
 
     def _promising(self, leg: Links, t: Array, known: float) -> Indices:
         """The samples next to which P between the nodes may be less than known."""
-        depths, way = leg.depths(t), self.stretch.way
-        changed = way * np.array([depth for depth, _ in leg.trace])
-        passed = np.searchsorted(changed, way * depths[:-1], side="right") - 1
-        nodes = np.array([each for _, each in leg.trace]).reshape(len(leg.trace), -1)[passed]
-        shallow = np.minimum(depths[:-1], depths[1:])
-        promising = _bound(self.branch.row, nodes, shallow) < known
+        depths = leg.depths(t)
+        direction = self.stretch.direction
+        changed = direction * np.array([depth for depth, _ in leg.trace])
+        passed = np.searchsorted(changed, direction * depths[:-1], side="right") - 1
+        traced = np.array([each for _, each in leg.trace]).reshape(len(leg.trace), -1)
+        shallower = np.minimum(depths[:-1], depths[1:])
+        promising = _bound(self.branch.row, traced[passed], shallower) < known
         return np.flatnonzero(np.append(promising, False) | np.append(False, promising))
 
 
@@ -150,9 +167,11 @@ def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:
         own = [i for i, other in enumerate(counts) if other == count]
         nodes = branch.nearest(np.concatenate([stretches[i].lines for i in own]))
         depths = np.concatenate([stretches[i].depths for i in own])
-        ways = np.concatenate([np.full(stretches[i].depths.size, stretches[i].way) for i in own])
-        deeper = np.where(ways[:-1, None] > 0, nodes[1:], nodes[:-1])
-        bounds = _bound(branch.row, deeper, np.minimum(depths[:-1], depths[1:]))
+        sizes = [stretches[i].depths.size for i in own]
+        directions = np.repeat([stretches[i].direction for i in own], sizes)
+        deeper = np.where(directions[:-1, None] > 0, nodes[1:], nodes[:-1])
+        shallower = np.minimum(depths[:-1], depths[1:])
+        bounds = _bound(branch.row, deeper, shallower)
         first = 0
         for i in own:
             last = first + stretches[i].depths.size
@@ -167,6 +186,6 @@ def _bound(row: Row, nodes: Nodes, depths: Array) -> Array:
     np.clip(wider, 0, row.size - 1, out=wider)
     close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
     wider[:, 1:-1] = np.where(close, nodes[:, 1:-1], wider[:, 1:-1])
-    both = row.totals(np.concatenate([nodes, wider]), np.tile(depths, 2))
-    force, further = np.split(both[1], 2)
-    return np.asarray(force - _FURTHER * np.maximum(force - further, 0.0))
+    _, forces = row.totals(np.concatenate([nodes, wider]), np.tile(depths, 2))
+    force, force_of_wider = np.split(forces, 2)
+    return np.asarray(force - _FURTHER * np.maximum(force - force_of_wider, 0.0))

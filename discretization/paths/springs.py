@@ -16,7 +16,6 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -38,10 +37,27 @@ _APART = 1e-15  # of the depths: two places that close are one
 def on_springs(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     """The certified state of independent springs.
 
-    ValueError for a contact off the known profile; NotCertifiedError if it touched free springs.
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    branch : {"adhered", "global"}
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    ValueError
+        If the contact leaves the known profile.
+    NotCertifiedError
+        If it touches springs that are free.
     """
-    springs, reach = SpringsBranch(scene, resolve(scene, depth)), scene.critical_separation
-    level = depth + reach if branch == "global" else min(max(depth, springs.touch), depth + reach)
+    springs = SpringsBranch(scene, resolve(scene, depth))
+    highest = depth + scene.critical_separation  # where springs still stay in contact
+    level = highest if branch == "global" else min(max(depth, springs.touch), highest)
     return springs.state(depth, level, branch)
 
 
@@ -50,10 +66,15 @@ def lines_below(profile: Resolved, levels: Array) -> list[Array]:
 
     ValueError where one goes on beyond the known profile.
     """
-    x, f = np.pad(profile.x, 1, mode="edge"), np.pad(profile.f, 1, constant_values=math.inf)
+    x = np.pad(profile.x, 1, mode="edge")
+    f = np.pad(profile.f, 1, constant_values=math.inf)
     ends = [np.flatnonzero(np.diff(f <= z)) for z in levels]
-    at, level = np.concatenate(ends), np.repeat(levels, [z.size for z in ends])
-    lo, hi, inside = x[at], x[at + 1], at + 1 - np.arange(at.size) % 2
+    counts = [z.size for z in ends]
+    at = np.concatenate(ends)  # samples before the ends
+    level = np.repeat(levels, counts)
+    lo = x[at]
+    hi = x[at + 1]
+    inside = at + 1 - np.arange(at.size) % 2
     unknown = lo[(lo == hi) & ~np.isin(lo, profile.indenter.walls)]
     if unknown.size:
         raise ValueError(
@@ -66,39 +87,51 @@ def lines_below(profile: Resolved, levels: Array) -> list[Array]:
         lambda z, k: np.asarray(profile.indenter.height(z), float) - level[k],
         *(lo, hi, x[inside] + (level - f[inside]) / rise, rise, 0.0),
     )
-    return np.split(found, np.cumsum([z.size for z in ends])[:-1])
+    return np.split(found, np.cumsum(counts)[:-1])
 
 
 @dataclass(frozen=True, eq=False)
 class SpringsBranch(Branch):
-    """Independent springs under a prescribed depth; what a point remembers is its level."""
+    """Independent springs under a prescribed depth; what a point remembers is its level.
+
+    Attributes
+    ----------
+    scene : Scene
+    profile : Resolved
+        As deep as the programme goes.
+    """
 
     scene: Scene
     profile: Resolved
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> SpringsBranch:
-        """deepest: the largest depth of the programme."""
+        """The springs of a scene for depths up to the deepest of the programme."""
         return cls(scene, resolve(scene, deepest))
 
-    touch = property(lambda self: self.profile.touch)
+    @property
+    def touch(self) -> float:
+        """The depth of first touch."""
+        return self.profile.touch
 
     @functools.cached_property
     def integrals(self) -> Integrals:
-        """What contacts cost up to a line."""
+        """Integrals over the profile, by which U and P of contacts are differences."""
         return Integrals.of(self.scene, self.profile, float(self.profile.f.max()))
 
     @functools.cached_property
     def heights(self) -> Array:
         """Levels at which contacts begin, end, or meet a corner, in their order."""
-        f, steps = self.profile.f, np.diff(self.profile.f)
+        f = self.profile.f
+        steps = np.diff(f)
         turns = np.flatnonzero(steps[1:] * steps[:-1] <= 0) + 1  # corners stand twice
         return np.unique(np.concatenate([f[:1], f[turns], f[-1:]]))
 
     @property
     def first(self) -> Point:
         """The contacts at first touch."""
-        return self.moved(Point(self.touch, None, self.touch), np.array([self.touch]))[0]
+        before = Point(self.touch, None, self.touch)
+        return self.moved(before, np.array([self.touch]))[0]
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point with lines here."""
@@ -106,7 +139,7 @@ class SpringsBranch(Branch):
         return Point(depth, lines, level)
 
     def moved(self, before: Point, depths: Array) -> list[Point]:
-        """The points at depths (n,) on one way from a point."""
+        """The points at depths (n,) in one direction from a point."""
         levels = np.clip(before.memory, depths, depths + self.holding_range)
         levels = np.maximum(levels, self.touch)  # but for rounding it is
         found = lines_below(self.profile, levels)
@@ -116,16 +149,26 @@ class SpringsBranch(Branch):
         ]
 
     def leg(self, point: Point, goal: float) -> Leg:
-        """The way from a point towards another depth, up to the next change of the contact."""
-        here, level, way = point.depth, point.memory, (1 if goal > point.depth else -1)
-        reach = self.holding_range
-        off, lowest = (0.0, -math.inf) if way > 0 else (reach, self.touch - reach)
-        least = _APART * (abs(here) + abs(goal) + abs(self.touch) + reach)
-        ahead = np.append(self.heights[way * (self.heights - level) > 0], level) - off
-        ahead = ahead[way * (ahead - here) > least]
-        end = way * min(way * goal, float((way * ahead).min(initial=math.inf)))
+        """The path from a point towards another depth, up to the next change of the contact."""
+        here = point.depth
+        level = point.memory
+        direction = 1 if goal > here else -1
+        if direction > 0:  # springs attach at the level of the depth,
+            lift = 0.0
+            lowest = -math.inf
+        else:  # and let go δ₀ above it
+            lift = self.holding_range
+            lowest = self.touch - lift
+        size = abs(here) + abs(goal) + abs(self.touch) + self.holding_range
+        least = _APART * size
+        changes = self.heights[direction * (self.heights - level) > 0]
+        ahead = np.append(changes, level) - lift
+        ahead = ahead[direction * (ahead - here) > least]
+        nearest = float((direction * ahead).min(initial=math.inf))
+        end = direction * min(direction * goal, nearest)
         lost = end <= lowest + least
-        end = lowest if lost else end
+        if lost:
+            end = lowest
         (there,) = self.moved(point, np.array([end]))
         return Leg(self, point, there, Point(end, None) if lost else None, False)
 
@@ -134,31 +177,48 @@ class SpringsBranch(Branch):
         lines = np.array([point.lines for point in points])
         depths = np.repeat([point.depth for point in points], lines.shape[1])
         parts = self.integrals.contact(lines.ravel(), depths, self.scene.work_of_adhesion)
-        parts = parts[::2].reshape(2, *lines.shape)
-        return np.asarray((parts[..., 1::2] - parts[..., ::2]).sum(axis=2))
+        energy_and_force = parts[::2].reshape(2, *lines.shape)
+        each_contact = energy_and_force[..., 1::2] - energy_and_force[..., ::2]
+        return np.asarray(each_contact.sum(axis=2))
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, or minus what closes as it is touched."""
-        held, left = (self.integrals.at(np.array(p.lines or ()))[4] for p in (before, after))
-        return float((held[1::2] - held[::2]).sum() - (left[1::2] - left[::2]).sum())
+        return self._length(before) - self._length(after)
+
+    def _length(self, point: Point) -> float:
+        """The length, or area, in contact at a point."""
+        lengths = self.integrals.at(np.array(point.lines or ()))[4]
+        return float((lengths[1::2] - lengths[::2]).sum())
 
     def state(self, depth: float, level: float, branch: str) -> Equilibrium:
         """The certified state in which what lies below a level is in contact."""
-        scene, touch, lift = self.scene, self.touch, max(abs(depth), self.holding_range) or 1.0
-        given: dict[str, Any] = {"scene": scene, "depth": depth, "branch": branch}
-        given |= {"surfaces": SmallSurfaces(scene)}
-        if touch > level + _TIE * lift:
-            through = max(0.0, (depth - touch) / lift)
-            return detached(**given, certificate=Certificate.undeformed(through))
-        level = max(level, touch)
+        scene = self.scene
+        size = max(abs(depth), self.holding_range) or 1.0
+        surfaces = SmallSurfaces(scene)
+        if self.touch > level + _TIE * size:
+            through = max(0.0, (depth - self.touch) / size)
+            certificate = Certificate.undeformed(through)
+            return detached(scene, depth, branch, surfaces, certificate)
+        level = max(level, self.touch)
         lines = lines_below(self.profile, np.array([level]))[0].reshape(-1, 2)
         pinned = np.isin(lines, self.profile.indenter.walls)
+        certificate = _certificate(self.profile, lines, pinned, depth, level, size)
+        certificate.demand(f"the state at depth = {depth!r}", "try another depth")
         found = refined(scene, depth, lines, ())
-        judged = _judged(self.profile, lines, pinned, (depth, level, lift))
-        judged.demand(f"the state at depth = {depth!r}", "try another depth")
-        errors = estimated(scene, depth, lines, _moves(scene, lines, pinned, depth, found), found)
-        given |= {"pinned": pinned, "certificate": judged, "errors": errors, "nodes": lines}
-        return Equilibrium(contacts=lines, method="fitted", **given, **found.of_state)
+        moves = _moves(scene, lines, pinned, depth, found)
+        return Equilibrium(
+            scene,
+            depth,
+            branch,
+            "fitted",
+            certificate,
+            surfaces,
+            contacts=lines,
+            nodes=lines,
+            pinned=pinned,
+            errors=estimated(scene, depth, lines, moves, found),
+            **found.of_state,
+        )
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the springs are in equilibrium."""
@@ -166,23 +226,29 @@ class SpringsBranch(Branch):
             self.state(point.depth, point.memory, "adhered")
 
 
-def _judged(profile: Resolved, lines: Array, pinned: Mask, at: tuple[float, ...]) -> Certificate:
-    """penetration: of free springs; opening: none is held beyond δ₀; neighbours: of lines.
+def _certificate(
+    profile: Resolved, lines: Array, pinned: Mask, depth: float, level: float, size: float
+) -> Certificate:
+    """The certificate of springs that are in contact up to a level.
 
-    The force is that of the pressure alone, the same by both routes. at: the depth, the level up to
-    which springs are in contact, and a length to measure them by.
+    penetration: of free springs; opening: none is held beyond δ₀; neighbours: of lines off the
+    level, all over a size of lengths. The force is that of the pressure alone, the same by both
+    routes.
     """
-    (depth, level, lift), (x, f) = at, (profile.x, profile.f)
+    x = profile.x
+    f = profile.f
     free = (np.searchsorted(lines.ravel(), x) % 2 == 0) & ~np.isin(x, lines)
-    through = float((depth - f[free]).max(initial=0.0))
-    off = np.abs(np.asarray(profile.indenter.height(lines)) - level)[~pinned].max(initial=0.0)
-    torn = float((f[~free] - max(level, depth)).max(initial=0.0))
-    return Certificate(through / lift, 0.0, torn / lift, float(off) / lift, 0.0)
+    penetration = float((depth - f[free]).max(initial=0.0))
+    heights = np.asarray(profile.indenter.height(lines))
+    off = float(np.abs(heights - level)[~pinned].max(initial=0.0))
+    stretched = float((f[~free] - max(level, depth)).max(initial=0.0))
+    return Certificate(penetration / size, 0.0, stretched / size, off / size, 0.0)
 
 
 def _moves(scene: Scene, lines: Array, pinned: Mask, depth: float, found: Interval) -> Array:
     """How far lines (m, 2) may be off: rounding of the heights times the condition of the lines."""
-    height, slope = scene.indenter.height(lines), np.abs(scene.indenter.slope(lines))
+    height = scene.indenter.height(lines)
+    slope = np.abs(scene.indenter.slope(lines))
     with np.errstate(divide="ignore", invalid="ignore"):
         moves = (ROUNDING * (np.abs(height) + abs(depth)) + found.rounding) / slope
     return np.where(pinned, 0.0, np.fmin(moves, np.diff(lines, axis=1).sum()))
