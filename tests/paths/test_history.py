@@ -15,7 +15,7 @@ PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 20), np.linspace(0.01, -0.01, 30)] *
 
 def identical(a: History, b: History) -> bool:
     """Equal to the last bit, but for the scenes."""
-    for name in (field.name for field in fields(History) if field.name != "scene"):
+    for name in (field.name for field in fields(History) if field.name not in ("scene", "branch")):
         first, second = getattr(a, name), getattr(b, name)
         if name == "events":
             first, second = (repr(tuple(map(plain, events))) for events in (first, second))

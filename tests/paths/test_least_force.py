@@ -92,7 +92,7 @@ def test_no_force_between_two_states_is_below_its_bound(name):
         first, last = (path._branch.contact(depths[i], *each.stretch.lines[i]) for i in (0, -1))
         leg = path._branch.leg(first, last.depth)
         curve = Curve.of(leg, Control(0.0))
-        way = each.stretch.way
+        way = each.stretch.direction
         own = np.searchsorted(way * depths, way * leg.depths(curve.t), "right") - 1
         bounds = each.bounds[np.clip(own, 0, depths.size - 2)]
         size = np.abs(curve.value).max()
