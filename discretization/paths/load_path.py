@@ -10,9 +10,10 @@ from discretization.paths.branch import Branch, Event, Leg, Pinned, Point, Snaps
 from discretization.paths.control import Control, Curve
 from energy.arrays import Array
 
-_LONGER, _AGAIN = 2.0, 1 / 4  # legs than the one before, and than was asked where it was cut short
+_LONGER = 2.0  # how far to look ahead, over the length of the leg before
+_AGAIN = 1 / 4  # the same at least, over what was looked ahead last
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
-_SHORTEST = 2.0**-39  # of a leg that is refused: beyond the known profile there is none
+_SHORTEST = 2.0**-39  # of a leg that raises: 39 halvings find the end of the known profile
 _CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
 _CREEPING = 100  # and so many in a row are not followed any further
 
@@ -21,8 +22,29 @@ _CREEPING = 100  # and so many in a row are not followed any further
 class LoadPath:
     """A path under way: where it is, and what has been recorded.
 
-    value: of the control, in equilibrium. dead, imposed: whether a load, or depth, holds the body.
-    happened: what becomes events, (kind, value, before, after, step).
+    Attributes
+    ----------
+    branch : Branch
+        The states at imposed depths.
+    control : Control
+    point : Point
+        Where the path is.
+    value : float
+        Of the control there.
+    step : int
+        How many values have been reached.
+    friction : float
+        Energy lost by lines that moved without a jump.
+    pinned : Pinned
+        Corners at which the outermost lines are.
+    reach : float
+        How far to look ahead [length].
+    creeping : int
+        How many legs in a row have been shorter than roundings.
+    points, events : list
+        What was recorded at the steps, and between them.
+    happened : list
+        What becomes events: kind, value of the control, points before and after, step.
     """
 
     branch: Branch
@@ -38,29 +60,43 @@ class LoadPath:
     events: list[Event] = field(default_factory=list)
     happened: list[tuple[str, float, Point, Point, int]] = field(default_factory=list)
 
-    dead = property(lambda self: self.control.stiffness == 0)
-    imposed = property(lambda self: self.control.stiffness is None)
+    @property
+    def dead(self) -> bool:
+        """Whether a dead load is on the indenter."""
+        return self.control.stiffness == 0
+
+    @property
+    def imposed(self) -> bool:
+        """Whether its depth is imposed."""
+        return self.control.stiffness is None
 
     def go(self, values: Array) -> None:
-        """To these values of the control (n,), one after the other."""
+        """Follow the path to these values of the control (n,), one after the other."""
         if self.dead and self.step == 0 and values[0] < 0:  # a load that pulls needs a contact
             self._touch()
             self.value = 0.0
         side = 0
         while values.size:
             steps = np.sign(np.diff(np.append(self.value, values)))
-            way = -1 if next(iter(steps[steps != 0]), 1) < 0 else 1
-            if way != side:
-                self.reach, side = math.inf, way
-            part = values[: int(np.argmax(np.append(side * steps, -1) < 0))]
-            done = (self._apart if self.point.lines is None else self._pushed)(part, side)
-            self.value = float(values[done - 1]) if done else self.value
+            direction = -1 if next(iter(steps[steps != 0]), 1) < 0 else 1
+            if direction != side:
+                self.reach = math.inf
+                side = direction
+            monotone = values[: int(np.argmax(np.append(side * steps, -1) < 0))]
+            if self.point.lines is None:
+                done = self._apart(monotone, side)
+            else:
+                done = self._pushed(monotone, side)
+            if done:
+                self.value = float(values[done - 1])
             values = values[done:]
         self._settle()
 
     def resume(self, last: Snapshot, step: int, value: float) -> None:
         """Go on after so many steps, from this state at this value of the control."""
-        self.step, self.value, self.point = step, value, Point(last.depth, None)
+        self.step = step
+        self.value = value
+        self.point = Point(last.depth, None)
         if not math.isnan(last.left):
             self.point = self.branch.contact(last.depth, *last.lines)
         self.pinned = self.branch.pinned(self.point)
@@ -89,7 +125,8 @@ class LoadPath:
 
     def _touch(self) -> None:
         """The indenter touches, and is pulled in by adhesion."""
-        apart, after = Point(self.branch.touch, None), self.branch.first
+        apart = Point(self.branch.touch, None)
+        after = self.branch.first
         if self.branch.holding_range > 0:
             after = self._landing(after, self._value(apart), 1)
         self._jump("touch", apart, after)
@@ -102,18 +139,22 @@ class LoadPath:
         if self.imposed and least == 0:
             self._add([self.point])
             return 1
-        asked, turns = self._distance(values), False
-        leg = self._leg(self.point, side * asked, least)
+        ahead = self._distance(values)
+        leg = self._leg(self.point, side * ahead, least)
+        turns = False
         if self.imposed:
-            left, touch = side * (values - leg.end.depth), self.branch.touch
-            stays = leg.after is None or (leg.after.lines is None and leg.end.depth == touch)
-            points = leg.points(values[(left < 0) | ((left == 0) & stays)])
+            beyond = side * (values - leg.end.depth)
+            lost_at_touch = leg.after is not None and leg.after.lines is None
+            lost_at_touch = lost_at_touch and leg.end.depth == self.branch.touch
+            stays = leg.after is None or lost_at_touch
+            points = leg.points(values[(beyond < 0) | ((beyond == 0) & stays)])
         else:
             curve = Curve.of(leg, self.control)
             top = curve.peak(side)
-            turns, points = top < curve.t.size - 1, curve.reached(values, side, 0, top + 1)
+            turns = top < curve.t.size - 1
+            points = curve.reached(values, side, 0, top + 1)
         done = abs(leg.end.depth - leg.start.depth)
-        self.reach = max(_LONGER * done, _AGAIN * asked) if done else math.inf
+        self.reach = max(_LONGER * done, _AGAIN * ahead) if done else math.inf
         self._add(points)
         if len(points) < values.size and turns:
             self._turn(curve, top, side)
@@ -121,21 +162,21 @@ class LoadPath:
             self._end(leg, side)
         return len(points)
 
-    def _leg(self, point: Point, way: float, least: float = 0.0) -> Leg:
-        """A leg of that length, or shorter where the profile is not known so far.
+    def _leg(self, point: Point, length: float, least: float = 0.0) -> Leg:
+        """A leg of that signed length, or shorter where the profile is not known so far.
 
-        least: the length of which a refusal counts.
+        least: the length at which an error of the branch is raised.
         """
         size = self._size(point)
-        least = max(least, _CLOSE * size, _SHORTEST * abs(way))
+        least = max(least, _CLOSE * size, _SHORTEST * abs(length))
         while True:
             try:
-                leg = self.branch.leg(point, point.depth + way)
+                leg = self.branch.leg(point, point.depth + length)
                 break
             except (ValueError, NotCertifiedError):
-                if abs(way) <= least:
+                if abs(length) <= least:
                     raise
-                way /= 2
+                length /= 2
         done = abs(leg.end.depth - point.depth)
         slow = done <= min(_CREEPS * size, least / 2) and not leg.jumps
         self.creeping = self.creeping + 1 if slow else 0
@@ -171,26 +212,29 @@ class LoadPath:
         self.pinned = pinned
 
     def _add(self, points: list[Point]) -> None:
-        """Steps of the path on one leg, along which lines move one way."""
+        """Record steps of the path on one leg, along which lines move in one direction."""
         if points:
             self._slide(points[-1])
         self.points += points
         self.step += len(points)
 
     def _slide(self, there: Point) -> None:
+        """Move on along a leg; what lines lose there to hysteresis is friction."""
         if self.branch.scene.hysteretic:
             self.friction += self.branch.friction(self.point, there)
         self.point = there
 
     def _turn(self, curve: Curve, top: int, side: int) -> None:
         """A jump from a peak of C."""
-        leg, peak = curve.leg, curve.refined(top, side)
+        leg = curve.leg
+        peak = curve.refined(top, side)
         self._slide(peak)
         value = self._value(peak)
         landed = curve.reached(np.array([value]), side, top + 1)
         after = landed[0] if landed else self._landing(leg.after or leg.end, value, side)
-        first, second, off = peak.lines or (), after.lines or (), self.branch.resolution
-        if len(first) == len(second) and np.allclose(first, second, 0.0, off):
+        first = peak.lines or ()
+        second = after.lines or ()
+        if len(first) == len(second) and np.allclose(first, second, 0.0, self.branch.resolution):
             self._slide(after)  # as well as lines are known
         else:
             self._jump("jump", peak, after)
@@ -212,7 +256,8 @@ class LoadPath:
         if after.lines is None and not self.imposed:
             kind = "pull-off"
         self._record(kind, before, after)
-        self.point, self.pinned = after, self.branch.pinned(after)
+        self.point = after
+        self.pinned = self.branch.pinned(after)
 
     def _landing(self, here: Point, value: float, side: int) -> Point:
         """The first point from here on at which C is this value; detached if there is none.
@@ -233,10 +278,12 @@ class LoadPath:
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:
+        """C at a point."""
         force = 0.0 if self.imposed else self.branch.total(point)[1]
         return float(self.control.value(point.depth, force))
 
     def _record(self, kind: str, before: Point, after: Point) -> None:
+        """Remember what becomes an event, at the value of the control before it."""
         self.happened.append((kind, self._value(before), before, after, self.step))
 
     def _settle(self) -> None:
@@ -245,7 +292,8 @@ class LoadPath:
         points = [point for _, _, before, after, _ in self.happened for point in (before, after)]
         states = iter(self.branch.snapshots(points))
         for kind, value, before, after, step in self.happened:
-            first, second = next(states), next(states)
+            first = next(states)
+            second = next(states)
             done = self.control.work(before.depth, after.depth, value)
             released = first.energy - second.energy + done
             if kind == "touch" and released > 0:
@@ -255,9 +303,12 @@ class LoadPath:
 
 
 def _kind_of_jump(before: Point, after: Point, rising: bool) -> str:
-    """What a jump does to the number of contacts."""
+    """The kind of a jump, by what it does to the number of contacts."""
+    if after.lines is None:
+        return "detachment"
     more = len(after.inner) - len(before.inner)
-    if after.lines is None or more == 0:
-        return "detachment" if after.lines is None else "jump"
-    grown, shrunk = ("nucleation", "coalescence") if rising else ("splitting", "closing")
-    return grown if more > 0 else shrunk
+    if more == 0:
+        return "jump"
+    if rising:
+        return "nucleation" if more > 0 else "coalescence"
+    return "splitting" if more > 0 else "closing"
