@@ -29,7 +29,7 @@ class Equilibrium:
     Attributes
     ----------
     scene, depth, branch, method
-        What was asked; the depth d [length].
+        What it is the state of, and how it was found; the depth d [length].
     contacts : array (m, 2)
         Ends of each contact interval [length]; half_width: half their sum.
     force, energy : float

@@ -61,8 +61,10 @@ def parts_of(state: Any) -> dict[str, float]:
     springs, surface, adhesion, pressure = found.tolist()
     parts |= {"adhesion": -adhesion, "pressure": pressure}
     if state.scene.gamma1:
-        free = _of_free(state)
-        springs, surface, parts["lines"] = springs + free[0], surface + free[1], _of_lines(state)
+        free_springs, free_surface = _of_free(state)
+        springs = springs + free_springs
+        surface = surface + free_surface
+        parts["lines"] = _of_lines(state)
     return {**parts, "springs": float(springs), "surface": float(surface)}
 
 
@@ -76,11 +78,14 @@ def _of_lines(state: Any) -> float:
 
 def _of_free(state: Any) -> Array:
     """Springs and surface (2,) of all free surfaces."""
-    scene, found = state.scene, np.zeros(2)
-    far, least = _FAR * scene.elastocapillary_length, 0.0 if scene.axisymmetric else -math.inf
+    scene = state.scene
+    found = np.zeros(2)
+    far = _FAR * scene.elastocapillary_length
+    least = 0.0 if scene.axisymmetric else -math.inf
     for left, right in state.free_surfaces:
 
         def density(x: Array, pair: Any = (left, right)) -> Array:
+            """Energy of springs and surface per length of x."""
             u, slope = state.surfaces.shape(x, *pair, state.depth)
             surface = terms.surface(slope, gamma1=scene.gamma1, slopes=scene.slopes).value
             return np.array([scene.spring(u).value, surface]) * scene.measure(x)
@@ -97,7 +102,8 @@ def with_surface(state: Any, surface: float) -> dict[str, float]:
 
     Lines pull by the slopes beside them, and the rest of the force is the pressure.
     """
-    adhesion, lines = -state.scene.work_of_adhesion * state.contact_area, _of_lines(state)
+    adhesion = -state.scene.work_of_adhesion * state.contact_area
+    lines = _of_lines(state)
     return {
         "springs": state.energy - adhesion - surface,
         "surface": surface,
@@ -136,13 +142,15 @@ def half_widths(state: Any) -> Array:
 
 
 def deformation(state: Any) -> Deformation:
-    """What the contact does to the layer, looked at at many x.
+    """What the contact does to the layer, at many x.
 
     The ends, corners, knots and the apex are among them. Where the layer is pressed anywhere, the
     least height in contact is that of the whole profile: were it free, the surface would stand
     above it by more than anywhere in contact. Free surfaces bend and move most at their lines.
     """
-    indenter, ends, x = state.scene.indenter, state.contacts, np.zeros(1)
+    indenter = state.scene.indenter
+    ends = state.contacts
+    x = np.zeros(1)
     bounded = bool(np.isfinite(ends).all())
     if bounded:
         kinks = indenter.breaks()
@@ -150,7 +158,8 @@ def deformation(state: Any) -> Deformation:
         x = np.concatenate([even, kinks[state.inside(kinks)]])
     u = state.depth - indenter.height(x)
     slopes = [np.abs(indenter.slope(x)).max(), *np.ravel(state.line_slopes if bounded else 0.0)]
-    steepest, narrowest = float(np.abs(slopes).max()), float(half_widths(state).min())
+    steepest = float(np.abs(slopes).max())
+    narrowest = float(half_widths(state).min())
     return Deformation(float(u.max()), float(np.abs(u).max()), narrowest, steepest)
 
 
@@ -168,14 +177,16 @@ def resolution(scene: Scene, spacing: float, widths: ArrayLike = ()) -> tuple[As
     Nothing on a mesh (spacing: nan), of l without tension or for the exact response of a layer, and
     of a without contacts. With rotational symmetry a contact on the axis counts with its radius.
     """
-    found, more = [], "; give a smaller spacing, or method='fitted'"
+    found = []
+    remedy = "; give a smaller spacing, or method='fitted'"
     if spacing > 0 and scene.gamma1 and not scene.layer.exact:
-        ratio, far = spacing / scene.elastocapillary_length, "the free surface has too few nodes"
-        found.append(Assumption("Δx/l", ratio, LINKS, far + more))
+        ratio = spacing / scene.elastocapillary_length
+        problem = "the free surface has too few nodes"
+        found.append(Assumption("Δx/l", ratio, LINKS, problem + remedy))
     if spacing > 0 and np.size(widths):
         least = float(np.min(widths))
-        ratio, few = spacing / least if least else math.inf, "a contact has too few nodes"
-        found.append(Assumption("Δx/a", ratio, FEWEST, few + more))
+        ratio = spacing / least if least else math.inf
+        found.append(Assumption("Δx/a", ratio, FEWEST, "a contact has too few nodes" + remedy))
     return tuple(found)
 
 
@@ -218,7 +229,8 @@ def angle_error(state: Any) -> float:
     that is taken. nan without a line or an angle, and for the exact response of a layer, whose
     fields are those of one contact alone; inf where nodes do not resolve the lines.
     """
-    scene, deficits = state.scene, state.angle_deficits
+    scene = state.scene
+    deficits = state.angle_deficits
     if scene.layer.exact or not np.isfinite(deficits).any():
         return math.nan
     position = state.uncertainty["half_width"]
@@ -271,7 +283,8 @@ def state_text(state: Any) -> str:
     Units are those of SI, which they are if the numbers of the scene are.
     """
     kind = f"{state.label}, {state.branch} branch, {state.method}"
-    units, errors = units_of(state.scene), state.uncertainty
+    units = units_of(state.scene)
+    errors = state.uncertainty
     width = "radius" if state.scene.axisymmetric else "half-width"
     lines = [f"depth        d = {state.depth:.{_DIGITS}g} m   ({kind})"]
     for name, head in (("half_width", f"{width:12s} a"), ("force", "force        P")):
@@ -283,6 +296,7 @@ def state_text(state: Any) -> str:
 
 
 def _measured_text(head: str, value: float, error: float, unit: str) -> str:
+    """One line of a state's text: an observable with its error."""
     return f"{head} = {rounded(value, error)}{unit}   ({_error_text(value, error, unit)})"
 
 
@@ -297,7 +311,8 @@ def _angle_text(state: Any) -> str:
             f"angle        none by Young's law, w > 2γ₁   (π - θ = {deficit:.6g} of small slopes)"
         )
     error = angle_error(state)
-    theta, shown = state.contact_angle, rounded(deficit, error) if error < 1 else f"{deficit:.6g}"
+    theta = state.contact_angle
+    shown = rounded(deficit, error) if error < 1 else f"{deficit:.6g}"
     pinned = state.pinned[~state.at_axis]
     if pinned.all():
         where = "; pinned at a corner"
@@ -305,8 +320,8 @@ def _angle_text(state: Any) -> str:
         where = "; a mean, with lines pinned at corners"
     else:
         where = ""
-    told = _error_text(theta, error, " rad")
-    return f"angle        θ = {rounded(theta, error)} rad   ({told}; π - θ = {shown}{where})"
+    known = _error_text(theta, error, " rad")
+    return f"angle        θ = {rounded(theta, error)} rad   ({known}; π - θ = {shown}{where})"
 
 
 def _relative_to(state: Any) -> list[str]:
@@ -314,7 +329,8 @@ def _relative_to(state: Any) -> list[str]:
 
     Terms of U cancel, so that its error over U itself may be many times as large.
     """
-    errors, scales = state.error_estimate, state.scales
+    errors = state.error_estimate
+    scales = state.scales
     if not (state.spacing > 0 and state.contacts.size and all(map(math.isfinite, errors.values()))):
         return []
     terms = [f"{errors[name]:.1e} of {scales[name]:.4g}" for name in ("force", "energy")]
@@ -352,7 +368,9 @@ def path_text(history: Any, si: bool = True) -> str:
 
     si: with SI units, which the numbers have if those of the scene do.
     """
-    control, count, per = history.control, len(history.events), history.scene.per_length
+    control = history.control
+    count = len(history.events)
+    per = history.scene.per_length
     written = "/({})" if per else "/{}"
     units = {"depth": "/m", "force": written.format(f"N{per}"), "lost": written.format(f"J{per}")}
     names = [f"{name}{unit}" if si else name for name, unit in units.items()]
@@ -372,7 +390,7 @@ def path_text(history: Any, si: bool = True) -> str:
             "errors: `error_estimate` follows the path on half as many nodes and compares; those "
             "of a state are relative to the sums of the absolute terms of P and of U"
         )
-    return "\n".join([*lines, *(f"validity     {told}" for told in history.warnings)])
+    return "\n".join([*lines, *(f"validity     {violated}" for violated in history.warnings)])
 
 
 def most_tensile(history: Any) -> Any:
