@@ -41,7 +41,7 @@ def heard(solve):
     "spikes",
     [
         [(-0.25, 1e-3, 1.234)],
-        [(-0.25, 1e-2, 1.234)],  # that samples resolve
+        pytest.param([(-0.25, 1e-2, 1.234)], marks=pytest.mark.slow),  # that samples resolve
         [(-1e-3, 1e-2, 1.234)],  # gentle: the contact stays closed over it
         [(-1e-5, 1e-3, 1.234)],
     ],
@@ -121,4 +121,4 @@ def agree(seed):
 
 @pytest.mark.parametrize("first", [0, pytest.param(10, marks=pytest.mark.slow)])
 def test_random_spiked_profiles_agree_or_warn(first):
-    assert [seed for seed in range(first, first + 10) if not agree(seed)] == []
+    assert [seed for seed in range(first, first + 5) if not agree(seed)] == []
