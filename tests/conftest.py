@@ -13,7 +13,8 @@ import pytest
 from studies.shared import figures
 
 EDGE = 0.02  # inches that lines may be wide
-LONGEST, HANGS = 600, 7200  # seconds of the processor, and of waiting beside whatever else runs
+LONGEST = 600
+HANGS = 7200  # seconds of the processor, and of waiting beside whatever else runs
 
 
 def pytest_collection_finish():
@@ -64,6 +65,7 @@ def check(figure, name):
             if line.get_clip_on() and line.get_visible():
                 at = line.get_transform().transform(line.get_xydata()).reshape(-1, 2)
                 at = at[np.isfinite(at).all(axis=1)]
-                low, high = np.array(axes.bbox.min) - 1, np.array(axes.bbox.max) + 1
+                low = np.array(axes.bbox.min) - 1
+                high = np.array(axes.bbox.max) + 1
                 inside = ((at > low) & (at < high)).all(axis=1)
                 assert inside.all(), f"{name}: {line.get_label()} has points outside its frame"

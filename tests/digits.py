@@ -167,7 +167,9 @@ def main(action, file, states="500", paths="200"):
     else:
         known = pickle.loads(Path(file).read_bytes())
         cases = list(known)
-    results, different, count = {}, 0, 0
+    results = {}
+    different = 0
+    count = 0
     for case in cases:
         kind, seed = case
         results[case] = state_results(seed) if kind == "state" else path_results(seed)

@@ -36,7 +36,8 @@ def moved(branch, point, depth):
 
 def check(value, expected, rel, scale=0.0):
     """|value − expected| <= rel · max(|expected|, scale): no absolute tolerance, no unit."""
-    value, expected = np.asarray(value), np.asarray(expected)
+    value = np.asarray(value)
+    expected = np.asarray(expected)
     assert value.shape == expected.shape
     assert (abs(value - expected) <= rel * np.maximum(abs(expected), scale)).all()
 
@@ -65,7 +66,8 @@ def plain(indenter, *, w=0.02, gamma1=1.0, length=1.0, stress=1.0, **options) ->
 
 
 SCENE = adhesive(Parabola(0.02))
-L, DELTA0 = SCENE.elastocapillary_length, SCENE.critical_separation
+L = SCENE.elastocapillary_length
+DELTA0 = SCENE.critical_separation
 ALPHA = SCENE.surfaces.small_slope_deficit
 
 
@@ -74,7 +76,10 @@ def rescaled(scene: Scene, length: float, stress: float) -> Scene:
 
     Its profile is given by functions, but for a flat punch and a parabola.
     """
-    layer, s, body, tension = scene.layer, scene.surfaces, scene.indenter, stress * length
+    layer = scene.layer
+    s = scene.surfaces
+    body = scene.indenter
+    tension = stress * length
     if isinstance(body, FlatPunch):
         scaled = FlatPunch(length * body.half_width)
     elif isinstance(body, Parabola):
@@ -157,7 +162,8 @@ def rough(seed, *, w=0.002, n=801, width=20.0):
 def wavy(w=0.002, crests=20):
     """Crests 2 l apart of random heights on a shallow bowl."""
     rng = np.random.default_rng(1)
-    q, bowl = 2 * math.pi / (2 * L), 2 * DELTA0 / (crests * L) ** 2
+    q = 2 * math.pi / (2 * L)
+    bowl = 2 * DELTA0 / (crests * L) ** 2
     waves = [(q, 1.5 * DELTA0, math.pi)]
     waves += [(r * q, 0.15 * DELTA0, rng.uniform(0, 2 * math.pi)) for r in (0.31, 0.17, 0.43)]
 

@@ -34,7 +34,8 @@ def nodes_of(path):
 @functools.cache
 def imported(path):
     """(module, names, inside a function) of each import statement that is run."""
-    blocks, found = nodes_of(path), []
+    blocks = nodes_of(path)
+    found = []
     functions = ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
     nested = {id(node) for f in blocks if isinstance(f, functions) for node in ast.walk(f)}
     typing = [b for b in blocks if getattr(getattr(b, "test", None), "id", "") == "TYPE_CHECKING"]
@@ -110,7 +111,7 @@ def test_only_cvxpy_and_matplotlib_are_imported_inside_functions():
                 assert nested == (top in LAZY), f"{path}: {module}"
 
 
-def test_scipy_special_is_loaded_when_a_bessel_function_is_first_called():
+def test_scipy_special_is_loaded_lazily():
     """Modules import scipy and write scipy.special.k0e: scipy loads a subpackage when it is used.
 
     That of special functions costs a sixth of numpy and scipy.linalg, and only free surfaces about
@@ -172,7 +173,8 @@ def test_every_folder_of_code_is_a_package():
             assert (path.parent / "__init__.py").is_file(), path.parent
 
 
-def test_the_oldest_versions_that_ci_tests_are_the_oldest_allowed():
+def test_oldest_versions_are_those_allowed():
+    """The oldest versions that ci tests are the oldest allowed."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     lines = (ROOT / ".ci" / "oldest.txt").read_text("utf-8").split()
     tested = dict(line.split("==") for line in lines)
@@ -196,7 +198,8 @@ SHELL = {path: re.findall(r"```sh\n(.*?)```", text, re.S) for path, text in TEXT
 @pytest.fixture
 def seen(monkeypatch, tmp_path):
     """The states that `discretization.minimise` has given, in a working directory of its own."""
-    states, original = [], discretization.minimise
+    states = []
+    original = discretization.minimise
 
     def recorded(*given, **options):
         states.append(original(*given, **options))
@@ -226,9 +229,8 @@ def test_every_block_is_run():
 
 
 @pytest.mark.parametrize(("words", "code", "shown"), RECIPES)
-def test_a_recipe_prints_what_is_shown_inside_the_model_or_says_so(
-    words, code, shown, seen, capsys
-):
+def test_recipes_print_what_is_shown(words, code, shown, seen, capsys):
+    """A recipe prints what is shown inside the model or says so."""
     names = {}
     exec(compile(code, "README.md", "exec"), names)
     assert alike(capsys.readouterr().out, shown)

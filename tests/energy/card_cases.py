@@ -35,13 +35,16 @@ class Case(Shape):
     def __init__(self, kind, ell, size, k, ratio, lift, adhesive=True):
         """`size`: δ₀ if adhesive; `ratio`: c size⁻¹ max(l, size)ⁿ; `lift`: (d − least)/size."""
         n = {"wedge": 1.0, "parabola": 2.0}.get(kind) or float(kind)
-        c, self.delta0 = ratio * size / max(ell, size) ** n, size * adhesive
+        c = ratio * size / max(ell, size) ** n
+        self.delta0 = size * adhesive
         geometry = {"wedge": {"delta": float(np.arctan(c))}, "parabola": {"R": 0.5 / c}}
         self.card = getattr(cards, kind if kind in geometry else "power_law")
         self.geometry = geometry.get(kind, {"c": c, "n": n})
         self.layer = {"k": k, "gamma1": k * ell**2}
         self.args = {**self.geometry, **self.layer, "w": 0.5 * k * self.delta0**2}
-        self.kind, self.n, self.ell = kind, n, ell
+        self.kind = kind
+        self.n = n
+        self.ell = ell
         self.c = np.tan(np.arctan(c)) if kind == "wedge" else c
         self.q = ell * self.c - self.delta0 if n == 1 else -self.delta0  # least for a free line
         self.least = min(self.q, 0.0)
@@ -58,7 +61,8 @@ class Case(Shape):
 
     def parts(self, a):
         """Springs, contact surface, tails and adhesion of the energy at (d, a), by quadrature."""
-        x, dx = a * T**4, 4 * a * T**3 * DT
+        x = a * T**4
+        dx = 4 * a * T**3 * DT
         springs = self.args["k"] * ((self.d - self.height(x)) ** 2 * dx).sum()
         surface = self.args["gamma1"] * (self.slope(x) ** 2 * dx).sum()
         tails = self.args["k"] * self.ell * (self.d - self.height(a)) ** 2
@@ -78,14 +82,19 @@ class Round(Shape):
         self.power = {"c": c, "n": n, **self.args}
         self.args = {**own.get(kind, {"c": c, "n": n}), **self.args}
         self.layer = {"k": k, "gamma1": k * ell**2}
-        self.c, self.n, self.ell, self.k, self.w = c, n, ell, k, self.args["w"]
+        self.c = c
+        self.n = n
+        self.ell = ell
+        self.k = k
+        self.w = self.args["w"]
         self.least = axi.power_law.detachment(**self.power)
         self.a = float(self.least.half_width) * (1.0 + up)
         self.d = float(self("depth", self.a))
 
     def parts(self, d, a):
         """Springs, contact surface, free surface and adhesion of the energy, by quadrature."""
-        r, dr = a * T**4, 4 * a * T**3 * DT
+        r = a * T**4
+        dr = 4 * a * T**3 * DT
         springs = np.pi * self.k * ((d - self.height(r)) ** 2 * r * dr).sum()
         surface = np.pi * self.layer["gamma1"] * (self.slope(r) ** 2 * r * dr).sum()
         free = axi.surface.energy(d - self.height(a), a=a, **self.layer)
@@ -100,7 +109,10 @@ class Exact:
         name, value = next(iter(case.geometry.items()))
         value = mp.mpf(value)
         self.c = {"delta": mp.tan(value), "R": 1 / (2 * value), "c": value}[name]
-        self.k, self.n, self.ell, self.delta0 = k, n, mp.sqrt(gamma1 / k), mp.sqrt(2 * w / k)
+        self.k = k
+        self.n = n
+        self.ell = mp.sqrt(gamma1 / k)
+        self.delta0 = mp.sqrt(2 * w / k)
         self.q = self.ell * self.c - self.delta0 if n == 1 else -self.delta0
         self.end = min(self.q, mp.mpf(0))
 
@@ -109,7 +121,9 @@ class Exact:
         return 2 * self.k * (a * (d - f / (self.n + 1)) + self.ell * (d - f))
 
     def energy(self, a, d):
-        n, f, slope = self.n, self.c * a**self.n, self.c * self.n * a ** (self.n - 1)
+        n = self.n
+        f = self.c * a**self.n
+        slope = self.c * self.n * a ** (self.n - 1)
         springs = a * (d**2 - 2 * d * f / (n + 1) + f**2 / (2 * n + 1)) + self.ell * (d - f) ** 2
         lines = a * ((self.ell * slope) ** 2 / (2 * n - 1) - self.delta0**2)
         return self.k * (springs + lines)
@@ -121,12 +135,15 @@ class Exact:
 
     def depth_on(self, a, K, drive=0):
         """d that balances P(a, d) = K (drive − d): P is linear in d."""
-        at0, at1 = self.force(a, mp.mpf(0)), self.force(a, mp.mpf(1))
+        at0 = self.force(a, mp.mpf(0))
+        at1 = self.force(a, mp.mpf(1))
         return (K * drive - at0) / (at1 - at0 + K)
 
     def half_width(self, d):
         """Eqs. (25), (33) or (16) with (11)."""
-        n, ell, level = self.n, self.ell, (d + self.delta0) / self.c
+        n = self.n
+        ell = self.ell
+        level = (d + self.delta0) / self.c
         if n == 1:
             return max(level - ell, mp.mpf(0))
         if n == 2:

@@ -21,7 +21,8 @@ from energy import (
 )
 from energy.description import described, rebuilt
 
-LAYER, SURFACES = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-3)
+LAYER = ElasticLayer(2.5e3, 0.3, 5e-6)
+SURFACES = SurfaceEnergies.from_work(0.07, 6e-3)
 X = np.linspace(-3e-4, 3e-4, 41)
 R = X[20:] - X[20]
 
@@ -54,7 +55,8 @@ def test_a_symmetric_profile_is_turned_as_it_is(indenter):
 
 
 def test_smooth_samples_are_no_less_symmetric_for_their_height():
-    x, r = np.linspace(-20, 20, 41), np.linspace(0, 20, 777)
+    x = np.linspace(-20, 20, 41)
+    r = np.linspace(0, 20, 777)
     own = Sampled(x, x**2 / 2**40, kind="smooth")
     raised = Sampled(x, 1.0 + x**2 / 2**40, kind="smooth")  # the same digits
     assert np.abs(raised.slope(r) - own.slope(r)).max() <= 1e-14 * np.abs(own.slope(r)).max()
@@ -82,7 +84,8 @@ REFUSED = [
 @pytest.mark.parametrize(
     ("indenter", "told"), [*REFUSED, (Plane(), r"no radius .*; use FlatPunch\(half_width\)")]
 )
-def test_a_profile_that_is_not_its_mirror_image_or_has_no_end_is_refused(indenter, told):
+def test_turned_profile_not_mirrored_or_endless_raises(indenter, told):
+    """A profile that is not its mirror image or has no end is refused."""
     with pytest.raises(ValueError, match=told):
         turned(indenter)
 
@@ -105,7 +108,8 @@ def test_a_function_from_the_axis_on_is_mirrored():
         assert (np.asarray(x) >= 0).all(), "outside the extent"
         return 0.1 * x + x**3
 
-    knots, corners = (2e-4,), (1e-4, 3e-4)
+    knots = (2e-4,)
+    corners = (1e-4, 3e-4)
     half = Profile(height, lambda x: 0.1 + 3 * x**2, (0.0, 1e-3), corners, True, knots)
     both = turned(half).indenter
     assert both.height(-2e-4) == both.height(2e-4) == height(2e-4)
@@ -120,7 +124,8 @@ def test_a_function_from_the_axis_on_is_mirrored():
 
 
 def test_a_pattern_is_one_of_rings():
-    over_r, both = Patches([1e-4, 2e-4], [1, 0.5, 1]), Patches([-1e-4, 1e-4], [0.5, 1, 0.5])
+    over_r = Patches([1e-4, 2e-4], [1, 0.5, 1])
+    both = Patches([-1e-4, 1e-4], [0.5, 1, 0.5])
     for pattern in (over_r, both, Patches.stripes(1e-4, 0, 1, 4e-4), Patches([], [0.5])):
         assert turned(Parabola(0.02), pattern=pattern).pattern is pattern
     for pattern in (Patches([-1e-4, 2e-4], [1, 0, 1]), Patches([-1e-4, 1e-4], [1, 0, 0.5])):
@@ -129,7 +134,8 @@ def test_a_pattern_is_one_of_rings():
 
 
 def test_the_circle_is_an_arc():
-    circle, x = Circle(0.02), np.array([-0.02, -0.0199, -3e-3, 0.0, 1e-9, 0.01, 0.02])
+    circle = Circle(0.02)
+    x = np.array([-0.02, -0.0199, -3e-3, 0.0, 1e-9, 0.01, 0.02])
     f = circle.height(x)
     assert np.allclose(x**2 + (0.02 - f) ** 2, 0.02**2, rtol=1e-14, atol=0)
     assert f[4] == pytest.approx(1e-18 / 0.04, rel=1e-14, abs=0)

@@ -29,7 +29,10 @@ shapes, of_paper = (
 @every
 @given(decades, decades, decades)
 def test_tail_solves_its_equation_and_stores_its_energy(k, ell, u_a):
-    layer, a, x, h = {"k": k, "gamma1": k * ell**2}, 3.3 * ell, 3.9 * ell, 1e-3 * ell
+    layer = {"k": k, "gamma1": k * ell**2}
+    a = 3.3 * ell
+    x = 3.9 * ell
+    h = 1e-3 * ell
 
     def u(x):
         return cards.tail.displacement(x, a=a, u_a=u_a, **layer)
@@ -56,25 +59,32 @@ def test_uniaxial_modulus_is_made_of_the_lame_constants(E, nu, h):
 @every
 @given(decades, st.floats(1e-9, 2.0), decades)
 def test_young_angle(gamma1, share, gamma2):
-    line, w = cards.contact_line, share * gamma1
-    gamma12, scale = gamma1 + gamma2 - w, gamma1 + gamma2
+    line = cards.contact_line
+    w = share * gamma1
+    gamma12 = gamma1 + gamma2 - w
+    scale = gamma1 + gamma2
     check(gamma12 + gamma1 * np.cos(line.angle(gamma1, gamma2, gamma12)), gamma2, 1e-14, scale)
     check(line.work_of_adhesion(gamma1, gamma2, gamma12), w, 1e-14, scale)
-    exact, small = line.angle_deficit(w, gamma1), line.angle_deficit_small(w, gamma1)
+    exact = line.angle_deficit(w, gamma1)
+    small = line.angle_deficit_small(w, gamma1)
     check(gamma1 * (1 - np.cos(exact)), w, 1e-15, gamma1)
     check(gamma1 * small**2 / 2, w, 1e-14)
     if share < 0.1:
         assert share / 12 - 1e-15 < exact / small - 1 < share / 12 * (1 + share) + 1e-15
     # a flat face at any slope, f(a) = d + 2 l sin((π − θ)/2), keeps the separation δ₀
-    ell, d_c = cards.tail.elastocapillary_length(2.7, gamma1), cards.plane.critical_depth(2.7, w)
+    ell = cards.tail.elastocapillary_length(2.7, gamma1)
+    d_c = cards.plane.critical_depth(2.7, w)
     check(2 * ell * np.sin(exact / 2), -d_c, 1e-14)
 
 
 @every
 @given(shapes)
 def test_every_contact_meets_the_line_conditions(case):
-    a, line, w = case("half_width", case.d), cards.contact_line, case.args["w"]
-    f_a, slope_a = case.height(a), case.slope(a)
+    a = case("half_width", case.d)
+    line = cards.contact_line
+    w = case.args["w"]
+    f_a = case.height(a)
+    slope_a = case.slope(a)
     scale = abs(case.d) + case.delta0 + case.ell * slope_a
     residual = line.line_residual(case.d, f_a, slope_a, w=w, **case.layer)
     if a == 0 and case.n == 1:  # pinned at the tip: the line would recede, had it a place to go
@@ -84,7 +94,8 @@ def test_every_contact_meets_the_line_conditions(case):
     check(residual, 0.0, 1e-13, scale)
     check(line.depth(f_a, slope_a, w=w, **case.layer), case.d, 1e-13, scale)
     check(case("depth", a), case.d, 1e-13, scale)
-    alpha, u_a = line.angle_deficit_small(w, case.layer["gamma1"]), case.d - f_a
+    alpha = line.angle_deficit_small(w, case.layer["gamma1"])
+    u_a = case.d - f_a
     theta = line.boundary_condition(slope_a, cards.tail.slope_at_line(u_a, **case.layer))
     check(theta, np.pi - alpha, 1e-13, 1 + scale / case.ell)
     residual = line.boundary_residual(slope_a, u_a, np.pi - alpha, **case.layer)
@@ -93,9 +104,14 @@ def test_every_contact_meets_the_line_conditions(case):
 
 @every
 @given(shapes)
-def test_energy_is_the_functional_and_force_its_slope_and_the_integral_of_the_springs(case):
-    a, d, ell, k = case("half_width", case.d), case.d, case.ell, case.args["k"]
-    terms, force = case.parts(a), case("force", d)
+def test_energy_is_the_functional_and_force_its_derivative(case):
+    """Energy is the functional and force its slope and the integral of the springs."""
+    a = case("half_width", case.d)
+    d = case.d
+    ell = case.ell
+    k = case.args["k"]
+    terms = case.parts(a)
+    force = case("force", d)
     check(case("energy", d), terms.sum(), 1e-12, abs(terms).sum())
     shift = 0.3 * min(case.delta0, d - case.least)
     for neighbour in (case("half_width", d - shift), case("half_width", d + shift)):
@@ -143,17 +159,22 @@ def test_pull_off_is_the_minimum_of_the_force(case):
 
 @pytest.mark.parametrize(("a", "ell"), [(2.5e-3, 4e-5), (3e-5, 7e-4), (0.3, 0.0)])
 def test_flat_punch(a, ell):
-    k, w, punch = 2.7e6, 0.043, cards.flat_punch
+    k = 2.7e6
+    w = 0.043
+    punch = cards.flat_punch
     layer = {"k": k, "gamma1": k * ell**2}
-    args, delta0 = {"a": a, "w": w, **layer}, cards.plane.critical_separation(k, w)
+    args = {"a": a, "w": w, **layer}
+    delta0 = cards.plane.critical_separation(k, w)
     check(k * delta0**2 / 2, w, 1e-14)  # Eq. (18): a spring lets go when it stores w
-    d, h = delta0 * np.array([-0.8, 1.7]), 1e-3 * delta0
+    d = delta0 * np.array([-0.8, 1.7])
+    h = 1e-3 * delta0
     force = punch.force(d, **args)
     check(force, (punch.energy(d + h, **args) - punch.energy(d - h, **args)) / (2 * h), 1e-9)
     check(force, cards.force.total(d, a, f=np.zeros_like, **layer), 1e-13)
     tilted = cards.force.elastic(d, a, f=lambda x: 0.3 * x, k=k)
     check(tilted, cards.force.elastic(d, a, f=np.zeros_like, k=k), 1e-13, k * a**2)
-    least, leaves = punch.detachment_depth(k=k, w=w), punch.global_pull_off_depth(**args)
+    least = punch.detachment_depth(k=k, w=w)
+    leaves = punch.global_pull_off_depth(**args)
     assert least == -delta0 <= leaves < 0
     tail = cards.tail.displacement(a + 0.7 * ell, a=a, u_a=least, **layer)
     u = punch.displacement(np.array([0.3 * a, a, a + 0.7 * ell]), **args)
@@ -165,7 +186,8 @@ def test_flat_punch(a, ell):
 
 
 def test_wedge_is_continuous_where_the_line_leaves_the_tip():
-    args, wedge = {"delta": 0.31, "k": 2.7e6, "gamma1": 0.19, "w": 2.3e-3}, cards.wedge
+    args = {"delta": 0.31, "k": 2.7e6, "gamma1": 0.19, "w": 2.3e-3}
+    wedge = cards.wedge
     shallow, q = wedge.tip_pinned_depths(**args)
     assert shallow == 0 < q == wedge.depth(0.0, **args)
     d = q * np.array([0.0, 0.4, 1 - 1e-9, 1 + 1e-9])
@@ -200,7 +222,8 @@ def test_rounding_at_the_end_of_a_branch_is_forgiven():
 @every
 @given(decades, decades, decades, ratios)
 def test_no_adhesion(R, k, d, tension):
-    none, ell = cards.nonadhesive, tension * np.sqrt(R * d)
+    none = cards.nonadhesive
+    ell = tension * np.sqrt(R * d)
     layer = {"k": k, "gamma1": k * ell**2}
     a = none.parabola_half_width(d, R=R, **layer)
     check(cards.parabola.half_width(d, R=R, w=0.0, **layer), a, 1e-15)
@@ -223,10 +246,15 @@ def test_against_fifty_digits(kind, alpha):
     for ratio, lift, adhesive in itertools.product((1e-6, 0.6, 40.0), (1e-3, 1.7, 3e5), (1, 0)):
         case = Case(kind, ell, size, 7.3e5, ratio, lift, adhesive)
         with mp.workdps(50):
-            exact, d = Exact(case), mp.mpf(case.d)
+            exact = Exact(case)
+            d = mp.mpf(case.d)
             a = exact.half_width(d)
-            force, energy, a = float(exact.force(a, d)), float(exact.energy(a, d)), float(a)
-        n, k, depth = case.n, case.args["k"], abs(case.d) + case.delta0
+            force = float(exact.force(a, d))
+            energy = float(exact.energy(a, d))
+            a = float(a)
+        n = case.n
+        k = case.args["k"]
+        depth = abs(case.d) + case.delta0
         loss = a * depth / (lift * size)  # of digits: in d + δ₀, and for the wedge in its
         loss += 0 if n > 1 else ell + depth / case.c  # difference to l tan δ
         check(case("half_width", case.d), a, 4e-15, loss)
@@ -239,8 +267,9 @@ def test_against_fifty_digits(kind, alpha):
             check(case.height(a), level, 1e-13, depth)
 
 
-def test_a_punch_of_finite_slopes_is_pulled_by_what_is_inclined_as_young_says():
+def test_force_on_a_punch_finite_slopes():
     """γ₁ sin φ on both sides, 1 - cos φ = w/γ₁, at any slope."""
-    gamma1, ratio = 0.07, np.array([1e-3, 0.3, 0.9, 0.99])
+    gamma1 = 0.07
+    ratio = np.array([1e-3, 0.3, 0.9, 0.99])
     pull = cards.finite.punch_surface_force_at_detachment(gamma1=gamma1, w=ratio * gamma1)
     check(pull, 2 * gamma1 * np.sqrt(1 - (1 - ratio) ** 2), 1e-12)

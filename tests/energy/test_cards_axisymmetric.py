@@ -31,8 +31,10 @@ shapes, named = (
 
 @every
 @given(decades, decades, radii, decades)
-def test_free_surfaces_solve_their_equation_and_store_their_energy(k, ell, ratio, height):
-    layer, a = {"k": k, "gamma1": k * ell**2}, ratio * ell
+def test_free_surface_equation_and_energy(k, ell, ratio, height):
+    """Free surfaces solve their equation and store their energy."""
+    layer = {"k": k, "gamma1": k * ell**2}
+    a = ratio * ell
     h = 0.02 * min(a, ell)
     outer = {"a": a, "u_a": height, **layer}
     inner = {"b": a, "u_b": height, **layer}
@@ -51,7 +53,8 @@ def test_free_surfaces_solve_their_equation_and_store_their_energy(k, ell, ratio
     noise = (1e-3 + 4e-5 * ratio) * height / h
     numbers = axi.surface.displacement(a + 0.5 * h * np.arange(7), **outer)
     check(slope, np.dot([-147, 360, -450, 400, -225, 72, -10], numbers) / (30 * h), 1e-9, noise)
-    pull, stored = axi.surface.force(height, a=a, **layer), axi.surface.energy(height, a=a, **layer)
+    pull = axi.surface.force(height, a=a, **layer)
+    stored = axi.surface.energy(height, a=a, **layer)
     check(-2 * np.pi * a * layer["gamma1"] * slope, pull, 1e-13)
     check(stored, pull * height / 2, 1e-13)
     # the springs below the surface carry what it pulls with
@@ -61,7 +64,8 @@ def test_free_surfaces_solve_their_equation_and_store_their_energy(k, ell, ratio
         for ends in itertools.pairwise(points)
     )
     check(2 * np.pi * k * carried, pull, 1e-9)
-    r, dr = a * (1 - T**4), 4 * a * T**3 * DT
+    r = a * (1 - T**4)
+    dr = 4 * a * T**3 * DT
     disc = axi.surface.disc_displacement(r, **inner)
     held = axi.surface.disc_force(height, b=a, **layer)
     if ratio < 100:
@@ -72,7 +76,9 @@ def test_free_surfaces_solve_their_equation_and_store_their_energy(k, ell, ratio
 @every
 @given(shapes)
 def test_every_line_meets_its_conditions(case):
-    a, f_a, slope_a = case.a, case.height(case.a), case.slope(case.a)
+    a = case.a
+    f_a = case.height(case.a)
+    slope_a = case.slope(case.a)
     scale = case.delta0 + f_a + case.ell * slope_a
     check(axi.contact_line.depth(f_a, slope_a, a, w=case.w, **case.layer), case.d, 1e-13, scale)
     check(axi.power_law.depth(a, **case.power), case.d, 1e-13, scale)
@@ -85,8 +91,12 @@ def test_every_line_meets_its_conditions(case):
 @every
 @given(shapes)
 def test_force_and_energy_are_those_of_the_stationary_functional(case):
-    a, d, k, ell = case.a, case.d, case.k, case.ell
-    terms, force = case.parts(d, a), case("force_of_radius", a)
+    a = case.a
+    d = case.d
+    k = case.k
+    ell = case.ell
+    terms = case.parts(d, a)
+    force = case("force_of_radius", a)
     pressed = np.pi * k * a**2 * (abs(d) + case.delta0)
     scale = pressed + 2 * np.pi * k * a * ell * (case.delta0 + ell * case.slope(a))
     check(axi.power_law.energy_of_radius(a, **case.power), terms.sum(), 1e-12, abs(terms).sum())
@@ -98,7 +108,8 @@ def test_force_and_energy_are_those_of_the_stationary_functional(case):
     check(np.dot(EIGHTH_ORDER, moved), 0.0, 1e-11, abs(terms).sum())
     energies = axi.power_law.energy_of_radius(a + h * np.arange(-4, 5), **case.power)
     depths = axi.power_law.depth(a + h * np.arange(-4, 5), **case.power)
-    rise, fall = np.dot(EIGHTH_ORDER, energies), np.dot(EIGHTH_ORDER, depths)
+    rise = np.dot(EIGHTH_ORDER, energies)
+    fall = np.dot(EIGHTH_ORDER, depths)
     check(rise, force * fall, 1e-9, scale * abs(fall) + 1e-4 * abs(terms).sum())
 
 
@@ -113,7 +124,8 @@ def test_named_shapes_against_power_laws(case):
     for one, other in zip(case("detachment"), case.least, strict=True):
         check(one, other, 1e-9, case.delta0 * min(1.0, case.k * case.a**2))
     if case.n == 2:
-        bare, a = {**case.power, "w": 0.0}, case.a
+        bare = {**case.power, "w": 0.0}
+        a = case.a
         same = {"R": case.args["R"], **case.layer}
         check(axi.sphere.depth_without_adhesion(a, **same), axi.power_law.depth(a, **bare), 1e-13)
         twin = axi.power_law.force_of_radius(a, **bare)
@@ -124,7 +136,9 @@ def test_named_shapes_against_power_laws(case):
 @settings(every, max_examples=20)
 @given(shapes)
 def test_pull_off_and_detachment_are_extremes(case):
-    card, pulled, least = axi.power_law, axi.power_law.pull_off(**case.power), case.least
+    card = axi.power_law
+    pulled = axi.power_law.pull_off(**case.power)
+    least = case.least
     assert pulled.half_width > least.half_width > 0
     near = np.geomspace(0.03, 30, 400)
     forces = card.force_of_radius(float(pulled.half_width) * near, **case.power)
@@ -133,7 +147,8 @@ def test_pull_off_and_detachment_are_extremes(case):
     assert (depths >= least.depth - 1e-12 * case.delta0).all()
     with pytest.raises(ValueError, match="has detached, pass d >= "):
         case("radius", float(least.depth) - 1e-6 * case.delta0)
-    first, area = card.jump_in(**case.power), card.loop_area(**case.power)
+    first = card.jump_in(**case.power)
+    area = card.loop_area(**case.power)
     assert first.energy_released > 0 < least.energy_released
     check(first.half_width, case("radius", 0.0), 1e-12)
     check(area, first.energy_released + least.energy_released, 1e-15)
@@ -151,8 +166,10 @@ def test_pull_off_of_a_sphere(ratio):
     """In 25 digits, without the derivatives that the card is solved with."""
     args = sphere_at(ratio)
     delta0 = cards.plane.critical_separation(args["k"], args["w"])
-    ell, bare = np.sqrt(args["gamma1"] / args["k"]), 2 * np.pi * args["R"] * args["w"]
-    pulled, detached = axi.sphere.pull_off(**args), axi.sphere.detachment(**args)
+    ell = np.sqrt(args["gamma1"] / args["k"])
+    bare = 2 * np.pi * args["R"] * args["w"]
+    pulled = axi.sphere.pull_off(**args)
+    detached = axi.sphere.detachment(**args)
     with mp.workdps(25):
         m = 1 / mp.mpf(ratio) ** 2
 
@@ -174,7 +191,9 @@ def test_pull_off_of_a_sphere(ratio):
 
 def cone_at(ratio):
     """Arguments of a cone with l tan δ/δ₀ = ratio."""
-    k, w, delta = 1.1e7, 4.3e-3, 0.2
+    k = 1.1e7
+    w = 4.3e-3
+    delta = 0.2
     gamma1 = k * (ratio * np.sqrt(2 * w / k) / np.tan(delta)) ** 2
     return {"delta": delta, "k": k, "w": w, "gamma1": gamma1}
 
@@ -193,8 +212,10 @@ STIFF = np.array([1e-2, 5e-3, 2.5e-3, 1.25e-3])
 )
 def test_expansions_have_their_orders(at, card, name, ratios, order, band, most):
     """The next terms: Λ³ and Λ⁻⁸ ln² Λ, Λ^(4/3) of the depth, and of second order for a cone."""
-    args, card = at(ratios), getattr(axi, card)
-    exact, scale = card.adhesion_force, card.adhesion_force(**args)
+    args = at(ratios)
+    card = getattr(axi, card)
+    exact = card.adhesion_force
+    scale = card.adhesion_force(**args)
     if "depth" in name:
         exact = lambda **args: card.detachment(**args).depth  # noqa: E731
         scale = cards.plane.critical_separation(args["k"], args["w"])
@@ -204,7 +225,8 @@ def test_expansions_have_their_orders(at, card, name, ratios, order, band, most)
     assert errors.min() < most
 
 
-def test_a_sharp_cone_does_not_adhere_and_its_line_is_never_pinned():
+def test_sharp_cone_is_never_pinned():
+    """A sharp cone does not adhere and its line is never pinned."""
     args = {"delta": 0.7, "k": 1.1e7, "gamma1": 0.031, "w": 4.3e-3}
     for event in ("pull_off", "detachment", "jump_in"):
         assert not np.any(getattr(axi.cone, event)(**args))
@@ -221,12 +243,16 @@ def test_a_sharp_cone_does_not_adhere_and_its_line_is_never_pinned():
 
 
 def test_springs_alone():
-    k, w, R = 1.1e7, 4.3e-3, 0.013
-    delta0, args = np.sqrt(2 * w / k), {"R": R, "k": k, "gamma1": 0.0, "w": w}
+    k = 1.1e7
+    w = 4.3e-3
+    R = 0.013
+    delta0 = np.sqrt(2 * w / k)
+    args = {"R": R, "k": k, "gamma1": 0.0, "w": w}
     d = delta0 * np.array([-0.999, -0.5, 0.0, 2.0])
     a = np.sqrt(2 * R * (d + delta0))
     check(axi.sphere.radius(d, **args), a, 1e-12)
-    force, pulled = np.pi * k * a**2 * (d - a**2 / (4 * R)), axi.sphere.pull_off(**args)
+    force = np.pi * k * a**2 * (d - a**2 / (4 * R))
+    pulled = axi.sphere.pull_off(**args)
     check(axi.sphere.force(d, **args), force, 1e-11, np.pi * k * a**2 * delta0)
     check(pulled.force, -2 * np.pi * R * w, 1e-13)
     check(pulled.half_width, np.sqrt(2 * R * delta0), 1e-8)
@@ -242,10 +268,15 @@ def test_springs_alone():
 @every
 @given(decades, decades, radii, ratios, st.floats(0.01, 4.0))
 def test_flat_cylinder(k, ell, ratio, alpha, up):
-    a, delta0, punch = ratio * ell, alpha * ell, axi.flat_punch
-    layer, w = {"k": k, "gamma1": k * ell**2}, k * delta0**2 / 2
-    args, free = {"a": a, **layer, "w": w}, {"a": a, **layer}
-    least, even = punch.detachment_depth(**args), punch.global_pull_off_depth(**args)
+    a = ratio * ell
+    delta0 = alpha * ell
+    punch = axi.flat_punch
+    layer = {"k": k, "gamma1": k * ell**2}
+    w = k * delta0**2 / 2
+    args = {"a": a, **layer, "w": w}
+    free = {"a": a, **layer}
+    least = punch.detachment_depth(**args)
+    even = punch.global_pull_off_depth(**args)
     d = float(least) * (1 - up)
     check(punch.force(d, **args), np.pi * k * a**2 * d + axi.surface.force(d, **free), 1e-13)
     terms = np.array([np.pi * k * (a * d) ** 2 / 2, -w * np.pi * a**2])
@@ -267,7 +298,9 @@ def test_flat_cylinder(k, ell, ratio, alpha, up):
 @given(decades, decades, radii, ratios, st.floats(-1, 1))
 def test_inner_line_of_a_ring_makes_the_energy_stationary(k, ell, ratio, alpha, tilt):
     """A flat face tilted towards the axis, f = (r - b) m, with a free disc inside radius b."""
-    b, w, gamma1 = ratio * ell, k * (alpha * ell) ** 2 / 2, k * ell**2
+    b = ratio * ell
+    w = k * (alpha * ell) ** 2 / 2
+    gamma1 = k * ell**2
     slope = 0.9 * tilt * alpha
     d = float(axi.contact_line.inner_depth(0.0, slope, b, k=k, gamma1=gamma1, w=w))
     assert d < 0
@@ -284,7 +317,8 @@ def test_inner_line_of_a_ring_makes_the_energy_stationary(k, ell, ratio, alpha, 
 
 
 def test_a_small_true_sphere_in_a_liquid():
-    R, gamma1 = 0.013, 0.031
+    R = 0.013
+    gamma1 = 0.031
     for w in (1e-3, 0.02, 0.06):
         deficit = cards.contact_line.angle_deficit(w, gamma1)
         found = minimize_scalar(

@@ -48,7 +48,8 @@ def call(function, F=1.0, L=1.0, **overrides):
 
 def inherent(function):
     """Σ |p ∂f/∂p| over the arguments p: by so many ε do rounded arguments change the values."""
-    plain, total = np.ravel(call(function)), 0.0
+    plain = np.ravel(call(function))
+    total = 0.0
     for s, value in [item for group in VALUES.values() for item in group.items()]:
         if s in inspect.signature(function).parameters:
             total += np.abs(np.ravel(call(function, **{s: value * (1 + 1e-7)})) - plain) * 1e7
@@ -76,7 +77,8 @@ def test_units_and_arrays(name):
 
 @pytest.mark.parametrize("name", sorted(FUNCTIONS))
 def test_refusals_of_every_card(name):
-    function, residual = FUNCTIONS[name], name.split("_")[-1] == "residual"
+    function = FUNCTIONS[name]
+    residual = name.split("_")[-1] == "residual"
     for s in set(inspect.signature(function).parameters) - {"order"}:
         with pytest.raises(ValueError, match=rf"\b{s}\b.* is not finite: pass finite numbers"):
             call(function, **{s: (lambda x: np.nan * x) if s == "f" else np.nan})

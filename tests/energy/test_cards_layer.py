@@ -8,8 +8,13 @@ from scipy.optimize import minimize_scalar
 from energy import cards
 
 card = cards.layer
-R, E, NU, H, W = 0.013, 8.3e3, 0.42, 1.3e-3, 4.3e-3
-SOFT, THIN = {"R": R, "E": E, "nu": NU, "w": W}, {"R": R, "E": E, "h": H, "w": W}
+R = 0.013
+E = 8.3e3
+NU = 0.42
+H = 1.3e-3
+W = 4.3e-3
+SOFT = {"R": R, "E": E, "nu": NU, "w": W}
+THIN = {"R": R, "E": E, "h": H, "w": W}
 G = E / 3
 T, DT = (0.5 * part for part in np.polynomial.legendre.leggauss(40))
 T = 0.5 + T
@@ -25,7 +30,8 @@ def on_half_space(d, a):
 
 def flowing(d, a, turned):
     """Energy h³/(6G) ∫ p'² of a thin incompressible layer, what is displaced by quadrature."""
-    x, dx = a * T, a * DT
+    x = a * T
+    dx = a * DT
     inner = x[:, None] * T
     u = (d - inner**2 / (2 * R)) * (inner if turned else 1)
     flow = (u * x[:, None] * DT).sum(axis=1) / (x if turned else 1)  # h³/(3G) |p'|
@@ -35,7 +41,8 @@ def flowing(d, a, turned):
 
 
 @pytest.mark.parametrize("a", [4e-4, 1.7e-3, 6e-3])
-def test_lines_rest_where_the_energy_turns_and_forces_are_its_derivatives(a):
+def test_layer_lines_and_forces_are_derivatives_of_energy(a):
+    """Lines rest where the energy turns and forces are its derivatives."""
     thin = {"R": R, "E": E, "h": H, "w": W}
     for energy, depth, force in (
         (on_half_space, card.half_space_depth(a, **SOFT), card.half_space_force(a, **SOFT)),
@@ -46,7 +53,8 @@ def test_lines_rest_where_the_energy_turns_and_forces_are_its_derivatives(a):
         ),
         (lambda *at: flowing(*at, False), card.incompressible_cylinder_depth(a, **thin), None),
     ):
-        step, lift = 1e-4 * a, abs(depth) + a**2 / R
+        step = 1e-4 * a
+        lift = abs(depth) + a**2 / R
         scale = abs(energy(depth + lift, a)) + W * a**2
         turn = (energy(depth, a + step) - energy(depth, a - step)) / (2 * step)
         assert abs(turn) < 1e-6 * scale / a
@@ -55,7 +63,8 @@ def test_lines_rest_where_the_energy_turns_and_forces_are_its_derivatives(a):
             check(rise, force, 1e-9, scale / lift)
 
 
-def test_pull_off_is_the_most_tensile_state_with_its_published_force():
+def test_layer_pull_off_published_forces():
+    """Pull off is the most tensile state with its published force."""
     for found, force, factor in (
         (card.half_space_pull_off(**SOFT), lambda a: card.half_space_force(a, **SOFT), 1.5),
         (card.incompressible_pull_off(**THIN), lambda a: card.incompressible_force(a, **THIN), 3),
@@ -75,7 +84,8 @@ def test_pull_off_is_the_most_tensile_state_with_its_published_force():
 
 def test_cylinders():
     found = card.incompressible_cylinder_pull_off(**THIN)
-    a, step = float(found.half_width), 1e-6 * R
+    a = float(found.half_width)
+    step = 1e-6 * R
     check(card.incompressible_cylinder_depth(a, **THIN), 0.0, 1e-13, a**2 / R)
     pressed = [flowing(step, a, False), flowing(-step, a, False)]
     check((pressed[0] - pressed[1]) / (2 * step), found.force, 1e-9)

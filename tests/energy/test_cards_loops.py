@@ -14,12 +14,10 @@ from scipy.integrate import quad
 
 from energy import cards
 
-fixed, dead, machine, two = (
-    cards.displacement_control,
-    cards.load_control,
-    cards.machine_control,
-    cards.two_works,
-)
+fixed = cards.displacement_control
+dead = cards.load_control
+machine = cards.machine_control
+two = cards.two_works
 
 
 def branch_work(case, start, top, stop):
@@ -30,7 +28,8 @@ def branch_work(case, start, top, stop):
         points = [x for x in (0.0, case.q) if min(p, q) < x < max(p, q)]
         return quad(force, p, q, points=points or None, epsabs=0, epsrel=1e-11, limit=200)
 
-    up, down = integral(start, top), integral(top, stop)
+    up = integral(start, top)
+    down = integral(top, stop)
     return up[0] + down[0], abs(up[0]) + abs(down[0])
 
 
@@ -41,7 +40,8 @@ def test_loop_areas_by_quadrature_of_both_branches(seed):
     kind = ("wedge", "parabola", "1.5", "3.7")[seed % 4]
     ell, k, ratio, alpha = 10.0 ** rng.uniform([-4, -4, -0.7, -1], [4, 4, 0.2, 1])
     case = Case(kind, ell, alpha * ell, k, ratio, 1.0)
-    top, K = case.delta0 * rng.uniform(0.2, 2), case.stiffness(10 ** rng.uniform(-1, 1))
+    top = case.delta0 * rng.uniform(0.2, 2)
+    K = case.stiffness(10 ** rng.uniform(-1, 1))
     ways = [(fixed, {}, lambda start, stop: 0.0)]
     if case.name != "power_law":
         ways.append((dead, {}, lambda start, stop: stop.force * (case.least - stop.depth)))
@@ -59,10 +59,17 @@ def test_loop_areas_by_quadrature_of_both_branches(seed):
 
 @pytest.mark.parametrize(("a", "ell"), [(2.5e-3, 4e-5), (3e-5, 7e-4), (0.3, 0.0)])
 def test_flat_punch_loop_and_maxwell_point(a, ell):
-    k, w, K = 2.7e6, 0.043, 5.1e3
+    k = 2.7e6
+    w = 0.043
+    K = 5.1e3
     args = {"a": a, "k": k, "gamma1": k * ell**2, "w": w}
-    delta0, force = np.sqrt(2 * w / k), lambda d: cards.flat_punch.force(d, **args)
-    first, last = fixed.flat_punch_jump_in(**args), fixed.flat_punch_detachment(**args)
+    delta0 = np.sqrt(2 * w / k)
+
+    def force(d):
+        return cards.flat_punch.force(d, **args)
+
+    first = fixed.flat_punch_jump_in(**args)
+    last = fixed.flat_punch_detachment(**args)
     work = -quad(force, -delta0, 0.0, epsabs=0)[0]
     check(fixed.flat_punch_loop_area(**args), work, 1e-12)
     check(first.energy_released + last.energy_released, work, 1e-12)
@@ -74,7 +81,8 @@ def test_flat_punch_loop_and_maxwell_point(a, ell):
     check(on_machine.energy_released - last.energy_released, last.force**2 / (2 * K), 1e-12)
     total = machine.flat_punch_loop_area(**args, K=K)
     check(total, work + last.force**2 / (2 * K), 1e-12)
-    maxwell, energy = fixed.flat_punch_global_pull_off(**args), cards.flat_punch.energy
+    maxwell = fixed.flat_punch_global_pull_off(**args)
+    energy = cards.flat_punch.energy
     check(energy(maxwell.depth, **args), 0.0, 1e-14, w * a)
     check(maxwell.force, force(maxwell.depth), 1e-14)
     assert maxwell.half_width == a
@@ -88,10 +96,15 @@ def test_flat_punch_loop_and_maxwell_point(a, ell):
 @pytest.mark.parametrize(("n", "c", "ell"), [(1.0, 0.04, 3e-4), (2.0, 1.7, 3e-4), (1.0, 0.4, 2e-4)])
 @pytest.mark.parametrize("share", [0.0, 0.36])
 def test_two_works_cycle_and_loop_by_quadrature(n, c, ell, share):
-    k, w = 2.7e6, 2.3e-3
+    k = 2.7e6
+    w = 2.3e-3
     layer = {"k": k, "gamma1": k * ell**2}
     args = {"c": c, "n": n, **layer, "w": w, "w_closing": share * w}
-    delta0, f = np.sqrt(2 * w / k), lambda x: c * abs(x) ** n
+    delta0 = np.sqrt(2 * w / k)
+
+    def f(x):
+        return c * abs(x) ** n
+
     pinned = delta0 * (1 - np.sqrt(share))
     end = cards.power_law.detachment_depth(c=c, n=n, **layer, w=w)
     nodes, weights = np.polynomial.legendre.leggauss(40)
@@ -111,7 +124,8 @@ def test_two_works_cycle_and_loop_by_quadrature(n, c, ell, share):
     for low, high in ((-0.2 * delta0, 3 * delta0), (0.1 * delta0, 0.6 * delta0)):
         if low < end:
             continue
-        wide, narrow = advancing(high), receding(low)
+        wide = advancing(high)
+        narrow = receding(low)
         area = two.cycle_area(**args, d_min=low, d_max=high)
         if high - low <= pinned:
             assert area == 0
@@ -152,7 +166,8 @@ def random_cases(kinds):
     ).filter(lambda case: abs(case.q) > 1e-3 * case.delta0)  # tan δ = α has its own test
 
 
-of_paper, shapes = random_cases(KINDS[:2]), random_cases(KINDS)
+of_paper = random_cases(KINDS[:2])
+shapes = random_cases(KINDS)
 machines = st.floats(-3, 3).map(lambda e: 10.0**e)  # K/k in units of √(l δ₀)
 
 
@@ -160,7 +175,8 @@ machines = st.floats(-3, 3).map(lambda e: 10.0**e)  # K/k in units of √(l δ�
 @given(shapes, machines)
 def test_jump_in_ends_where_descent_does(case, ratio):
     """At imposed depth (K = None); for the paper's shapes on a machine and under a dead load."""
-    kind, K = case.name, case.stiffness(ratio)
+    kind = case.name
+    K = case.stiffness(ratio)
     ways = [(getattr(fixed, f"{kind}_jump_in")(**case.args), None)]
     if case.kind in KINDS[:2]:
         ways.append((getattr(machine, f"{kind}_jump_in")(**case.args, K=K), K))
@@ -180,7 +196,8 @@ def test_jump_in_ends_where_descent_does(case, ratio):
 @every
 @given(of_paper, machines)
 def test_detachment_is_the_end_of_stability(case, ratio):
-    kind, K = case.name, case.stiffness(ratio)
+    kind = case.name
+    K = case.stiffness(ratio)
     on_machine = getattr(machine, f"{kind}_detachment")(**case.args, K=K)
     under_load = getattr(dead, f"{kind}_detachment")(**case.args)
     critical = getattr(machine, f"{kind}_critical_stiffness")(**case.args)
@@ -196,7 +213,8 @@ def test_detachment_is_the_end_of_stability(case, ratio):
             if exact.rate(tiny, stiff) < 0:
                 a = mp.findroot(lambda a: exact.rate(a, stiff), jump.half_width or exact.ell)  # noqa: B023
             assert (a > 0) == (stiff < critical) or abs(stiff / critical - 1) < 1e-12
-            d, end = exact.depth(a), exact.end
+            d = exact.depth(a)
+            end = exact.end
             force = exact.force(a, d)
             released = exact.energy(a, d)
             released += force**2 / (2 * stiff) if stiff else -force * (d - end)

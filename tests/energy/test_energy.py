@@ -25,19 +25,24 @@ from energy import (
 )
 from energy.validity import Deformation, assumptions
 
-LAYER, SURFACES = ElasticLayer(4.2e3, 0.41, 3e-4), SurfaceEnergies(0.04, 0.03, 0.065)
+LAYER = ElasticLayer(4.2e3, 0.41, 3e-4)
+SURFACES = SurfaceEnergies(0.04, 0.03, 0.065)
 
 
 def test_layer_and_surface_formulas():
-    E, nu, h = 4.2e3, 0.41, 3e-4
-    lame, shear = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+    E = 4.2e3
+    nu = 0.41
+    h = 3e-4
+    lame = E * nu / ((1 + nu) * (1 - 2 * nu))
+    shear = E / (2 * (1 + nu))
     assert LAYER.modulus == pytest.approx(lame + 2 * shear, rel=1e-14, abs=0)
     assert LAYER.stiffness == pytest.approx((lame + 2 * shear) / h, rel=1e-14, abs=0)
     w = SURFACES.work_of_adhesion
     assert w == pytest.approx(0.005, rel=1e-12, abs=0)
     assert abs(0.065 + 0.04 * math.cos(SURFACES.contact_angle) - 0.03) <= 1e-16  # Eq. (8)
     assert SURFACES.small_slope_deficit == pytest.approx(math.sqrt(2 * w / 0.04), rel=1e-14, abs=0)
-    scene, given = Scene(LAYER, SURFACES, Parabola(0.01)), {"rel": 1e-14, "abs": 0}
+    scene = Scene(LAYER, SURFACES, Parabola(0.01))
+    given = {"rel": 1e-14, "abs": 0}
     length = cards.tail.elastocapillary_length(LAYER.stiffness, 0.04)
     assert scene.elastocapillary_length == pytest.approx(length, **given)
     delta0 = cards.plane.critical_separation(LAYER.stiffness, w)
@@ -46,7 +51,8 @@ def test_layer_and_surface_formulas():
         scene.slopes = "finite"
 
 
-def test_no_adhesion_means_a_smooth_surface_and_little_keeps_its_digits():
+def test_contact_angle_without_and_with_little_adhesion():
+    """No adhesion means a smooth surface and little keeps its digits."""
     s = SurfaceEnergies(0.07, 0.03, 0.1)  # Eq. (34), a sum that vanishes to rounding only
     assert (s.work_of_adhesion, s.contact_angle) == (0, math.pi)
     assert SurfaceEnergies.from_work(0.07, 1e-30).work_of_adhesion == 1e-30
@@ -71,13 +77,16 @@ SHAPES = [
 
 @pytest.mark.parametrize("indenter", SHAPES, ids=lambda i: type(i).__name__)
 def test_slope_is_the_derivative_of_height(indenter):
-    x, step = np.array([-0.537, -0.213, 0.117, 0.389, 0.633]), 1e-5
+    x = np.array([-0.537, -0.213, 0.117, 0.389, 0.633])
+    step = 1e-5
     difference = (indenter.height(x + step) - indenter.height(x - step)) / (2 * step)
     assert np.allclose(indenter.slope(x), difference, rtol=0, atol=1e-8)
 
 
 def test_smooth_samples_converge_to_the_function():
-    counts, at, errors = (41, 81, 161, 321), np.linspace(-1, 2, 5001), []
+    counts = (41, 81, 161, 321)
+    at = np.linspace(-1, 2, 5001)
+    errors = []
     for n in counts:
         x = np.linspace(-1, 2, n)
         s = Sampled(x, np.sin(3 * x), kind="smooth")
@@ -88,7 +97,8 @@ def test_smooth_samples_converge_to_the_function():
 
 
 def test_composition_keeps_track_of_apex_corners_and_walls():
-    punch, both = FlatPunch(2.0).shifted(0.5), Wedge(0.1) + Parabola(2.0)
+    punch = FlatPunch(2.0).shifted(0.5)
+    both = Wedge(0.1) + Parabola(2.0)
     assert punch.extent == punch.walls == (-1.5, 2.5)
     assert punch.tilted(0.1).apex is None
     assert np.isinf(punch.height(2.6)) and np.isnan(punch.slope(2.6)) and punch.height(2.5) == 0
@@ -103,7 +113,8 @@ def test_composition_keeps_track_of_apex_corners_and_walls():
 
 
 def test_densities_and_their_derivatives():
-    s, step = np.array([-2.0, -0.3, 0.0, 0.05, 1.7]), 1e-5
+    s = np.array([-2.0, -0.3, 0.0, 0.05, 1.7])
+    step = 1e-5
     for slopes in terms.SLOPES:
         at = [terms.surface(s + i * step, gamma1=0.3, slopes=slopes) for i in (-1, 0, 1)]
         assert np.allclose((at[2].value - at[0].value) / (2 * step), at[1].first, rtol=0, atol=1e-9)
@@ -133,7 +144,8 @@ def test_the_assumptions_that_a_state_makes():
     assert report(1e-6, 1e-6, 1e-2, 0.05, surfaces=dry)["2w/γ₁"].value == 0
 
 
-X, OTHER = [0.0, 1.0, 2.0, 3.0], SurfaceEnergies.from_work(0.05, 0.01)
+X = [0.0, 1.0, 2.0, 3.0]
+OTHER = SurfaceEnergies.from_work(0.05, 0.01)
 REFUSED = [
     (lambda: ElasticLayer(-1.0, 0.3, 1.0), "E = -1.0"),
     (lambda: ElasticLayer(math.nan, 0.3, 1.0), "E = nan"),
@@ -213,7 +225,8 @@ LIMITS = [  # what is made, of a number that is just accepted, or of one that ju
 
 
 @pytest.mark.parametrize(("make", "inside", "outside", "says"), LIMITS)
-def test_just_inside_a_tolerance_is_accepted_and_just_outside_refused(make, inside, outside, says):
+def test_tolerances_inside_and_outside(make, inside, outside, says):
+    """Just inside a tolerance is accepted and just outside refused."""
     assert make(inside)
     with pytest.raises(ValueError, match=says):
         make(outside)
@@ -252,7 +265,8 @@ def test_one_position_is_the_same_as_many(body):
         assert np.abs(many[inside] - single[inside]).max() <= 1e-13 * np.abs(many[inside]).max()
 
 
-def test_a_sampled_profile_knows_whether_it_is_convex_and_where_it_is_lowest():
+def test_sampled_profile_convexity_and_lowest_point():
+    """A sampled profile knows whether it is convex and where it is lowest."""
     x = np.linspace(-1, 1.5, 41)
     for kind in ("linear", "smooth"):
         parabola = Sampled(x, (x - 0.23) ** 2, kind)
@@ -268,7 +282,8 @@ def test_a_sampled_profile_knows_whether_it_is_convex_and_where_it_is_lowest():
     assert falling.convex and falling.apex == 1.5
 
 
-def test_stripes_are_as_wide_as_they_say_with_the_strong_one_in_the_middle():
+def test_stripes_widths_and_strong_middle():
+    """Stripes are as wide as they say with the strong one in the middle."""
     stripes = Patches.stripes(2.0, 0.3, 0.9, 7.0)
     assert stripes.factor([-1.4, -0.6, -0.4, 0.0, 0.4, 0.6, 1.4, 1.6]).tolist() == [
         *(0.3, 0.3, 0.9, 0.9, 0.9, 0.3, 0.3, 0.9)

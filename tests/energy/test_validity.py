@@ -36,7 +36,8 @@ def compliance(nu, ratio):
 
 def film(nu, ratio, gamma1=0.07, **options):
     """A scene with l/h = ratio."""
-    unit, h = ElasticLayer(1.0, nu, 1.0).modulus, 5e-6
+    unit = ElasticLayer(1.0, nu, 1.0).modulus
+    h = 5e-6
     layer = ElasticLayer(gamma1 / (ratio**2 * h * unit), nu, h)
     return Scene(layer, SurfaceEnergies.from_work(gamma1, 6e-5), Parabola(0.02), **options)
 
@@ -89,7 +90,8 @@ def test_without_tension_no_free_surface_is_judged():
     assert not names & {"h/l", "|c₂|(h/l)²"}
 
 
-def test_a_detached_layer_is_not_strained_but_its_free_surface_is_judged():
+def test_validity_of_a_detached_layer():
+    """A detached layer is not strained but its free surface is judged."""
     thick = film(0.45, 0.35)
     state = minimise(thick, -1.0)
     assert state.label == "detached"
@@ -131,7 +133,8 @@ def dent(half_width, height, punch):
 def test_displacement_and_slopes_are_the_largest_anywhere():
     pressed = minimise(adhesive(Parabola(0.02)), 3 * DELTA0)
     assert measures(pressed)["u/h"].value == pytest.approx(3 * DELTA0 / 0.03, rel=1e-12, abs=0)
-    inside, beside = 0.15 * DELTA0 * np.pi / (2 * L), 5 * DELTA0 / L
+    inside = 0.15 * DELTA0 * np.pi / (2 * L)
+    beside = 5 * DELTA0 / L
     for wide, depth, name, value, rel in (
         (4 * L, -0.1 * DELTA0, "u/h", 0.4 * DELTA0 / 0.03, 1e-4),
         (2 * L, 5 * DELTA0, "slope", beside, 1e-6),
@@ -192,7 +195,8 @@ def test_noise_that_holds_lines_is_measured_and_warned_of(pieces, noise, given, 
 
 
 def test_states_and_paths_say_that_noise_decides():
-    noisy, smooth = plain(waved(400, 1e-3)), plain(waved(400))
+    noisy = plain(waved(400, 1e-3))
+    smooth = plain(waved(400))
     nodes = {"method": "lattice", "spacing": 0.045}
     for scene, wrong in ((noisy, True), (smooth, False)):
         path = load_path(scene, depths=[0.0, 0.05], **nodes)
@@ -213,7 +217,8 @@ def test_states_and_paths_say_that_noise_decides():
 ])  # fmt: skip
 def test_noise_is_known_of_what_is_made_of_samples(wrap):
     body = waved(400, 1e-3)
-    own, made = noise_of(plain(body)), noise_of(plain(wrap(body)))
+    own = noise_of(plain(body))
+    made = noise_of(plain(wrap(body)))
     assert made.value == pytest.approx(own.value, rel=1e-9, abs=0)
     both = noise_of(plain(body + waved(400, 1e-3, seed=5)))
     assert both.value > 1.2 * own.value
@@ -255,7 +260,8 @@ RESOLVED = {
 
 @pytest.mark.parametrize("kind", ["linear", "smooth"])
 @pytest.mark.parametrize("name", RESOLVED)
-def test_profiles_that_their_samples_resolve_are_not_called_noisy(name, kind):
+def test_noise_of_resolved_profiles_is_not_reported(name, kind):
+    """Profiles that their samples resolve are not called noisy."""
     for w in (0.02, 2e-3):
         assert noise_of(plain(Sampled(X, RESOLVED[name], kind=kind), w=w)).holds
     uneven = X + 0.3 * STEP * np.sin(1.7 * np.arange(721))

@@ -63,11 +63,13 @@ DRAWN: dict[str, Callable[[float, float, float], Indenter]] = {
 def random_round_case(rng: np.random.Generator, shape: str) -> Case:
     """A state of the adhered branch with a/l in 10⁻³..10³ and δ₀/l in 0.01..1 in random units."""
     length, stress = 10.0 ** rng.uniform(-4, 4, 2)
-    nu, thickness = rng.uniform(-0.5, 0.45), length * rng.uniform(0.1, 10)
+    nu = rng.uniform(-0.5, 0.45)
+    thickness = length * rng.uniform(0.1, 10)
     k = stress / length
     layer = ElasticLayer(k / ElasticLayer(1.0, nu, thickness).stiffness, nu, thickness)
     while True:
-        a, alpha = length * 10 ** rng.uniform(-3, 3), 10 ** rng.uniform(-2, 0)
+        a = length * 10 ** rng.uniform(-3, 3)
+        alpha = 10 ** rng.uniform(-2, 0)
         indenter = DRAWN[shape](a, alpha * 10 ** rng.uniform(-1, 1), rng.uniform(1.5, 5))
         surfaces = SurfaceEnergies.from_work(k * length**2, k * (alpha * length) ** 2 / 2)
         scene = Scene(layer, surfaces, indenter, geometry="axisymmetric")
@@ -89,11 +91,15 @@ def resting_depth(scene: Scene, a: float) -> float:
 
 def totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
     """Force and energy of a contact of radius a at a depth, small slopes."""
-    k, gamma1, f = scene.stiffness, scene.gamma1, scene.indenter
+    k = scene.stiffness
+    gamma1 = scene.gamma1
+    f = scene.indenter
     r, dr = quadrature(f, a)
-    displaced, slope = d - f.height(r), f.slope(r)
+    displaced = d - f.height(r)
+    slope = f.slope(r)
     edge = {"a": a, "k": k, "gamma1": gamma1}
-    u_a, surface = d - float(f.height(a)), cards.axisymmetric.surface
+    u_a = d - float(f.height(a))
+    surface = cards.axisymmetric.surface
     force = 2 * math.pi * k * float(displaced @ (r * dr)) + surface.force(u_a, **edge)
     density = k * displaced**2 + gamma1 * slope**2 - 2 * scene.work_of_adhesion
     energy = math.pi * float(density @ (r * dr)) + surface.energy(u_a, **edge)
@@ -101,9 +107,12 @@ def totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
 
 
 axi = cards.axisymmetric
-K, GAMMA1, W = 1.1e7, 0.031, 4.3e-3
+K = 1.1e7
+GAMMA1 = 0.031
+W = 4.3e-3
 LAYER = {"k": K, "gamma1": GAMMA1, "w": W}
-ELL, DELTA0 = np.sqrt(GAMMA1 / K), np.sqrt(2 * W / K)
+ELL = np.sqrt(GAMMA1 / K)
+DELTA0 = np.sqrt(2 * W / K)
 
 
 turned = functools.partial(about_axis, k=K, gamma1=GAMMA1, w=W)
@@ -121,7 +130,9 @@ DRAWS = {  # how states are drawn, of which shapes, how many, the largest error,
 def test_ten_digits_over_eight_decades_and_an_honest_estimate(kind, shape):
     """The angle is Young's; the estimates are rarely less than the errors, and never by much."""
     draw, shapes, count, most, off = DRAWS[kind]
-    rng, found, understated = np.random.default_rng(100 + shapes.index(shape)), 0, 0
+    rng = np.random.default_rng(100 + shapes.index(shape))
+    found = 0
+    understated = 0
     for _ in range(count):
         case = draw(rng, shape)
         state = minimise(case.scene, case.depth)
@@ -152,7 +163,8 @@ def test_what_an_equilibrium_says_of_itself(name):
     indenter, card, own = CASES[name]
     args = {**own, **LAYER}
     for d in (-0.1 * DELTA0, 0.0, 3 * DELTA0):
-        state, a = minimise(turned(indenter), d), float(card.radius(d, **args))
+        state = minimise(turned(indenter), d)
+        a = float(card.radius(d, **args))
         check(state.radius, a, 1e-12)
         assert state.half_width == state.radius
         assert state.contacts.tolist() == [[0.0, state.radius]]
@@ -161,7 +173,8 @@ def test_what_an_equilibrium_says_of_itself(name):
         check(state.displacement(r), card.displacement(r, d=d, **args), 1e-10, DELTA0)
         assert (state.pressure(r)[[0, 4, 5]] == 0).all()
         check(state.pressure(r)[1:4], K * (d - indenter.height(r[1:4])), 1e-14)
-        parts, energies = state.force_parts, state.energy_parts
+        parts = state.force_parts
+        energies = state.energy_parts
         check(sum(parts.values()), state.force, 1e-12, abs(sum(map(abs, parts.values()))))
         check(sum(energies.values()), state.energy, 1e-12, sum(map(abs, energies.values())))
         check(energies["adhesion"], -W * np.pi * a**2, 1e-11)
@@ -180,10 +193,13 @@ OF_SPHERE = {  # Λ: F_A/(2πRw)
 
 @pytest.mark.parametrize("ratio", OF_SPHERE)
 def test_a_sphere_is_pulled_off_where_theory_says(ratio):
-    R, gamma1 = 0.013, K * ratio**2 * 0.013 * DELTA0
+    R = 0.013
+    gamma1 = K * ratio**2 * 0.013 * DELTA0
     args = {"R": R, "k": K, "gamma1": gamma1, "w": W}
-    scene, there = turned(Parabola(R), gamma1=gamma1), DELTA0 * np.linspace(-1.1, 1.0, 12)
-    first, last = axi.sphere.jump_in(**args), axi.sphere.detachment(**args)
+    scene = turned(Parabola(R), gamma1=gamma1)
+    there = DELTA0 * np.linspace(-1.1, 1.0, 12)
+    first = axi.sphere.jump_in(**args)
+    last = axi.sphere.detachment(**args)
     loop = load_path(scene, depths=[*there, *there[::-1]])
     assert [event.kind for event in loop.events] == ["jump-in", "detachment"]
     for event, jump in zip(loop.events, (first, last), strict=True):
@@ -202,7 +218,8 @@ def test_a_sphere_is_pulled_off_where_theory_says(ratio):
 def test_a_contact_about_an_axis_is_lost_at_the_radius_of_theory(name, alone):
     """Also by the lines of several contacts, as over a pattern: the axis holds no line."""
     indenter, card, own = CASES[name]
-    args, scene = {**own, **LAYER}, turned(indenter)
+    args = {**own, **LAYER}
+    scene = turned(indenter)
     pattern = None if alone else Patches([50 * ELL], [1.0, 1.0])
     loop = load_path(replace(scene, pattern=pattern), depths=DELTA0 * np.array([-0.1, 2.0, -1.1]))
     assert [event.kind for event in loop.events] == ["jump-in", "detachment"]
@@ -218,7 +235,7 @@ def test_a_contact_about_an_axis_is_lost_at_the_radius_of_theory(name, alone):
 @pytest.mark.parametrize(
     ("share", "alone"), [(0.05, True), (0.4, True), (0.95, True), (1.3, True), (0.4, False)]
 )
-def test_a_line_that_is_held_about_an_axis_is_lost_where_it_comes_free(share, alone):
+def test_pinned_line_about_an_axis_is_lost_when_freed(share, alone):
     """Inside the radius of detachment with its own radius, beyond it as a line that moves."""
     args = {"R": 0.013, "k": K, "gamma1": GAMMA1}
     least = axi.sphere.detachment(**args, w=W)
@@ -236,7 +253,8 @@ def test_a_line_that_is_held_about_an_axis_is_lost_where_it_comes_free(share, al
 
 
 def test_a_cylinder_detaches_alike_under_depth_and_load():
-    a, depths = 0.7 * ELL, DELTA0 * np.array([-1.0, 0.2, -1.1])
+    a = 0.7 * ELL
+    depths = DELTA0 * np.array([-1.0, 0.2, -1.1])
     args = {"a": a, **LAYER}
     gone = axi.flat_punch.detachment(**args)
     loop = load_path(turned(FlatPunch(a)), depths=depths)
@@ -247,7 +265,8 @@ def test_a_cylinder_detaches_alike_under_depth_and_load():
     check(load.pull_off.depth, gone.depth, 1e-12)
 
 
-def test_the_lowest_state_of_a_sphere_is_the_one_of_negative_energy():
+def test_lowest_state_of_a_sphere_has_negative_energy():
+    """The lowest state of a sphere is the one of negative energy."""
     args = {"R": 0.013, **LAYER}
     least = float(axi.sphere.detachment(**args).depth)
     for d in np.linspace(0.999 * least, 0.3 * DELTA0, 12):
@@ -259,7 +278,8 @@ def test_the_lowest_state_of_a_sphere_is_the_one_of_negative_energy():
 def test_without_adhesion_and_without_tension(indenter):
     for share in (1e-3, 0.1, 1.0, 30.0):
         a = min(share * ELL, 9e-4)
-        f, slope = float(indenter.height(a)), float(indenter.slope(a))
+        f = float(indenter.height(a))
+        slope = float(indenter.slope(a))
         bare = axi.contact_line.depth(f, slope, a, k=K, gamma1=GAMMA1, w=0.0)
         check(minimise(turned(indenter, w=0.0), float(bare)).radius, a, 1e-11)
         if f < 1e-4 * DELTA0:  # ill-conditioned without tension
@@ -272,13 +292,16 @@ def test_without_adhesion_and_without_tension(indenter):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("R", [1e-4, 1.0])
-def test_the_estimate_is_about_what_rounding_does_also_beside_small_spheres(R):
+def test_estimate_is_rounding_for_small_spheres(R):
     """The terms of D that cancel are small there; close to the least D it grows slowly."""
     mpmath.mp.dps = 40
-    scene, R, delta0 = turned(Circle(R), k=1.0, gamma1=1.0, w=0.3), mpmath.mpf(R), mpmath.sqrt(0.6)
+    scene = turned(Circle(R), k=1.0, gamma1=1.0, w=0.3)
+    R = mpmath.mpf(R)
+    delta0 = mpmath.sqrt(0.6)
 
     def terms(a):
-        f, f1 = R - mpmath.sqrt(R * R - a * a), a / mpmath.sqrt(R * R - a * a)
+        f = R - mpmath.sqrt(R * R - a * a)
+        f1 = a / mpmath.sqrt(R * R - a * a)
         q = mpmath.besselk(0, a) / mpmath.besselk(1, a)
         return f, f1 * q, -delta0 * q
 
@@ -294,5 +317,6 @@ def test_the_estimate_is_about_what_rounding_does_also_beside_small_spheres(R):
         start = mpmath.asin(state.radius / R)
         a = R * mpmath.sin(mpmath.findroot(lambda t, d=depth: rest(R * mpmath.sin(t)) - d, start))
         felt = mpmath.fsum(map(abs, (depth, *terms(a)))) / mpmath.diff(rest, a) / a
-        error, estimate = abs(state.radius / a - 1), state.error_estimate["half_width"]
+        error = abs(state.radius / a - 1)
+        estimate = state.error_estimate["half_width"]
         assert error <= estimate <= 20 * np.finfo(float).eps * (felt + 1)

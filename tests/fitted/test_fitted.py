@@ -68,9 +68,11 @@ def judged(scene, a):
 def test_the_force_changes_with_a_line_by_no_more_than_its_bound(slopes):
     """What the estimate of the force's error is made of."""
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    a, step = 0.006, 1e-6
+    a = 0.006
+    step = 1e-6
     force = [Contacts(*between(scene, -a, a + side * step)).totals().force for side in (-1, 1)]
-    rate, bound = abs(force[1] - force[0]) / (2 * step), push(scene, 1e-3, np.array(a))
+    rate = abs(force[1] - force[0]) / (2 * step)
+    bound = push(scene, 1e-3, np.array(a))
     assert bound / 2 <= rate <= bound
 
 
@@ -86,10 +88,13 @@ def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     assert "violates penetration, neighbours (" in judged(smooth, a)
 
 
-def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_separation():
-    R, d = 0.02, 1.5e-3
+def test_springs_without_tension_attach_and_let_go():
+    """Springs without tension attach on touching and let go at the critical separation."""
+    R = 0.02
+    d = 1.5e-3
     scene = adhesive(Parabola(R), gamma1=0.0)
-    k, delta0 = scene.stiffness, scene.critical_separation
+    k = scene.stiffness
+    delta0 = scene.critical_separation
     touched = minimise(scene, d)
     assert touched.half_width == pytest.approx(math.sqrt(2 * R * d), rel=1e-13, abs=0)
     assert touched.force == pytest.approx(4 / 3 * k * touched.half_width * d, rel=1e-13, abs=0)
@@ -125,7 +130,8 @@ def test_samples_of_a_parabola_give_the_parabola():
 def test_a_flat_punch_is_neutral_in_any_units_and_nowhere_beside(slopes, rtol):
     """The critical depth from two formulas that round differently; 10⁻¹³ of it is decided."""
     rng = np.random.default_rng(11)
-    labels, beside = [], []
+    labels = []
+    beside = []
     for _ in range(30):
         unit, k, ratio = 10 ** rng.uniform([-9, -6, -6], [9, 6, -0.05])
         gamma1 = k * unit**2 * 10 ** rng.uniform(-3, 3)

@@ -61,7 +61,9 @@ FAR["nodes"] = {"branch": "global", "method": "lattice", "spacing": L / 200}
 @pytest.mark.parametrize("w", [0.0, 0.002])
 @pytest.mark.parametrize("how", FAR)
 def test_contacts_many_decay_lengths_apart_are_single_ones(w, how):
-    c, depth, slopes = 60 * L, 0.4 * DELTA0, "finite" if how == "finite slopes" else "small"
+    c = 60 * L
+    depth = 0.4 * DELTA0
+    slopes = "finite" if how == "finite slopes" else "small"
     both, one, other = (
         minimise(adhesive(body, w=w, slopes=slopes), d, **FAR[how])
         for body, d in (
@@ -84,7 +86,8 @@ def test_contacts_many_decay_lengths_apart_are_single_ones(w, how):
 @pytest.mark.parametrize(("seed", "depth"), [(29, -0.1), (142, -0.3)])
 def test_a_retraction_keeps_what_the_first_touch_has_brought(seed, depth):
     """At first touch the contact spreads, the surface rises and touches a second crest."""
-    scene, nodes = rough(seed), {"method": "lattice", "spacing": L / 100}
+    scene = rough(seed)
+    nodes = {"method": "lattice", "spacing": L / 100}
     path = load_path(scene, depths=np.array([0.001, depth]) * DELTA0, **nodes)
     coarse = minimise(scene, depth * DELTA0, **nodes)
     off = np.array(path.at(-1).lines) - coarse.nodes.ravel()
@@ -96,7 +99,8 @@ def test_a_retraction_keeps_what_the_first_touch_has_brought(seed, depth):
 
 @pytest.mark.parametrize("seed", [34, 71])
 def test_a_lattice_too_coarse_for_the_path_is_not_believed(seed):
-    scene, depth = rough(seed), np.random.default_rng(seed).uniform(-0.6, 1.5) * DELTA0
+    scene = rough(seed)
+    depth = np.random.default_rng(seed).uniform(-0.6, 1.5) * DELTA0
     state = minimise(scene, depth)
     fine = minimise(scene, depth, method="lattice", spacing=L / 400)
     assert errors(fine, state)["lines"] <= 1e-4
@@ -118,7 +122,8 @@ def test_corners_hold_lines(seed, w):
 
 @pytest.mark.parametrize("options", [{}, {"method": "lattice", "spacing": L / 50}])
 def test_finite_slopes_tend_to_small_slopes_in_first_order_of_w(options):
-    ratios, differences = np.array([1e-2, 1e-3, 1e-4, 1e-5]), []
+    ratios = np.array([1e-2, 1e-3, 1e-4, 1e-5])
+    differences = []
     for ratio in ratios:
         scene = steep(Wedge(0.5 * math.sqrt(2 * ratio)), ratio)
         small, finite = (
@@ -141,9 +146,11 @@ def test_without_tension_there_is_nothing_to_incline():
 
 def test_a_dip_between_two_samples_of_a_measured_profile_is_seen():
     """A spline through more of its own points is the same profile; its dips lie between samples."""
-    rng, x = np.random.default_rng(7), np.linspace(-2 * L, 2 * L, 601)
+    rng = np.random.default_rng(7)
+    x = np.linspace(-2 * L, 2 * L, 601)
     heights = x**2 / (0.6 * L / ALPHA) + rng.normal(0, ALPHA * (x[1] - x[0]), x.size)
-    body, finer = Sampled(x, heights, kind="smooth"), np.linspace(-2 * L, 2 * L, 2401)
+    body = Sampled(x, heights, kind="smooth")
+    finer = np.linspace(-2 * L, 2 * L, 2401)
     turns = [np.count_nonzero(np.diff(np.sign(body.slope(at)))) for at in (x, finer)]
     assert turns[0] < turns[1]
     same = Sampled(finer, body.height(finer), kind="smooth")
@@ -154,8 +161,10 @@ def test_a_dip_between_two_samples_of_a_measured_profile_is_seen():
     assert clear.min() >= -1e-9 * DELTA0
 
 
-def test_all_minima_of_cubics_are_found_also_between_places_at_which_both_rise():
-    rng, between = np.random.default_rng(3), 0
+def test_minima_of_cubics_between_rising_ends():
+    """All minima of cubics are found also between places at which both rise."""
+    rng = np.random.default_rng(3)
+    between = 0
     for _ in range(200):
         x = np.cumsum(rng.uniform(0.1, 1.0, 12))
         v, v1 = rng.normal(size=(2, x.size))

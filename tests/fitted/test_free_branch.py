@@ -26,7 +26,8 @@ SCENES = {
     "power law": replace(SPHERE, indenter=PowerLaw(30.0, 1.5)),
     "weak adhesion": replace(SPHERE, surfaces=SurfaceEnergies.from_work(0.03, 1e-8)),
 }
-COUNT, DEPTHS = 200, 2.0  # states, and the deepest over δ₀
+COUNT = 200
+DEPTHS = 2.0  # states, and the deepest over δ₀
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -85,6 +86,7 @@ def test_beyond_a_known_profile_there_is_none():
     assert free_branch(scene, 2e-6, COUNT) is None
 
 
-def test_none_where_the_force_changes_too_fast_beside_the_lowest_point():
+def test_free_branch_none_where_force_changes_fast():
+    """None where the force changes too fast beside the lowest point."""
     scene = replace(LINE, indenter=PowerLaw(1.0, 1.5))
     assert free_branch(scene, 2e-6, COUNT) is None

@@ -46,8 +46,10 @@ def heard(solve):
         [(-1e-5, 1e-3, 1.234)],
     ],
 )
-def test_a_path_and_a_state_of_a_spiked_profile_agree_or_one_warns(spikes):
-    scene, d = plain(spiked(spikes)), 0.1
+def test_path_and_state_of_a_spike_agree_or_warn(spikes):
+    """A path and a state of a spiked profile agree or one warns."""
+    scene = plain(spiked(spikes))
+    d = 0.1
     state, said = heard(lambda: minimise(scene, d))
     path, told = heard(lambda: load_path(scene, depths=[0.0, d]))
     if not (said or told):
@@ -64,7 +66,8 @@ def test_the_spike_that_only_a_path_has_met_is_named():
 @pytest.mark.parametrize("place", [1.234, -2.0711, 0.31])
 def test_a_spike_whose_place_is_given_is_resolved_without_a_word(place):
     # a spike so narrow is a line that carries 2kl u: its tip alone touches
-    height, d = -0.25, 0.1
+    height = -0.25
+    d = 0.1
     scene = plain(spiked([(height, 1e-3, place)], knots=(place,)))
     state = minimise(scene, d)
     lines = state.contacts[np.abs(state.contacts - place).max(axis=1) < 1e-2]
@@ -79,9 +82,11 @@ def test_the_spike_of_a_given_place():
     check(state.energy, 0.0520297131, 1e-8)
 
 
-def test_a_state_integrates_over_a_gentle_spike_that_its_samples_resolve():
+def test_energy_of_a_gentle_resolved_spike():
     # ∫γ₁f'²/2 of the spike alone is a²√(π/2)/(2b); the rest of U hardly notices it
-    a, b = -1e-3, 1e-2
+    """A state integrates over a gentle spike that its samples resolve."""
+    a = -1e-3
+    b = 1e-2
     scenes = (plain(spiked(spikes)) for spikes in ([(a, b, 1.234)], []))
     with_spike, without = (minimise(scene, 0.1).energy for scene in scenes)
     stored = a * a * np.sqrt(np.pi / 2) / (2 * b)
@@ -94,7 +99,8 @@ def random_spikes(seed):
     """One or two spikes up and down, over which a contact stays closed, and a depth."""
     rng = np.random.default_rng([54, seed])
     count = int(rng.integers(1, 3))
-    widths, places = 10 ** rng.uniform(-4, -1, count), rng.uniform(-3, 3, count)
+    widths = 10 ** rng.uniform(-4, -1, count)
+    places = rng.uniform(-3, 3, count)
     heights = widths * 10 ** rng.uniform(-3, -1.2, count) * rng.choice([-1, 1], count)
     slopes = "finite" if rng.random() < 0.2 else "small"
     spikes = list(zip(heights, widths, places, strict=True))

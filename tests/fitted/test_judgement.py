@@ -94,7 +94,8 @@ def test_penetration_between_the_points_is_found():
         many = np.linspace(*ends, 2001)
         deep = state.depth - state.scene.indenter.height(many) - missing.displacement(many)
         at = int(np.argmax(deep))
-        ends, deepest = many[[at - 1, at + 1]], deep[at]
+        ends = many[[at - 1, at + 1]]
+        deepest = deep[at]
     lines = tuple(missing.contacts.ravel().tolist())
     found = motion_of(state.scene, state.depth).penetration(lines, state.depth)
     assert found == pytest.approx(deepest, rel=1e-8, abs=0)
@@ -111,7 +112,8 @@ def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
 
 
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
-    edge, depth = 2 * L, 2 * DELTA0
+    edge = 2 * L
+    depth = 2 * DELTA0
     motion = motion_of(adhesive(Parabola(0.02) + FlatPunch(edge)), depth, depth)
     contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), depth)
     assert np.isfinite(list(errors(contacts, contacts.totals()).values())).all()
@@ -120,7 +122,8 @@ def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
 def test_a_gap_is_judged_over_the_displacement_of_both_its_lines():
     surfaces = surfaces_of(adhesive(Parabola(0.02)))
     for part in (0.0, 1e-7, 1e-5, 1e-3):
-        one, other = LinePosition(0.0, -part * DELTA0), LinePosition(9.5 * L, -0.3 * DELTA0)
+        one = LinePosition(0.0, -part * DELTA0)
+        other = LinePosition(9.5 * L, -0.3 * DELTA0)
         assert surfaces.solve(one, other, 0.0).residual <= 1e-12
 
 
@@ -131,7 +134,7 @@ OTHERS = [("line", "small"), ("line", "finite"), ("axisymmetric", "small")]
 
 @pytest.mark.parametrize(("geometry", "slopes"), OTHERS)
 @pytest.mark.parametrize("w", [0.0, 1e-6])
-def test_lines_out_of_place_missing_contacts_and_gaps_are_refused(w, geometry, slopes):
+def test_certificate_rejects_wrong_lines_and_contacts(w, geometry, slopes):
     """On waves in a bowl; where adhesion is, it holds a gap closed."""
     scene = plain(rippled(20.0, math.pi, 0.1, (-12, 12)), w=w, gamma1=0.1, slopes=slopes)
     scene = replace(scene, geometry=geometry)
@@ -162,7 +165,9 @@ def test_lines_out_of_place_missing_contacts_and_gaps_are_refused(w, geometry, s
             refused(closed, "opening")
 
 
-LENGTH, Q, PRESSED = 0.5, 2 * math.pi, 0.2
+LENGTH = 0.5
+Q = 2 * math.pi
+PRESSED = 0.2
 STEEP = 1 + (LENGTH * Q) ** 2  # the pull over k is A - d - A STEEP cos qx
 
 
@@ -196,8 +201,11 @@ def test_what_presses_does_not_pull():
 
 
 def test_inclined_surfaces_bend_less():
-    A, x = 0.15, 0.3
-    f, f1, f2 = A * (1 - math.cos(Q * x)), A * Q * math.sin(Q * x), A * Q**2 * math.cos(Q * x)
+    A = 0.15
+    x = 0.3
+    f = A * (1 - math.cos(Q * x))
+    f1 = A * Q * math.sin(Q * x)
+    f2 = A * Q**2 * math.cos(Q * x)
     exact = f - PRESSED - LENGTH**2 * f2 / (1 + f1 * f1) ** 1.5
     found = pulled(A, x - 1e-5, x + 1e-5, slopes="finite").worst
     assert found == pytest.approx(exact, rel=1e-3)
@@ -205,7 +213,8 @@ def test_inclined_surfaces_bend_less():
 
 
 def test_around_an_axis_both_curvatures_count():
-    A, r = 0.1, 0.3
+    A = 0.1
+    r = 0.3
     mean = A * Q**2 * math.cos(Q * r) + A * Q * math.sin(Q * r) / r
     exact = A * (1 - math.cos(Q * r)) - PRESSED - LENGTH**2 * mean
     ends = r - 1e-5, r + 1e-5

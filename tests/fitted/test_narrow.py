@@ -76,7 +76,8 @@ def test_power_laws_all_but_wedges(c, n, length, stress):
         (0.5, 1.001, -0.19, -0.38),
     ],
 )
-def test_the_contact_of_a_point_pulls_like_a_wedge_pinned_at_its_tip(c, n, d, force):
+def test_point_contact_is_a_wedge_pinned_at_its_tip(c, n, d, force):
+    """The contact of a point pulls like a wedge pinned at its tip."""
     state = minimise(plain(PowerLaw(c, n)), d)
     check(state.force, force, 1e-12)
     check(state.force, cards.power_law.force(d, c=c, n=n, k=1.0, gamma1=1.0, w=0.02), 1e-12)
@@ -121,7 +122,8 @@ def test_loads_on_power_laws_all_but_wedges(n):
 @pytest.mark.parametrize("n", [*SLOW, 1.01, 1.05, 1.1])
 @pytest.mark.parametrize("c", [0.15])
 def test_machines_and_depths_on_power_laws_all_but_wedges(c, n):
-    scene, K = plain(PowerLaw(c, n)), 2.0
+    scene = plain(PowerLaw(c, n))
+    K = 2.0
     path = load_path(scene, drives=[0.0, 0.3, 0.1, -0.1, -0.7], machine_stiffness=K)
     for d, P, drive, a in zip(path.depth, path.force, path.values, path.half_width, strict=True):
         check(P, K * (drive - d), 1e-11, DELTA0)
@@ -154,7 +156,8 @@ def test_power_laws_all_but_cones(c, n):
 
 
 def needle(delta, ratio):
-    layer, surfaces = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, ratio)
+    layer = ElasticLayer(1.0, 0.0, 1.0)
+    surfaces = SurfaceEnergies.from_work(1.0, ratio)
     return Scene(layer, surfaces, Wedge(delta), slopes="finite", geometry="axisymmetric")
 
 

@@ -31,7 +31,8 @@ from energy import (
     cards,
 )
 
-K, LENGTH = 3.0, 0.05
+K = 3.0
+LENGTH = 0.05
 GAMMA1 = K * LENGTH**2
 
 
@@ -59,8 +60,11 @@ def crossed():
 
 def kinks(own, state):
     """f' + u' outwards at every line, of surfaces of Bessel functions between the lines."""
-    found, lines = [], state.contacts.ravel()
-    f, f1, d = own.indenter.height, own.indenter.slope, state.depth
+    found = []
+    lines = state.contacts.ravel()
+    f = own.indenter.height
+    f1 = own.indenter.slope
+    d = state.depth
     ends = [(None, lines[0]), *zip(lines[1:-1:2], lines[2:-1:2], strict=True), (lines[-1], None)]
     for q, p in ends:
         if p is not None and p == 0:
@@ -108,11 +112,15 @@ def least_energy(own, depth, most, cells=4000, every=20):
         K / 2 * (depth - own.indenter.height(r)) ** 2 + GAMMA1 / 2 * own.indenter.slope(r) ** 2
     )
     whole = 2 * math.pi * r * (density - own.work_of_adhesion) @ weights * most / cells / 2
-    up_to, a = np.append(0.0, np.cumsum(whole))[::every], ends[::every]
-    tail, s = math.pi * GAMMA1 * (depth - own.indenter.height(a)) ** 2, a[1:] / LENGTH
-    within, beyond = np.append(0.0, s * i1(s) / i0(s)) * tail, s * k1(s) / k0(s) * tail[1:]
+    up_to = np.append(0.0, np.cumsum(whole))[::every]
+    a = ends[::every]
+    tail = math.pi * GAMMA1 * (depth - own.indenter.height(a)) ** 2
+    s = a[1:] / LENGTH
+    within = np.append(0.0, s * i1(s) / i0(s)) * tail
+    beyond = s * k1(s) / k0(s) * tail[1:]
     energy = (within - up_to)[:, None] + beyond + up_to[1:]
-    g, x = depth - own.indenter.height(ends), ends / LENGTH  # no surface is in the indenter
+    g = depth - own.indenter.height(ends)
+    x = ends / LENGTH  # no surface is in the indenter
     for i in range(1, a.size):
         n = every * i
         if (g[:n] > g[n] * i0(x[:n]) / i0(x[n]) + 1e-9 * LENGTH).any():
@@ -154,7 +162,7 @@ def test_a_cylinder_is_held_up_to_a_rounding_of_where_it_lets_go(slopes):
         assert minimise(own, last * (1 + part)).label == "detached"
 
 
-def test_a_ring_around_a_small_contact_is_certified_by_what_is_beside_it():
+def test_certificate_of_a_ring_around_a_small_contact():
     """What the ring stores at its outer line would round by more than the inner one feels."""
     surfaces = SurfaceEnergies.from_work(1.0, 1.1605e-5)
     own = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, crossed(), geometry="axisymmetric")
@@ -166,7 +174,8 @@ def test_a_ring_around_a_small_contact_is_certified_by_what_is_beside_it():
 @pytest.mark.parametrize("ends", [(0.005, 1.1), (0.9, 1.1), (1.0, 1.0 + 1e-7), (0.3, 6.0)])
 def test_the_certificate_of_a_ring_notices_a_wrong_pull(ends):
     surfaces = surfaces_of(scene(Parabola(1.0)))
-    q, width = ends[0], ends[1] - ends[0]
+    q = ends[0]
+    width = ends[1] - ends[0]
     left, right = (LinePosition(LENGTH * r, 0.01 * LENGTH * (r + i)) for i, r in enumerate(ends))
     assert surfaces.solve(left, right, 0.02 * LENGTH).residual <= 1e-10
     for one, other in ((0.01, 0.02), (-0.01, -0.0099999)):
@@ -199,7 +208,8 @@ def drawn(rng, shape):
     """A stable state: the scene, the radius of its line and what is known of it."""
     while True:
         ell, stress = 10 ** rng.uniform(-4, 4, 2)
-        a, deficit = ell * 10 ** rng.uniform(-2.5, 1.5), math.radians(rng.uniform(3, 110))
+        a = ell * 10 ** rng.uniform(-2.5, 1.5)
+        deficit = math.radians(rng.uniform(3, 110))
         beta = deficit * rng.uniform(0.05, 1.4)
         if max(beta, abs(deficit - beta)) > MOST:
             continue
@@ -233,9 +243,12 @@ PINNED += [pytest.param(3e-3, 80.0, marks=pytest.mark.slow)]
 
 @pytest.mark.parametrize(("ratio", "degrees"), PINNED)
 def test_a_pinned_line_of_a_punch(ratio, degrees):
-    phi, a = math.radians(degrees), ratio * 3e-5
+    phi = math.radians(degrees)
+    a = ratio * 3e-5
     scene = turned(FlatPunch(a), 3e-5, 2e3, min(phi * 1.1, 1.5))
-    free, k, length = meniscus.outside(ratio, phi), scene.stiffness, 3e-5
+    free = meniscus.outside(ratio, phi)
+    k = scene.stiffness
+    length = 3e-5
     d = -free.height * length
     state = minimise(scene, d)
     force = math.pi * k * a**2 * d - 2 * math.pi * a * scene.gamma1 * math.sin(phi)
@@ -246,7 +259,8 @@ def test_a_pinned_line_of_a_punch(ratio, degrees):
     assert abs(state.angle_deficit - phi) <= 1e-8
 
 
-def test_a_surface_is_followed_until_it_is_inclined_by_86_degrees():
+def test_surfaces_up_to_86_degrees():
+    """A surface is followed until it is inclined by 86 degrees."""
     own = turned(FlatPunch(3.0), 1.0, 1.0, 2.69)
     assert 84 < math.degrees(minimise(own, -1.18).angle_deficit) < 86
     with pytest.raises(ValueError, match="inclined by more than 86°"):
@@ -256,7 +270,8 @@ def test_a_surface_is_followed_until_it_is_inclined_by_86_degrees():
 @pytest.mark.slow
 def test_a_sphere_is_wetted_up_to_its_equator():
     """Where Young's angle meets a flat surface, d = R (1 - cos δ), the force is that of springs."""
-    R, w = 0.05, 0.9
+    R = 0.05
+    w = 0.9
     scene = turned(Circle(R), 1.0, 1.0, math.acos(1 - w))
     flat = minimise(scene, R * w)
     assert flat.radius == pytest.approx(R * math.sqrt(1 - (1 - w) ** 2), rel=1e-13, abs=0)
@@ -276,16 +291,20 @@ def test_a_sphere_is_wetted_up_to_its_equator():
         minimise(scene, 0.07)
 
 
-def test_a_ring_begins_between_samples_that_are_as_high_as_each_other():
+def test_ring_begins_between_equal_samples():
     """The surface dips into the profile between two samples, of both of which it is clear."""
-    layer, surfaces = ElasticLayer(43.16573, 0.3, 14.25646), SurfaceEnergies.from_work(20.79, 2.025)
-    A, q, R = 0.4682390, 2.311797, 5.313663
+    layer = ElasticLayer(43.16573, 0.3, 14.25646)
+    surfaces = SurfaceEnergies.from_work(20.79, 2.025)
+    A = 0.4682390
+    q = 2.311797
+    R = 5.313663
     body = Profile(
         lambda r: r**2 / (2 * R) + A * (1 - np.cos(q * r)),
         lambda r: r / R + A * q * np.sin(q * r),
         extent=(-24.378, 24.378),
     )
-    scene, r = Scene(layer, surfaces, body, geometry="axisymmetric"), np.linspace(0.0, 4.0, 40001)
+    scene = Scene(layer, surfaces, body, geometry="axisymmetric")
+    r = np.linspace(0.0, 4.0, 40001)
     for depth in np.linspace(0.7449, 0.7452, 13):
         state = minimise(scene, depth)
         clear = state.displacement(r) - (depth - body.height(r))

@@ -61,7 +61,8 @@ def over(lattice, indenter, depth, *nodes):
     """Contacts between these first and last nodes under an indenter."""
     ends = np.array(nodes)
     lo, hi, _ = region(lattice, indenter, depth)
-    start, stop = max(lo, ends.min() - 5000), min(hi, ends.max() + 5000)
+    start = max(lo, ends.min() - 5000)
+    stop = min(hi, ends.max() + 5000)
     every = np.arange(start, stop + 1)
     f = heights(lattice, indenter, every.astype(float))
     own = [(int(one - every[0]), int(other - every[0])) for one, other in nodes]
@@ -71,7 +72,8 @@ def over(lattice, indenter, depth, *nodes):
 def pressed(lattice, scene, depth):
     """First and last contact node on the path that touches first, and then moves to this depth."""
     row = Row.of(scene, lattice, depth)
-    walk, deepest = Walk(row), max(depth, row.lowest)
+    walk = Walk(row)
+    deepest = max(depth, row.lowest)
     ((first, last),) = walk.moved(walk.touched(deepest), deepest, depth)
     return first + row.first, last + row.first
 
@@ -87,7 +89,8 @@ def random_lattice(seed, most=14):
     if rng.random() < 0.1:
         f = np.round(f)
     delta = rng.choice([0.0, 10 ** rng.uniform(-1, 1)], p=[0.15, 0.85])
-    height, d = 10 ** rng.uniform(-4, 4), rng.normal() * max(1.0, delta) * 0.7
+    height = 10 ** rng.uniform(-4, 4)
+    d = rng.normal() * max(1.0, delta) * 0.7
     w = k * (height * delta) ** 2 / 2
     return Lattice(dx, 0.0, k, k * ell**2, w), height * (d - f)
 
@@ -95,7 +98,9 @@ def random_lattice(seed, most=14):
 def rough_row(seed):
     """Some wavelengths of roughness, with strong adhesion and weak."""
     rng = np.random.default_rng(seed)
-    n, ell, delta = 80, 10 ** rng.uniform(-0.5, 2), 10 ** rng.uniform(-1, 0.5)
+    n = 80
+    ell = 10 ** rng.uniform(-0.5, 2)
+    delta = 10 ** rng.uniform(-1, 0.5)
     f = roughness(n, n * rng.uniform(0.3, 1), 10 ** rng.uniform(0.3, 1.5), seed)
     lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
     return lattice, rng.uniform(-0.2, 0.5) * f.max() - f
@@ -113,7 +118,8 @@ def plateaus(seed):
 def crowded(seed):
     """Lattice and heights of a profile with teeth, near which adhesion is strong."""
     rng = np.random.default_rng(seed + 10**6)
-    n, ell = int(rng.integers(4, 40)), 10 ** rng.uniform(-0.5, 1.5)
+    n = int(rng.integers(4, 40))
+    ell = 10 ** rng.uniform(-0.5, 1.5)
     f = np.abs(rng.normal(size=n)) ** rng.choice([0.5, 1, 2])
     lift = 10 ** rng.uniform(-0.7, 0.7)
     g = rng.uniform(-0.5, 1) * max(1, lift) - f
@@ -190,7 +196,9 @@ def lowest(lattice, g):
 
 def unpruned(lattice, g):
     """The same minimum over all admissible pairs (i, j) in u itself: O(n²), nothing left out."""
-    mu, t, n = lattice.log_decay, lattice.link, g.size
+    mu = lattice.log_decay
+    t = lattice.link
+    n = g.size
     x = np.concatenate([[-60 / mu], np.arange(n), [n + 60 / mu]])
     y = np.concatenate([[0.0], g, [0.0]])
     least = np.concatenate([[0.0], np.full(n + 1, math.inf)])
@@ -228,12 +236,15 @@ class Obstacle(NamedTuple):
 def obstacle(lattice, g):
     """Global minimum of the lattice energy for w = 0 with u_i >= g_i, -inf for no obstacle."""
     g = np.asarray(g, float)
-    nodes, u = np.arange(g.size), np.maximum(g, 0.0)
+    nodes = np.arange(g.size)
+    u = np.maximum(g, 0.0)
     if not lattice.gamma1 or g.max() <= 0:
         return Obstacle(u, g > 0, lattice.spring * u * lattice.weight(nodes))
     held, force = held_by(lattice, g)
-    contact, multipliers = np.zeros(g.size, bool), np.zeros(g.size)
-    contact[held], multipliers[held] = True, force
+    contact = np.zeros(g.size, bool)
+    multipliers = np.zeros(g.size)
+    contact[held] = True
+    multipliers[held] = force
     free = np.flatnonzero(~contact)
     u[free] = np.maximum(surface(lattice, held, g[held], free), g[free])
     return Obstacle(u, contact, multipliers)

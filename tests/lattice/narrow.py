@@ -90,15 +90,21 @@ def _rough(rng, kind, spacing, s):
         high = np.array([h + 2.5, h, 0, 0, h, h + 2.5])
         return Sampled(at, high), 1.0
     rho = 10 ** rng.uniform(-0.3, 0.7)
-    parts, corners, knots = [], [], []
+    parts = []
+    corners = []
+    knots = []
     if kind == "tip":
-        parts, corners = [_dent("tent", x0, s, h)], [x0 - s, x0, x0 + s]
+        parts = [_dent("tent", x0, s, h)]
+        corners = [x0 - s, x0, x0 + s]
     elif kind == "groove":
-        parts, corners = [_dent("tent", x0, s, -h)], [x0 - s, x0, x0 + s]
+        parts = [_dent("tent", x0, s, -h)]
+        corners = [x0 - s, x0, x0 + s]
     elif kind == "spike":
-        parts, knots = [_dent("smooth", x0, s, h)], [x0]
+        parts = [_dent("smooth", x0, s, h)]
+        knots = [x0]
     elif kind == "step":
-        parts, knots = [_rise(x0, s, h)], [x0]
+        parts = [_rise(x0, s, h)]
+        knots = [x0]
     else:
         places = np.sort(rng.uniform(-2, 2, 4)).tolist()
         parts = [_dent("smooth", x, s, h * rng.uniform(-1, 1)) for x in places]
@@ -184,7 +190,8 @@ def truth(case):
     mesh, _ = _asked(lambda: minimise(case.scene, case.depth, branch=case.branch, rtol=1e-6))
     if isinstance(mesh, Exception):
         return None
-    found, off = _numbers(mesh), np.zeros(3)
+    found = _numbers(mesh)
+    off = np.zeros(3)
     if case.scene.slopes == "finite":
         return found, off
     nodes, _ = _asked(

@@ -20,8 +20,10 @@ from discretization.nodes import row as ground
 from discretization.nodes.row import Row
 from energy import Parabola, Profile, SurfaceEnergies, Wedge
 
-DEPTH, DX = 2e-3, 0.013
-LEANING, FAINT = steep(Parabola(0.02).tilted(0.05), 0.4), SurfaceEnergies.from_work(0.07, 0.0014)
+DEPTH = 2e-3
+DX = 0.013
+LEANING = steep(Parabola(0.02).tilted(0.05), 0.4)
+FAINT = SurfaceEnergies.from_work(0.07, 0.0014)
 ROUND = turned(Parabola(1.9 * L / ALPHA))
 HELD = [  # scenes, and links by which contacts are moved
     (scene, change)
@@ -60,14 +62,16 @@ def test_a_violation_by_more_than_1e_9_of_its_scale_fails(name, violation, ok):
 @pytest.mark.parametrize(("scene", "change"), HELD)
 def test_one_link_off_costs_energy(scene, change):
     depth = DEPTH if scene is not ROUND else 0.2 * DELTA0
-    right, wrong = judged(scene, depth), judged(scene, depth, change)
+    right = judged(scene, depth)
+    wrong = judged(scene, depth, change)
     assert right.ok and right.penetration == right.opening == right.neighbours == 0
     assert right.force <= 1e-13
     assert wrong.failures == ("neighbours",) and wrong.stationarity == right.stationarity
 
 
 @pytest.mark.parametrize("scene", BARE)
-def test_without_adhesion_a_contact_too_small_penetrates_and_one_too_large_pulls(scene):
+def test_certificate_of_wrong_widths_without_adhesion(scene):
+    """Without adhesion a contact too small penetrates and one too large pulls."""
     assert "penetration" in judged(scene, DEPTH, (3, -3)).failures
     assert "neighbours" in judged(scene, DEPTH, (-3, 3)).failures
 
@@ -99,13 +103,18 @@ def test_twelve_digits_for_any_ratio_of_length_to_spacing(decade, indenter):
         return abs(x) * mp.mpf(math.tan(indenter.delta))
 
     with mp.workdps(50):
-        k, ell, a = 37.0, 10.0**decade * DX, 150 * DX
+        k = 37.0
+        ell = 10.0**decade * DX
+        a = 150 * DX
         scene = adhesive(indenter, k=k, gamma1=k * ell**2, w=k * (0.3 * min(ell, a)) ** 2 / 2)
-        f, rise = float(indenter.height(a)), float(indenter.slope(a))
-        d, lattice = f - scene.critical_separation + ell * rise, Lattice.of(scene, DX)
+        f = float(indenter.height(a))
+        rise = float(indenter.slope(a))
+        d = f - scene.critical_separation + ell * rise
+        lattice = Lattice.of(scene, DX)
         first, last = contact = pressed(lattice, scene, d)
         state = over(lattice, indenter, d, contact)
-        sums, reactions = state.balance, state.balance.forces[state.model.contact].sum()
+        sums = state.balance
+        reactions = state.balance.forces[state.model.contact].sum()
         energy, force = exact(lattice, height, d, first, last)
         assert first == -last < -50 and on_lattice(scene, d, DX).certificate.ok
         assert abs(sums.energy - energy) <= 1e-12 * sums.scale
@@ -135,7 +144,8 @@ MOVES = {  # of contacts of the nodes a to b and c to d, and what fails
 @pytest.mark.parametrize("name", MOVES)
 def test_the_certificate_rejects_other_contact_sets(name):
     # pressed in deep and close together: neither contact can go
-    scene, depth = adhesive(two(0.35 * L, 0.0006, 0.001, 5e-4)), 1.5e-3
+    scene = adhesive(two(0.35 * L, 0.0006, 0.001, 5e-4))
+    depth = 1.5e-3
     state = on_lattice(scene, depth, L / 1000, branch="global")
     lattice, nodes = nodes_of(state)
     assert len(nodes) == 2
@@ -145,7 +155,8 @@ def test_the_certificate_rejects_other_contact_sets(name):
 
 
 def test_the_certificate_notices_force_and_balance():
-    scene, depth = adhesive(two(0.6 * L, lift=5e-4)), 0.05 * DELTA0
+    scene = adhesive(two(0.6 * L, lift=5e-4))
+    depth = 0.05 * DELTA0
     lattice, nodes = nodes_of(on_lattice(scene, depth, L / 100, branch="global"))
     contacts = over(lattice, scene.indenter, depth, *map(tuple, nodes.tolist()))
     sums = contacts.balance
@@ -197,7 +208,8 @@ APART = [[0, 12], [17, 29]]
 @pytest.mark.parametrize(("share", "failures"), [(0.99, set()), (1.01, {"opening"})])
 @pytest.mark.parametrize("factor", [None, 1.0, 0.2, 0.0])
 @pytest.mark.parametrize("ends", [APART, APART[:1]])
-def test_a_node_in_contact_is_pulled_by_no_more_than_its_links_hold(share, factor, failures, ends):
+def test_largest_pull_on_a_node_in_contact(share, factor, failures, ends):
+    """A node in contact is pulled by no more than its links hold."""
     lattice = Lattice(1.0, 0.0, 2.0, 50.0, 1e-4)
     g = 0.01 * np.ones(30)
     g[13:17] = -1.0
@@ -230,10 +242,12 @@ def test_totals_are_the_nodal_energy_of_any_contacts(ends, factor):
     lattice = Lattice.of(adhesive(SCENE.indenter, w=0.02), L / 7)
     g = 0.2 * L * (0.3 + np.random.default_rng(3).random(33))
     contacts = of_heights(lattice, g, ends, factor=factor)
-    sums, held = contacts.balance, mask_of(36, np.array(ends))
+    sums = contacts.balance
+    held = mask_of(36, np.array(ends))
     model = NodalEnergy(lattice, held)
     u = model.relaxed(contacts.depth - contacts.row.f)
-    terms, pressed = model.balance(u).terms, model.gradient(u)[held].sum()
+    terms = model.balance(u).terms
+    pressed = model.gradient(u)[held].sum()
     terms["adhesion"] *= 1.0 if factor is None else factor
     assert abs(sums.energy - sum(terms.values())) <= 1e-12 * sums.scale
     assert sums.scale == pytest.approx(sum(map(abs, terms.values())), rel=1e-12, abs=0)

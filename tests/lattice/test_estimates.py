@@ -116,7 +116,8 @@ def test_a_contact_that_one_lattice_has_alone_is_in_the_estimate(seed):
     assert errors_over_estimates(state, on_closer_nodes(scene, depth, spacing)) <= TIMES
 
 
-def test_a_contact_that_coarser_lattices_miss_too_is_in_the_estimate():
+def test_estimate_with_a_contact_coarse_nodes_miss():
+    """A contact that coarser lattices miss too is in the estimate."""
     scene = adhesive(rough(9).indenter)
     state, true = (on_lattice(scene, 1.2 * DELTA0, L / nodes) for nodes in (5, 200))
     assert len(state.contacts) < len(true.contacts)
@@ -125,9 +126,11 @@ def test_a_contact_that_coarser_lattices_miss_too_is_in_the_estimate():
 
 
 def test_print_says_what_errors_are_relative_to():
-    scene, nodes = adhesive(Parabola(0.02)), {"method": "lattice", "spacing": L / 40}
+    scene = adhesive(Parabola(0.02))
+    nodes = {"method": "lattice", "spacing": L / 40}
     state = minimise(scene, 0.3 * DELTA0, **nodes)
-    error, scales = state.error_estimate, state.scales
+    error = state.error_estimate
+    scales = state.scales
     said = " ".join(str(state).split())
     assert f"relative errors are {error['half_width']:.1e} of a" in said
     for name in ("force", "energy"):

@@ -20,13 +20,15 @@ def rows(seed, nodes):
 
 def tracks(row, deep, low):
     """All events in and out."""
-    walk, found = Walk(row), []
+    walk = Walk(row)
+    found = []
     for start, end, contacts in ((row.lowest, deep, None), (deep, low, None)):
         contacts = walk.touched(start) if not found else found[-1][2]
         at = start
         while at is not None and contacts:
             track = walk.track(contacts, at, end)
-            at, contacts = track.at, track.after
+            at = track.at
+            contacts = track.after
             found.append((at, track.trace[-1][1], contacts))
     return found
 
@@ -36,7 +38,8 @@ def test_a_jump_of_all_links_at_once_ends_where_single_links_do(seed, monkeypatc
     scene, row, deep = rows(seed, 64)
     low = row.lowest - 3 * scene.critical_separation
     at_once = tracks(row, deep, low)
-    calls, jumped = [], Walk._jumped
+    calls = []
+    jumped = Walk._jumped
     monkeypatch.setattr(Walk, "_jumped", lambda *a: calls.append(1) or jumped(*a))
     assert tracks(row, deep, low) == at_once and calls
     monkeypatch.setattr(walks, "_JUMPING", 10**9)

@@ -40,7 +40,8 @@ def test_random_scenes_over_eight_decades(shape):
             assert abs(state.angle_deficit - young) <= 0.01 * young
 
 
-def test_wedge_is_pinned_at_its_tip_and_leaves_it_when_pressed_harder():
+def test_wedge_pinned_at_its_tip_then_free():
+    """Wedge is pinned at its tip and leaves it when pressed harder."""
     delta = math.atan(2.5 * ALPHA)
     lo, hi = cards.wedge.tip_pinned_depths(delta=delta, **M)
     for d in np.linspace(lo, hi, 7)[1:-1]:
@@ -57,7 +58,8 @@ def test_wedge_is_pinned_at_its_tip_and_leaves_it_when_pressed_harder():
     assert minimise(adhesive(Wedge(delta)), -0.01 * DELTA0).label == "detached"
 
 
-def test_a_wedge_contact_smaller_than_the_spacing_is_found_beyond_its_tip():
+def test_wedge_contact_smaller_than_the_spacing():
+    """A wedge contact smaller than the spacing is found beyond its tip."""
     delta = math.atan(2.5 * ALPHA)
     dx = L / 300
     for a in (0.2 * dx, 0.4 * dx, 0.7 * dx):
@@ -71,7 +73,8 @@ SLOWLY = [pytest.param(links, marks=pytest.mark.slow) for links in (1e2, 1e3)]
 
 
 @pytest.mark.parametrize("links", [0.3, 3.0, *SLOWLY])
-def test_flat_faces_let_go_at_the_critical_separation_at_any_slope(links):
+def test_flat_faces_let_go_at_any_slope(links):
+    """Flat faces let go at the critical separation at any slope."""
     for ratio in (1e-3, 0.3, 0.8):
         scene = steep(FlatPunch(0.03), ratio)
         dx = min(scene.elastocapillary_length / links, 0.004)
@@ -86,13 +89,15 @@ def test_flat_faces_let_go_at_the_critical_separation_at_any_slope(links):
         assert minimise(plane, 0.9 * d_c).half_width == math.inf
 
 
-WIDE, FAINT = (0.2, 0.01), (0.02, 1e-4)  # faint: less steep than the profile is over a link
+WIDE = (0.2, 0.01)
+FAINT = (0.02, 1e-4)  # faint: less steep than the profile is over a link
 
 
 @pytest.mark.parametrize(("spacing", "wave"), [(0.2, WIDE), (0.15, WIDE), (0.2, FAINT)])
 def test_ripples_narrower_than_the_spacing_give_a_warning(spacing, wave):
     scene = plain(rippled(1.0, *wave, (-2, 2)).shifted(0.03), gamma1=0.0025, w=1.25e-5)
-    ripple, sparse = "narrower than the spacing", "nodes are too far apart"
+    ripple = "narrower than the spacing"
+    sparse = "nodes are too far apart"
     with pytest.warns(AccuracyWarning, match=ripple), pytest.warns(AccuracyWarning, match=sparse):
         minimise(scene, 0.03, method="lattice", spacing=spacing)
     with pytest.warns(AccuracyWarning, match=ripple), pytest.warns(AccuracyWarning, match=sparse):
@@ -100,7 +105,7 @@ def test_ripples_narrower_than_the_spacing_give_a_warning(spacing, wave):
     minimise(scene, 0.03, method="lattice", spacing=wave[0] / 20)  # none where they are resolved
 
 
-def test_a_tip_between_the_nodes_gives_a_warning_where_the_surface_is_above_it():
+def test_tip_between_nodes_warns():
     """A tip of width 0.02 at x = 0.55, one deep enough and one that is not."""
 
     def body(deep):
@@ -123,7 +128,8 @@ def test_a_contact_between_two_nodes_gives_a_warning():
     assert not state.contacts.size
 
 
-def test_contacts_narrower_than_two_links_are_known_to_their_own_size():
+def test_contacts_narrower_than_two_links():
+    """Contacts narrower than two links are known to their own size."""
     body = Profile(lambda x: 20 * np.square(x), lambda x: 40 * np.asarray(x), extent=(-1, 1))
     state = minimise(plain(body, gamma1=0.04, w=1e-4), 1e-3, method="lattice", spacing=0.05)
     assert min(state.error_estimate.values()) >= 1 and np.diff(state.nodes).max() <= 0.05
@@ -135,7 +141,8 @@ def test_contacts_narrower_than_two_links_are_known_to_their_own_size():
 
 
 @pytest.mark.parametrize(("share", "warned"), [(0.9, False), (1.1, True)])
-def test_a_penetration_by_more_than_1e_9_of_the_depths_is_warned_of(share, warned):
+def test_penetration_beyond_1e_9_warns(share, warned):
+    """A penetration by more than 1e-9 of the depths is warned of."""
     scene = plain(Parabola(1.0), gamma1=1.0, w=0.02)
     state = minimise(scene, -1.5 * scene.critical_separation)
     height = state.depth * (1 + share * 1e-9)  # of a tip that no node sees
@@ -172,9 +179,11 @@ def test_paths_warn_before_they_are_followed():
 @pytest.mark.parametrize("half", [0.7, 1.37, 2.11])
 def test_an_arch_stands_on_its_edges_wherever_the_nodes_would_be(half):
     """Two contacts of no width, P = 2γ₁u(1 + tanh(a/l))/l with u at them, in second order."""
-    end, u = half * L, 0.3 * DELTA0
+    end = half * L
+    u = 0.3 * DELTA0
     arch = Profile(lambda x: -25 * np.square(x), lambda x: -50 * np.asarray(x), (-1, 1))
-    scene, depth = adhesive(arch + FlatPunch(end), w=0.0), u - 25 * end**2
+    scene = adhesive(arch + FlatPunch(end), w=0.0)
+    depth = u - 25 * end**2
     force = 2 * scene.surfaces.gamma1 * u / L * (1 + math.tanh(half))
     for nodes in (10, 20, 37.3, 40):
         given = {**LATTICE, "spacing": L / nodes}
@@ -192,12 +201,16 @@ def test_the_edges_and_a_tip_in_the_middle_are_nodes():
 @pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
 def test_inside_the_limits_the_half_width_is_known_to_a_tenth(geometry):
     """Random parabolas, with tension against adhesion and curvature over decades."""
-    rng, seen, sparse = np.random.default_rng(4), 0, 0
+    rng = np.random.default_rng(4)
+    seen = 0
+    sparse = 0
     for _ in range(40):
-        w, R = 10 ** rng.uniform(-4, -1), 10 ** rng.uniform(0, 4)
+        w = 10 ** rng.uniform(-4, -1)
+        R = 10 ** rng.uniform(0, 4)
         scene = replace(plain(Parabola(R), w=w), geometry=geometry)
         depth = scene.critical_separation * rng.uniform(-0.5, 3)
-        true, spacing = minimise(scene, depth), scene.elastocapillary_length * rng.uniform(0.1, 1)
+        true = minimise(scene, depth)
+        spacing = scene.elastocapillary_length * rng.uniform(0.1, 1)
         state = minimise(scene, depth, **LATTICE, spacing=spacing)
         if state.contacts.size and not told(state):
             assert state.half_width == pytest.approx(true.half_width, rel=0.1)
@@ -209,9 +222,11 @@ def test_inside_the_limits_the_half_width_is_known_to_a_tenth(geometry):
 @pytest.mark.filterwarnings("always::discretization.AccuracyWarning")
 def test_ripples_between_nodes_are_resolved_or_not_at_all():
     """Lines hold at ripples: what is told without a warning is no less than the error."""
-    rng, told_of = np.random.default_rng(9), 0
+    rng = np.random.default_rng(9)
+    told_of = 0
     for _ in range(40):
-        wave, steep = rng.uniform(0.5, 3) / 20, 0.02 * 10 ** rng.uniform(-1.5, 0.3)
+        wave = rng.uniform(0.5, 3) / 20
+        steep = 0.02 * 10 ** rng.uniform(-1.5, 0.3)
         waves = rippled(math.inf, 2 * math.pi * wave, steep * wave, (-3.0, 3.0))
         scene = plain(Parabola(20.0) + waves.shifted(rng.uniform(0, 6) * wave), w=2e-4)
         depth = scene.critical_separation * rng.uniform(-0.3, 2)
@@ -219,7 +234,8 @@ def test_ripples_between_nodes_are_resolved_or_not_at_all():
             state = minimise(scene, depth, **LATTICE, spacing=1 / 20)
             known = state.error_estimate["half_width"]
         if state.contacts.size and not said and np.isfinite(known):
-            true, told_of = minimise(scene, depth), told_of + 1
+            true = minimise(scene, depth)
+            told_of = told_of + 1
             assert len(true.contacts) == len(state.contacts), (wave, steep)
             assert abs(state.half_width / true.half_width - 1) <= known, (wave, steep)
     assert told_of > 13
@@ -247,7 +263,8 @@ def test_where_nodes_lose_nothing_nothing_is_said():
     ],
 )
 def test_what_a_lattice_does_not_resolve_has_no_estimate(body, depth, cells):
-    scene, spacing = adhesive(body), L / cells
+    scene = adhesive(body)
+    spacing = L / cells
     state = on_lattice(scene, depth * DELTA0, spacing)
     assert set(state.error_estimate.values()) == {math.inf}
     shown = 4 if state.contacts.size else 3  # where there is a line, its angle, too

@@ -33,10 +33,12 @@ def profiles(rng, n):
 @pytest.mark.parametrize("n", SIZES)
 @pytest.mark.parametrize("ell", [0.01, 3.0, 200.0, 4e4])
 def test_no_penetration_no_tension_and_balance(n, ell):
-    rng, lat = np.random.default_rng(n), lattice(ell)
+    rng = np.random.default_rng(n)
+    lat = lattice(ell)
     for name, g in profiles(rng, n).items():
         found = obstacle(lat, g)
-        u, p = found.u, found.multipliers
+        u = found.u
+        p = found.multipliers
         energy = NodalEnergy(lat, found.contact)
         noise = 1e-14 * (lat.spring + lat.link) * np.abs(g).max()
         assert (u >= g).all() and (p >= 0).all(), name
@@ -51,9 +53,12 @@ def test_no_penetration_no_tension_and_balance(n, ell):
 def solve_exactly(lat, g, held):
     """u and nodal forces in 40 digits, held at g on some nodes: double sweep, exact ends."""
     mpmath.mp.dps = 40
-    s, t = mpmath.mpf(lat.k) * lat.spacing, mpmath.mpf(lat.gamma1) / lat.spacing
+    s = mpmath.mpf(lat.k) * lat.spacing
+    t = mpmath.mpf(lat.gamma1) / lat.spacing
     end = t * (1 - mpmath.exp(-2 * mpmath.asinh(mpmath.sqrt(s / t) / 2)))
-    n, ratio, shift = g.size, [], []
+    n = g.size
+    ratio = []
+    shift = []
     for i in range(n):
         if held[i]:
             ratio.append(mpmath.mpf(0))
@@ -75,7 +80,8 @@ def solve_exactly(lat, g, held):
 def test_keeps_its_digits_as_l_over_spacing_grows(ell):
     lat = lattice(ell)
     two = np.full(400, -math.inf)
-    two[50], two[350] = 0.3, 0.3 * (1 - 100 / ell)
+    two[50] = 0.3
+    two[350] = 0.3 * (1 - 100 / ell)
     parabola = 0.3 - np.linspace(-1, 0.8, 400) ** 2
     for g in (two, parabola, rough_heights(np.random.default_rng(8), 400)):
         found = obstacle(lat, g)
@@ -118,9 +124,12 @@ def kkt_residual(lat, g, u, p):
 @pytest.mark.parametrize("n", PROGRAMMES)
 def test_obstacle_equals_the_convex_programme(n):
     rng = np.random.default_rng(n)
-    lat, g = lattice(10 ** rng.uniform(-0.5, 2.5)), rough_heights(rng, n, offset=rng.uniform(-1, 1))
-    ours, theirs = obstacle(lat, g), oracle(lat, g)
-    height, force = np.abs(g).max(), ours.multipliers.max()
+    lat = lattice(10 ** rng.uniform(-0.5, 2.5))
+    g = rough_heights(rng, n, offset=rng.uniform(-1, 1))
+    ours = obstacle(lat, g)
+    theirs = oracle(lat, g)
+    height = np.abs(g).max()
+    force = ours.multipliers.max()
     assert theirs.energy == pytest.approx(ours.energy, rel=GAP, abs=0)
     # U(u) >= U(u*) + K (u_i - u_i*)²/2, K the stiffness of the surface at one node
     within = math.sqrt(2 * GAP * ours.energy / (lat.spring + 2 * lat.end_stiffness))
@@ -133,7 +142,8 @@ def test_obstacle_equals_the_convex_programme(n):
 
 def adhesive_scene(rng, n, unit=1.0):
     """Lattice and heights (n,) at which attachment and detachment compete."""
-    ell, height = 10 ** rng.uniform(-0.3, 1), 0.1 * unit
+    ell = 10 ** rng.uniform(-0.3, 1)
+    height = 0.1 * unit
     lat = lattice(ell, spacing=0.03 * unit)
     g = height * (rng.normal(size=n).cumsum() / math.sqrt(n) + rng.uniform(-0.6, 0.6))
     w = lat.k * height**2 * 10 ** rng.uniform(-1.5, 0.5)
@@ -167,7 +177,8 @@ def test_nodes_out_of_reach_change_nothing():
     assert np.ptp(energies) <= 1e-9 * lat.w * lat.spacing
 
 
-FLAT, STICKY = lattice(3.0), lattice(3.0, w=1e-3)
+FLAT = lattice(3.0)
+STICKY = lattice(3.0, w=1e-3)
 SLACK = Lattice(0.03, 0.0, 37.0, 0.0, 0.0)
 
 

@@ -33,7 +33,8 @@ BODIES = {
 @pytest.mark.parametrize("body", BODIES)
 def test_the_fast_method_has_the_same_contacts_and_energies(geometry, body, monkeypatch):
     monkeypatch.setattr("discretization.lattice.walk._LOOKED", 8)  # as if there were many nodes
-    rng, attached = np.random.default_rng(len(body)), 0
+    rng = np.random.default_rng(len(body))
+    attached = 0
     for _ in range(12):
         indenter = BODIES[body](rng.uniform(0.5, 2))
         if geometry == "line" and rng.random() < 0.4:
@@ -43,7 +44,8 @@ def test_the_fast_method_has_the_same_contacts_and_energies(geometry, body, monk
         delta = scene.critical_separation or 1e-3
         depth = delta * rng.uniform(-0.6 if geometry == "line" else 0.0, 2.0)
         spacing = scene.elastocapillary_length / rng.uniform(2, 40)
-        fast, lattice = on_lattice(scene, depth, spacing), Lattice.of(scene, spacing)
+        fast = on_lattice(scene, depth, spacing)
+        lattice = Lattice.of(scene, spacing)
         plain = on_route(Row.of(lattice.seen(scene), lattice, depth), depth, "plain")
         assert np.array_equal(plain.nodes, fast.nodes)
         if not fast.contacts.size:
@@ -65,10 +67,12 @@ def test_springs_that_stiffen_are_answered_by_nodes_alone(body, monkeypatch):
         return terms.Density(k / 2 * u**2 + k * u**4, k * u + 4 * k * u**3, k + 12 * k * u**2)
 
     monkeypatch.setattr("energy.terms.spring", spring)
-    scene, nodes = plain(body), {"method": "lattice", "spacing": 0.02}
+    scene = plain(body)
+    nodes = {"method": "lattice", "spacing": 0.02}
     state = minimise(scene, 0.3, **nodes)
     g = 0.3 - body.height(x := np.linspace(0, state.half_width, 2001))
-    held, slope = spring(g, k=1.0), math.copysign(math.sqrt(2 * spring(g[-1], k=1.0).value), g[-1])
+    held = spring(g, k=1.0)
+    slope = math.copysign(math.sqrt(2 * spring(g[-1], k=1.0).value), g[-1])
     pressed = (held.first[1:] + held.first[:-1]).sum() * x[1]
     assert state.force == pytest.approx(pressed + 2 * slope, rel=1e-3)
     assert state.line_slopes[1][0, 1] == pytest.approx(-slope, rel=3e-3)
@@ -93,16 +97,19 @@ def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
         extent=(float(x[0]), float(x[-1])),
     )
     scene = steep(body, 0.1)
-    lattice, opened = Lattice.of(scene, length / 3), set()
+    lattice = Lattice.of(scene, length / 3)
+    opened = set()
     delta = scene.critical_separation
     for depth in np.linspace(f.max() + 3 * delta, f.min() - delta, 40).tolist():
         plain = Plain(Row.of(scene, lattice, depth), depth, lattice.w)
         first = plain.row.first
         state = plain.relaxed((-5 - first, 5 - first))
-        held, gains = np.flatnonzero(state.model.contact)[1:-1], [-math.inf]
+        held = np.flatnonzero(state.model.contact)[1:-1]
+        gains = [-math.inf]
         for node in held[state.model.gradient(state.u)[held] < 0].tolist():
             contact = np.arange(state.u.size) != node
-            whole, less = NodalEnergy(lattice, contact | True), NodalEnergy(lattice, contact)
+            whole = NodalEnergy(lattice, contact | True)
+            less = NodalEnergy(lattice, contact)
             gains.append(whole.value(state.u) - less.value(less.relaxed(state.u)))
         failed = state.certificate.opening > 1e-9
         size = lattice.w * length
@@ -117,7 +124,8 @@ def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
 def test_without_tension_every_spring_is_by_itself(geometry, body):
     """Attached where touched, or for the lowest energy where that pays."""
     scene = replace(adhesive(BODIES[body](1.0), gamma1=0.0), geometry=geometry)
-    delta, spacing = scene.critical_separation, {"punch": 1.25e-4}.get(body, 1.3e-4)
+    delta = scene.critical_separation
+    spacing = {"punch": 1.25e-4}.get(body, 1.3e-4)
     for share in (1.5, 0.3, 0.0, -0.4, -0.99, -1.01):
         for branch in ("adhered", "global"):
             state = minimise(scene, share * delta, method="lattice", spacing=spacing, branch=branch)
@@ -175,7 +183,8 @@ def energy(rules, contacts, depth):
     held = np.zeros(NODES, bool)
     for first, last in contacts:
         held[first : last + 1] = True
-    model, g = NodalEnergy(rules.lattice, held), depth - rules.f
+    model = NodalEnergy(rules.lattice, held)
+    g = depth - rules.f
     u = model.relaxed(g)
     return model.value(u), sum(map(abs, model.balance(u).terms.values())), u - g
 
@@ -193,8 +202,10 @@ def equal(rules, one, other, depth):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("links", [6, 3, 2])
 def test_a_line_passes_a_link_or_the_last_two(seed, links):
-    rules, first = case(seed), 12 + links
-    one, right = (6, 12), (first, 24)
+    rules = case(seed)
+    first = 12 + links
+    one = (6, 12)
+    right = (first, 24)
     closed = [(6, 24)] if links == 2 else [(6, 13), right]
     equal(rules, [one, right], closed, rules.advance(12, 1, first))
     closed = [(6, 24)] if links == 2 else [one, (first - 1, 24)]
@@ -207,7 +218,8 @@ def test_a_line_passes_a_link_or_the_last_two(seed, links):
 def test_a_node_is_torn_out_of_a_contact(seed):
     rules = case(seed)
     depth, (_, left, right, _) = Walk(SimpleNamespace(rules=(rules, rules))).opened_inside(6, 24)
-    parts, node = [(6, left), (right, 24)], left + 1
+    parts = [(6, left), (right, 24)]
+    node = left + 1
     equal(rules, parts, [(6, 24)], depth)
     for other in set(range(7, 24)) - {node}:  # all others hold or are pressed
         opened, _, clear = energy(rules, [(6, other - 1), (other + 1, 24)], depth)
@@ -242,7 +254,8 @@ def test_parts_that_have_not_changed_keep_their_next_change(kind, seed):
     length = case.scene.elastocapillary_length
     deepest = resolve(case.scene, 0.0).touch + 2 * case.scale
     row = LatticeBranch.of(case.scene, min(case.feature, length) / 10, deepest).row
-    walk, changes = Walk(row), 0
+    walk = Walk(row)
+    changes = 0
     front = Front(walk, ((row.touch, row.touch),), 1)
     for sign in (1, -1):
         front = Front(walk, front.contacts, sign)
@@ -258,7 +271,8 @@ def test_a_line_passes_a_link_as_a_node_beyond_it_touches():
     """Alone it would have to wait for that, past its jump, by up to 0.7 in the half-width."""
     ripples = rippled(1 / 0.312, 2 * math.pi / 6.45, 0.122, (-8.0, 8.0))
     scene = plain(ripples, w=0.34)
-    fitted, off = minimise(scene, 0.774), []
+    fitted = minimise(scene, 0.774)
+    off = []
     assert fitted.contacts == pytest.approx(np.array([[-2.014, 2.014]]), abs=1e-3)
     for links in (5.0, 6.6, 8.3, 9.2, 12.1, 20.0, 40.0):
         state = minimise(scene, 0.774, method="lattice", spacing=1 / links)
@@ -279,14 +293,16 @@ def test_both_lines_of_a_gap_pass_a_link_at_once():
     assert rules.advance_both(14, 16) == np.inf  # there one node closes the gap
 
 
-def test_an_advance_changes_energy_and_force_as_two_relaxed_chains_say():
+def test_advance_against_two_relaxed_chains():
+    """An advance changes energy and force as two relaxed chains say."""
     scene = adhesive(Parabola(0.02))
     lattice = Lattice.of(scene, scene.elastocapillary_length / 8)
     nodes = np.arange(-40, 41)
     f = scene.indenter.height(lattice.x(nodes))
     for last, depth in itertools.product((3, 9), (1e-3, -5e-3)):
         i = last + 40
-        values, forces = [], []
+        values = []
+        forces = []
         for end in (last, last + 1):
             energy = NodalEnergy(lattice, (nodes >= -2) & (nodes <= end))
             u = energy.relaxed(depth - f)
@@ -295,8 +311,10 @@ def test_an_advance_changes_energy_and_force_as_two_relaxed_chains_say():
         _, rest, stiffness = lattice.beside(last, 1)
         gap = f[i + 1] - f[i] - rest * (depth - f[i])
         work = scene.work_of_adhesion * lattice.spacing
-        change, size = values[1] - values[0], scene.gamma1 * lattice.spacing
-        energy, force = stiffness / 2 * gap**2 - work, -stiffness * rest * gap
+        change = values[1] - values[0]
+        size = scene.gamma1 * lattice.spacing
+        energy = stiffness / 2 * gap**2 - work
+        force = -stiffness * rest * gap
         assert energy == pytest.approx(change, rel=0, abs=1e-11 * size)
         expected = forces[1] - forces[0]
         assert force == pytest.approx(expected, rel=0, abs=1e-13 * scene.gamma1)
@@ -306,9 +324,11 @@ def test_an_advance_changes_energy_and_force_as_two_relaxed_chains_say():
 def test_nodal_energy_derivatives(slopes):
     scene = replace(steep(Parabola(0.02)), slopes=slopes)
     lattice = Lattice.of(scene, scene.elastocapillary_length / 5)
-    rng, size = np.random.default_rng(3), 12
+    rng = np.random.default_rng(3)
+    size = 12
     u = rng.uniform(-0.5, 0.5, size) * scene.elastocapillary_length
-    energy, step = NodalEnergy(lattice, np.arange(size) % 5 > 1), 1e-5 * np.abs(u).max()
+    energy = NodalEnergy(lattice, np.arange(size) % 5 > 1)
+    step = 1e-5 * np.abs(u).max()
     band = energy.hessian(u)
     hessian = np.diag(band[0]) + np.diag(band[1, :-1], -1) + np.diag(band[1, :-1], 1)
     for i, unit in enumerate(step * np.eye(size)):

@@ -93,11 +93,13 @@ def wavy(depth, n=801):
 
 
 @pytest.mark.parametrize(("depth", "least"), [(-0.3, 1), (0.3, 3), (2.0, 4)])
-def test_nodes_out_of_reach_change_nothing_and_mirror_images_agree(depth, least):
+def test_nodes_out_of_reach_and_mirror_images(depth, least):
+    """Nodes out of reach change nothing and mirror images agree."""
     lattice, scene = wavy(depth)
     whole = Found.of(lattice, depth - scene.indenter.z)
     near = np.flatnonzero(whole.g >= -lattice.deepest_contact)
-    start, g = near[0], whole.g[near[0] : near[-1] + 1]
+    start = near[0]
+    g = whole.g[near[0] : near[-1] + 1]
     result = Found.of(lattice, g)
     scale = result.proof.scale
     assert g.size < 600
@@ -141,8 +143,10 @@ def test_closer_nodes_compare_hardly_more_surfaces_each(depth, delta):
 
 def stripes(seed):
     """Many nodes per decay length under a profile of some waves."""
-    rng, n = np.random.default_rng(seed), 120
-    ell, x = n / rng.uniform(1, 8), np.arange(n)
+    rng = np.random.default_rng(seed)
+    n = 120
+    ell = n / rng.uniform(1, 8)
+    x = np.arange(n)
     f = roughness(n, n / 2, n / rng.uniform(3, 20), seed) + rng.uniform(0, 2) * (x / n - 0.5) ** 2
     g = rng.uniform(0.2, 0.9) * f.max() - f
     return Lattice(1.0, 0.0, 1.0, ell**2, rng.uniform(0.1, 2) ** 2 / 2), g
@@ -180,7 +184,8 @@ def test_what_it_cannot_answer_is_refused():
 @pytest.mark.parametrize("node", [0, 1, 7, 1023, 1024, 5000])
 def test_the_outer_surface_is_a_legendre_function(kappa, node):
     with mpmath.workdps(40):
-        nu, decay = mpmath.mpf(node) - 0.5, mpmath.exp(-4 * mpmath.asinh(mpmath.sqrt(kappa) / 2))
+        nu = mpmath.mpf(node) - 0.5
+        decay = mpmath.exp(-4 * mpmath.asinh(mpmath.sqrt(kappa) / 2))
         ratio = (nu + 1) / (nu + 1.5) * mpmath.sqrt(decay)
         ratio *= mpmath.hyp2f1(0.5, nu + 2, nu + 2.5, decay) / mpmath.hyp2f1(
             0.5, nu + 1, nu + 1.5, decay
@@ -191,7 +196,8 @@ def test_the_outer_surface_is_a_legendre_function(kappa, node):
 
 def test_no_surface_passes_through_a_node_far_from_its_ends():
     """l less than Δr: what a free surface does to its end depends on the other end by rounding."""
-    rng, lattice = np.random.default_rng(4), Lattice.of(turned(Parabola(0.02)), L / 0.15)
+    rng = np.random.default_rng(4)
+    lattice = Lattice.of(turned(Parabola(0.02)), L / 0.15)
     passed = 0
     for _ in range(60):
         g = DELTA0 * rng.uniform(-2, 0.6, 40)

@@ -44,7 +44,8 @@ FLANKS = [
 @pytest.mark.parametrize(("body", "spacing"), FLANKS)
 def test_a_flank_narrower_than_the_spacing(body, spacing):
     """The line stays at the edge of the face: P = 2kd(a + l) for -δ₀ < d <= 0."""
-    scene, depths = plain(body), np.linspace(0, -0.15, 16)
+    scene = plain(body)
+    depths = np.linspace(0, -0.15, 16)
     _, closer = told(lambda: load_path(scene, depths=depths, **LATTICE, spacing=spacing))
     assert closer
     _, own = told(lambda: minimise(scene, -0.11, **LATTICE, spacing=spacing))
@@ -74,7 +75,8 @@ def test_a_needle_with_finite_slopes(delta, w, depth):
 
 def test_a_needle_held_at_its_tip_is_resolved_by_any_nodes():
     scene = plain(Wedge(1.5), w=0.1, slopes="finite")
-    true, state = minimise(scene, 0.1), minimise(scene, 0.1, **LATTICE, spacing=0.02)
+    true = minimise(scene, 0.1)
+    state = minimise(scene, 0.1, **LATTICE, spacing=0.02)
     assert true.half_width == 0
     assert state.force == pytest.approx(true.force, rel=1e-3, abs=0)
 
@@ -100,7 +102,8 @@ def test_a_contact_narrower_than_a_link(c, n, depth):
 
 
 def test_nothing_narrow_is_left_where_the_indenter_has_let_go():
-    scene, lattice = plain(PowerLaw(0.15, 1.2)), Lattice.of(plain(PowerLaw(0.15, 1.2)), 0.01)
+    scene = plain(PowerLaw(0.15, 1.2))
+    lattice = Lattice.of(plain(PowerLaw(0.15, 1.2)), 0.01)
     lost = scene.critical_separation
     assert lost_too_early(scene, lattice, -lost * (1 + 1e-6)) == 0
     assert lost_too_early(scene, lattice, 0.01) == 0
@@ -113,12 +116,15 @@ def test_nothing_narrow_is_left_where_the_indenter_has_let_go():
 
 
 @pytest.mark.parametrize("geometry", ["line", "axis"])
-def test_lines_of_the_closed_form_rest_and_lines_half_a_link_aside_do_not(geometry):
+def test_lines_of_the_closed_form_rest_on_nodes(geometry):
+    """Lines of the closed form rest and lines half a link aside do not."""
     make = adhesive if geometry == "line" else turned
     scene = make(Parabola(0.02))
-    state, length = minimise(scene, 0.3 * scene.critical_separation), scene.elastocapillary_length
+    state = minimise(scene, 0.3 * scene.critical_separation)
+    length = scene.elastocapillary_length
     lattice = Lattice.of(scene, length / 4)
-    depth, lines = np.array([state.depth]), state.contacts.reshape(1, -1)
+    depth = np.array([state.depth])
+    lines = state.contacts.reshape(1, -1)
     assert not astray(scene, lattice, depth, lines).any()
     for share in (-0.5, 0.5):
         aside = lines + share * lattice.spacing * np.array([-1.0, 1.0])

@@ -14,10 +14,15 @@ BODIES = ("parabola", "power law", "wedge", "punch")
 class FlatTo(Indenter):
     """Flat up to a corner at c, rising with a slope beyond."""
 
-    apex, symmetric, convex, complete = 0.0, True, True, True
+    apex = 0.0
+    symmetric = True
+    convex = True
+    complete = True
 
     def __init__(self, c, rise):
-        self.c, self.rise, self.corners = c, rise, (-c, c)
+        self.c = c
+        self.rise = rise
+        self.corners = (-c, c)
 
     def height(self, x):
         return self.rise * np.maximum(np.abs(x) - self.c, 0.0)
@@ -64,7 +69,8 @@ def random_scene(rng, kind, geometry, *, widest=1.5, nu=None):
     """A scene, a depth at which it is in contact for most choices, and about how wide."""
     if nu is None:
         nu = float(rng.choice([0.5, rng.uniform(-0.9, 0.5), rng.uniform(0.3, 0.5)]))
-    gamma, a = 10 ** rng.uniform(-2, 2), 10 ** rng.uniform(-1, widest)
+    gamma = 10 ** rng.uniform(-2, 2)
+    a = 10 ** rng.uniform(-1, widest)
     rise = 0.1 * 10 ** rng.uniform(-0.5, 0.5)
     body = body_of(kind, a, rise, float(rng.uniform(1.5, 4)))
     depth = rise * a * (rng.uniform(-0.02, 0.7) if kind != "punch" else rng.uniform(-0.02, 0.5))

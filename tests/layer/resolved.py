@@ -18,7 +18,8 @@ POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 SHAPES = np.array([POINTS * (POINTS - 1) / 2, 1 - POINTS**2, POINTS * (POINTS + 1) / 2])
 SLOPES = np.array([POINTS - 0.5, -2 * POINTS, POINTS + 0.5])
 AROUND = 0.04 * np.arange(-2, 3)  # places of the line beside the one that is asked, over it
-HALVINGS, FAR = 9, 14  # of elements towards the line; thicknesses beside it
+HALVINGS = 9
+FAR = 14  # of elements towards the line; thicknesses beside it
 
 
 @dataclass(frozen=True)
@@ -58,12 +59,14 @@ def split(ends, parts):
 def sums(nodes, measure, left, right):
     """∫ left right m dx of all pairs of shape functions, of which SHAPES or SLOPES are given."""
     elements = (nodes.size - 1) // 2
-    middle, half = nodes[1::2], (nodes[2::2] - nodes[:-1:2]) / 2
+    middle = nodes[1::2]
+    half = (nodes[2::2] - nodes[:-1:2]) / 2
     weights = measure(middle[:, None] + half[:, None] * POINTS) * WEIGHTS
     power = 1 - (left is SLOPES) - (right is SLOPES)
     values = np.einsum("ip,jp,ep->eij", left, right, weights) * half[:, None, None] ** power
     own = 2 * np.arange(elements)[:, None] + np.arange(3)
-    rows, columns = np.repeat(own, 3, axis=1).ravel(), np.tile(own, 3).ravel()
+    rows = np.repeat(own, 3, axis=1).ravel()
+    columns = np.tile(own, 3).ravel()
     return sparse.csr_matrix((values.ravel(), (rows, columns)), shape=(nodes.size,) * 2)
 
 
@@ -87,7 +90,8 @@ def stiffness(geometry, nu, gamma, x, y):
     sideways = whole * sparse.kron(kx, my) + sparse.kron(mx, ky)
     both = first * sparse.kron(gx, gy.T) + sparse.kron(gx.T, gy)
     if geometry.turned:  # the strain along circles, u/r
-        ring, across = sums(x, lambda r: 1 / r, SHAPES, SHAPES), sums(x, one, SLOPES, SHAPES)
+        ring = sums(x, lambda r: 1 / r, SHAPES, SHAPES)
+        across = sums(x, one, SLOPES, SHAPES)
         sideways = sideways + whole * sparse.kron(ring, my)
         sideways = sideways + first * sparse.kron(across + across.T, my)
         both = both + first * sparse.kron(sums(x, one, SHAPES, SHAPES), gy.T)
@@ -101,7 +105,8 @@ def quadratic(geometry, nu, gamma, heights, a, parts):
 
     The layer is the same under all of them, and so is what K has to be solved for.
     """
-    inside, outside = a - a * halved(1.0, HALVINGS)[::-1], halved(1.0, HALVINGS)
+    inside = a - a * halved(1.0, HALVINGS)[::-1]
+    outside = halved(1.0, HALVINGS)
     outside = np.concatenate([outside, 1 + np.arange(1, FAR)])
     x = split(np.concatenate([inside, a + outside[1:]]), parts)
     y = split(halved(1.0, HALVINGS), parts)
@@ -134,7 +139,8 @@ def _of_body(forms, geometry, a, works):
     found = []
     for w in works:
         more = w * geometry.area(1.0) * (2 * a if geometry.turned else 1.0)
-        half, rest = rate[1] / rate[0], (rate[2] - 2 * more) / rate[0]
+        half = rate[1] / rate[0]
+        rest = (rate[2] - 2 * more) / rate[0]
         depth = -half - (math.sqrt(half * half - rest) if w else 0.0)
         energy = second * depth * depth / 2 + first * depth + none / 2 - w * geometry.area(a)
         found.append((depth, second * depth + first, energy))

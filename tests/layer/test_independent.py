@@ -12,7 +12,8 @@ from energy import FlatPunch, Parabola, PowerLaw, Wedge
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
 SHAPES = {"line": resolved.Line(), "axisymmetric": resolved.Axis()}
-NARROW, WIDE = 0.4, 3.0  # every ν, and every geometry, with both
+NARROW = 0.4
+WIDE = 3.0  # every ν, and every geometry, with both
 PLACES = [
     (0.0, "line", WIDE), (0.0, "axisymmetric", NARROW), (0.3, "line", NARROW),
     (0.3, "axisymmetric", WIDE), (0.45, "line", WIDE), (0.45, "axisymmetric", NARROW),
@@ -43,13 +44,16 @@ def test_nodes_and_poles_agree_within_the_estimate_of_the_nodes(kind, geometry, 
 @pytest.mark.slow
 def test_nodes_and_poles_agree_for_any_layer_width_and_tension():
     """ν in (-0.9, ½], l/h in 0.01…10, a/h in 0.1…100; nodes say what they do not resolve."""
-    rng, errors, refused = np.random.default_rng(7), [], 0
+    rng = np.random.default_rng(7)
+    errors = []
+    refused = 0
     for i in range(16):
         nu = float(rng.uniform(-0.9, 0.5)) if i % 4 else 0.5
         gamma = layer(min(nu, 0.49)).stiffness * 10 ** rng.uniform(-4, 2)
         wide = 10 ** rng.uniform(-1, 2)
         scene = scene_of(Parabola(wide / 0.1), nu, gamma, gamma * 0.005, GEOMETRIES[i % 2])
-        fitted, found = minimise(scene, 0.05 * wide, rtol=1e-6), []
+        fitted = minimise(scene, 0.05 * wide, rtol=1e-6)
+        found = []
         try:
             for links in (16.3, 32.3, 64.3):
                 nodes = on_nodes(scene, 0.05 * wide, fitted.half_width, links)
@@ -92,10 +96,12 @@ def test_nodes_are_of_second_order(geometry, nu):
 def test_fields_and_angle_of_the_nodes(geometry, nu):
     scene = scene_of(Parabola(40.0), nu, geometry=geometry)
     fitted = minimise(scene, 0.03, rtol=1e-7)
-    a, errors = fitted.half_width, []
+    a = fitted.half_width
+    errors = []
     x = a * np.array([0.0, 0.3, 0.7, 1.0, 1.2, 1.7, 3.0, 6.0])
     under = a * np.array([0.2, 0.5, 0.7])
-    u, p = fitted.displacement(x), fitted.pressure(under)
+    u = fitted.displacement(x)
+    p = fitted.pressure(under)
     for links in (20.3, 40.3):
         nodes = on_nodes(scene, 0.03, a, links)
         errors.append(
@@ -112,7 +118,8 @@ def test_fields_and_angle_of_the_nodes(geometry, nu):
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_parts_of_energy_and_force_on_nodes(geometry):
-    scene, errors = scene_of(Parabola(40.0), 0.5, geometry=geometry), []
+    scene = scene_of(Parabola(40.0), 0.5, geometry=geometry)
+    errors = []
     fitted = minimise(scene, 0.03, rtol=1e-7)
     parts = fitted.energy_parts | fitted.force_parts
     for links in (20, 40):
@@ -128,7 +135,8 @@ def test_parts_of_energy_and_force_on_nodes(geometry):
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_parts_of_energy_beside_a_body_that_ends(geometry):
     """The surface is free beyond the edge of a punch."""
-    scene, errors = scene_of(FlatPunch(1.2), 0.3, geometry=geometry), []
+    scene = scene_of(FlatPunch(1.2), 0.3, geometry=geometry)
+    errors = []
     fitted = minimise(scene, 0.03, rtol=1e-7)
     assert fitted.pinned[0, 1] and fitted.energy_parts["surface"] > 0
     for links in (20, 40):
@@ -166,12 +174,14 @@ def test_a_layer_of_finite_elements(geometry):
 @pytest.mark.parametrize(("nu", "geometry", "a"), PLACES)
 def test_a_layer_of_finite_elements_by_its_extrapolated_error(nu, geometry, a):
     """So steep at the line, f' = 0.2, that it rests there in stable equilibrium."""
-    radius, c = a / 0.2, 0.2 / (3 * a * a)
+    radius = a / 0.2
+    c = 0.2 / (3 * a * a)
     bodies = [
         (Parabola(radius), lambda x: x * x / (2 * radius)),
         (PowerLaw(c, 3), lambda x: c * x**3),
     ]
-    works, heights = [0.0, 0.001, 0.004], [height for _, height in bodies]
+    works = [0.0, 0.001, 0.004]
+    heights = [height for _, height in bodies]
     found = (truths(nu, geometry, heights, a, works, parts) for parts in (1, 2))
     for (body, _), coarse, fine in zip(bodies, *found, strict=True):
         for w, one, two in zip(works, coarse, fine, strict=True):

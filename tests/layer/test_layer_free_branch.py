@@ -10,7 +10,8 @@ from discretization import load_path, minimise
 from discretization.layer.free_branch import applies, free_branch
 from energy import Circle, ElasticLayer, Parabola, Scene, SurfaceEnergies, Wedge
 
-RTOL, COUNT = 1e-4, 200
+RTOL = 1e-4
+COUNT = 200
 LINE = Scene(
     ElasticLayer(2.5e3, 0.3, 5e-6, response="layer"),
     SurfaceEnergies.from_work(0.07, 6e-5),

@@ -26,13 +26,14 @@ def sized(path):
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
-def test_a_wedge_all_but_flat_for_its_adhesion_is_not_looked_for_at_infinity(geometry):
+def test_wedge_all_but_flat_for_its_adhesion(geometry):
     """Its slope is a fifth of √(2w/γ₁) wherever a line may be."""
     scene = scene_of(Wedge(math.atan(0.2 * math.sqrt(2 * 0.01 / 0.7))), -0.5, geometry=geometry)
     branch = LayerBranch(scene, 1e-6)
     assert branch.first.lines[1] < 10.0
     assert max(octave for _, octave in branch.table.panels) <= 10
-    path, state = load_path(scene, depths=[0.0, 0.05]), minimise(scene, 0.05)
+    path = load_path(scene, depths=[0.0, 0.05])
+    state = minimise(scene, 0.05)
     assert path.half_width[-1] == pytest.approx(state.half_width, rel=1e-7)
     assert abs(path.force[-1] - state.force) <= 1e-7 * state.scales["force"]
 
@@ -64,7 +65,8 @@ def test_a_loop_loses_what_its_events_release(geometry, nu):
 def test_two_works_of_adhesion_hold_the_line(geometry):
     scene = scene_of(Parabola(40.0), 0.45, w=0.005, opening=0.015, geometry=geometry)
     path = load_path(scene, depths=loop(60), rtol=1e-6)
-    a, top = path.half_width, 30
+    a = path.half_width
+    top = 30
     assert (np.abs(a[top + 1 : top + 3] - a[top]) <= 1e-12 * a[top]).all() and a[-10] < a[top]
     assert (np.diff(path.force[top : top + 3]) < 0).all()
     assert path.friction > 0.1 * path.dissipated
@@ -130,7 +132,8 @@ def test_a_line_that_does_not_rest_is_not_certified(geometry, opening):
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("body", [FlatPunch(1.0), FlatTo(1.0, 0.1)])
-def test_without_adhesion_a_flat_face_touches_and_parts_as_a_whole(body, geometry):
+def test_flat_face_touches_and_parts_at_once(body, geometry):
+    """Without adhesion a flat face touches and parts as a whole."""
     scene = scene_of(body, 0.3, w=0.0, geometry=geometry)
     path = load_path(scene, depths=[0.02, 0.05, -0.1], rtol=1e-6)
     for depth, a, force in zip(path.depth[:2], path.half_width, path.force, strict=False):

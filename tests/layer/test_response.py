@@ -16,7 +16,8 @@ from energy import ElasticLayer, Parabola, Patches, Plane, Profile, Scene, Surfa
 from energy.validity import assumptions
 
 RATIOS = (-0.9, -0.4, 0.0, 0.25, 0.3, 0.4, 0.45, 0.49, 0.4999, 0.5)
-DIGITS, HALVINGS = 120, 12
+DIGITS = 120
+HALVINGS = 12
 
 
 def exponential(matrix):
@@ -39,7 +40,9 @@ def through_the_thickness(nu, q):
     """
     with localcontext() as context:
         context.prec = DIGITS
-        nu, q, one = Decimal(nu), Decimal(q), Decimal(1)
+        nu = Decimal(nu)
+        q = Decimal(q)
+        one = Decimal(1)
         tied = nu / (1 - nu)
         rates = [
             [0, q, one, 0],
@@ -48,16 +51,19 @@ def through_the_thickness(nu, q):
             [0, 0, -q, 0],
         ]
         m = exponential(np.array([[Decimal(x) for x in row] for row in rates]))
-        shear, normal = -m[2][3], m[2][2]  # at the base, so that T = 0 on the surface
+        shear = -m[2][3]
+        normal = m[2][2]  # at the base, so that T = 0 on the surface
         v = m[1][2] * shear + m[1][3] * normal
         return float((m[3][2] * shear + m[3][3] * normal) / v)
 
 
 @pytest.mark.parametrize("nu", RATIOS)
-def test_the_kernel_is_that_of_linear_elasticity_through_the_thickness(nu):
+def test_kernel_against_elasticity_through_the_thickness(nu):
+    """The kernel is that of linear elasticity through the thickness."""
     q = [1e-9, 1e-5, 1e-3, 0.03, 0.3, 0.79, 0.81, 1.0, 2.5, 7.0, 20.0, 45.0]
     expected = np.array([through_the_thickness(nu, x) for x in q])
-    stress, unit = 3.1e4, 2e-3
+    stress = 3.1e4
+    unit = 2e-3
     found = layer(nu, stress=stress, unit=unit).stiffness_at(np.array(q) / unit) * unit / stress
     loss = 1e-13 if nu < 0.499 else 2e-12  # 1 - 2ν has lost digits that q = 0 depends on
     assert np.abs(found / expected - 1).max() <= (1e-13 if nu == 0.5 else loss)
@@ -88,7 +94,8 @@ def test_springs_have_one_stiffness():
 def test_poles_are_good_to_their_tolerance(seed):
     rng = np.random.default_rng(seed)
     nu = float(rng.choice([0.5, rng.uniform(-0.9, 0.5), 0.5 - 10 ** rng.uniform(-4, -1)]))
-    gamma, tolerance = 10 ** rng.uniform(-4, 4), 10 ** rng.uniform(-9, -2)
+    gamma = 10 ** rng.uniform(-4, 4)
+    tolerance = 10 ** rng.uniform(-9, -2)
     found = poles(layer(nu), gamma, tolerance)
     q = 10 ** rng.uniform(-4, 9, 4000)
     exact = layer(nu).stiffness_at(q)
@@ -112,7 +119,8 @@ def test_poles_are_good_to_their_tolerance(seed):
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.45, 0.499])
 @pytest.mark.parametrize("gamma", [1e-3, 0.5, 40.0])
 def test_the_effective_length_is_its_integral(nu, gamma):
-    body, unit = layer(nu, unit=3e-5), 3e-5
+    body = layer(nu, unit=3e-5)
+    unit = 3e-5
     k = layer(nu).stiffness
 
     def density(q):
@@ -231,7 +239,8 @@ def test_validity_of_the_layer_asks_how_far_a_line_lifts_it():
         found = {item.name: item for item in state.validity}
         assert not {"h/a", "h/l", "|c₂|(h/l)²", "(h/a)²/(1-2ν)"} & set(found)
         assert {"d/h", "u/h", "δ₀/h", "slope", "2w/γ₁"} == set(found)
-        scene, item = state.scene, found["δ₀/h"]
+        scene = state.scene
+        item = found["δ₀/h"]
         least = 0.005 * scene.gamma1 * (scene.layer.h / scene.elastocapillary_length) ** 2
         assert item.holds == (scene.work_of_adhesion <= least)
         assert item.value / item.limit == pytest.approx(

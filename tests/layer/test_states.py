@@ -66,7 +66,7 @@ def test_the_force_is_the_slope_of_the_energy(kind, geometry):
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("nu", [0.2, 0.5])
-def test_at_the_line_the_energy_is_least_among_neighbouring_contacts(geometry, nu):
+def test_energy_is_least_at_the_line(geometry, nu):
     """A punch as wide as a contact that is a little wider or narrower, with the same profile."""
     scene = scene_of(Parabola(40.0), nu, geometry=geometry)
     state = minimise(scene, 0.03, rtol=1e-9)
@@ -91,23 +91,27 @@ def test_at_the_line_the_energy_is_least_among_neighbouring_contacts(geometry, n
 @pytest.mark.parametrize(("kind", "geometry"), EVERY)
 def test_parts_and_fields_make_the_whole(kind, geometry):
     scene, depth, state = resting(2, kind, geometry, nu=0.35)
-    parts, scales = state.energy_parts, state.scales
+    parts = state.energy_parts
+    scales = state.scales
     assert abs(sum(parts.values()) - state.energy) <= 1e-9 * scales["energy"]
     assert abs(sum(state.force_parts.values()) - state.force) <= 1e-12 * scales["force"]
     assert parts["adhesion"] == pytest.approx(
         -scene.work_of_adhesion * state.contact_area, rel=1e-12
     )
-    a, k = state.half_width, scene.stiffness
+    a = state.half_width
+    k = scene.stiffness
     nodes, weights = np.polynomial.legendre.leggauss(30)
 
     def total(density, ends):
         """∫ over x, or 2πr dr, of panels between these ends, both sides of a line contact."""
-        lo, hi = np.array(ends[:-1])[:, None], np.array(ends[1:])[:, None]
+        lo = np.array(ends[:-1])[:, None]
+        hi = np.array(ends[1:])[:, None]
         x = (lo + hi) / 2 + (hi - lo) / 2 * nodes
         whole = 2 * math.pi * x if scene.axisymmetric else 2.0
         return float((density(x) * whole * weights * (hi - lo) / 2).sum())
 
-    towards, far = a * 0.5 ** np.arange(1, 30)[::-1], 60 * (1 + math.sqrt(scene.gamma1))
+    towards = a * 0.5 ** np.arange(1, 30)[::-1]
+    far = 60 * (1 + math.sqrt(scene.gamma1))
     under = np.concatenate([[0.0], towards, a - towards[::-1][1:], [a]])
     beside = np.concatenate([[a], a + towards, a + np.linspace(a, a + far, 80)])
     pressed = total(state.pressure, under)
@@ -123,7 +127,8 @@ def test_parts_and_fields_make_the_whole(kind, geometry):
 @pytest.mark.parametrize("nu", [-0.5, 0.3, 0.45])
 def test_springs_are_recovered_where_the_tension_is_felt_far(geometry, nu):
     """By a factor of ten in l, a hundredth of the difference is left."""
-    c2, apart = nu * (4 * nu - 1) / (3 * (1 - nu) * (1 - 2 * nu)), []
+    c2 = nu * (4 * nu - 1) / (3 * (1 - nu) * (1 - 2 * nu))
+    apart = []
     for length in (30.0, 300.0):  # l/h
         gamma = layer(nu).stiffness * length**2
         scene = scene_of(Parabola(1e3 * length), nu, gamma, 1e-6 * gamma, geometry)
@@ -140,7 +145,8 @@ def test_springs_are_recovered_where_the_tension_is_felt_far(geometry, nu):
 def test_units_do_not_matter(kind, geometry):
     scene, depth, state = resting(3, kind, geometry)
     for unit, stress in ((1e-8, 1e5), (1e7, 1e-9)):
-        w, tension = scene.work_of_adhesion * unit * stress, scene.gamma1 * unit * stress
+        w = scene.work_of_adhesion * unit * stress
+        tension = scene.gamma1 * unit * stress
         other = Scene(
             layer(scene.layer.nu, unit=unit, stress=stress),
             SurfaceEnergies.from_work(tension, w),
@@ -171,11 +177,13 @@ def test_the_line_rests_at_a_corner_inside_a_body(geometry, nu):
     scene = scene_of(kinked, nu, geometry=geometry)
     punch = replace(scene, indenter=FlatPunch(1.2))
     for depth in (0.0, 0.02):
-        held, same = minimise(scene, depth), minimise(punch, depth)
+        held = minimise(scene, depth)
+        same = minimise(punch, depth)
         assert held.half_width == 1.2 and held.pinned[0, 1]
         assert held.force == pytest.approx(same.force, rel=1e-9, abs=1e-15)
         assert held.energy == pytest.approx(same.energy, rel=1e-9)
-    wide, deficit = minimise(scene, 0.5), scene.surfaces.small_slope_deficit
+    wide = minimise(scene, 0.5)
+    deficit = scene.surfaces.small_slope_deficit
     assert wide.half_width > 1.2 and not wide.pinned[0, 1]
     assert wide.angle_deficit == pytest.approx(deficit, rel=1e-9)
     inside = wide.pressure(np.linspace(1.1, 1.3, 201))
@@ -189,7 +197,8 @@ def test_corners_a_rounding_away_from_where_they_are_looked_for():
     x = np.linspace(-2 * c, 2 * c, 13)
     wide = scene_of(Sampled(x, x * x / (20 * c)), 0.3, geometry="axisymmetric")
     assert minimise(wide, 0.04 * c, rtol=1e-4).half_width > c / 2
-    x, same = np.linspace(-0.5, 0.5, 13), np.linspace(-0.5, 0.5, 13)
+    x = np.linspace(-0.5, 0.5, 13)
+    same = np.linspace(-0.5, 0.5, 13)
     same[6] = -3e-17
     bodies = [Sampled(z, x * x / 3) for z in (x, same)]
     one, other = (minimise(scene_of(body, 0.3), 0.02, rtol=1e-8) for body in bodies)
@@ -200,7 +209,8 @@ def test_corners_a_rounding_away_from_where_they_are_looked_for():
 def test_a_steep_wedge_touches_with_its_tip(nu):
     """As a line force on the surface."""
     scene = scene_of(Wedge(math.atan(0.3)), nu)  # √(2w/γ₁) = 0.17
-    some, more = minimise(scene, 0.004), minimise(scene, 0.008)
+    some = minimise(scene, 0.004)
+    more = minimise(scene, 0.008)
     for state in (some, more):
         assert state.half_width == 0 and state.pinned.all() and (state.contacts == 0).all()
         assert state.angle_deficits[0, 1] > math.sqrt(2 * 0.01 / 0.7)  # on the outer side
@@ -231,7 +241,8 @@ def test_without_adhesion_nothing_pulls(kind, geometry):
 @pytest.mark.parametrize("at", [0.0, 0.3])
 def test_profiles_that_do_not_say_that_they_are_mirrored(at):
     """Samples of a parabola, and its functions, answer as the parabola does."""
-    x, flat = np.linspace(-4, 4, 33), np.array([-4.0, -2.0, -1.2, 1.2, 2.0, 4.0])
+    x = np.linspace(-4, 4, 33)
+    flat = np.array([-4.0, -2.0, -1.2, 1.2, 2.0, 4.0])
     known = minimise(scene_of(Parabola(40.0)), 0.03, rtol=1e-6)
     parabola = Profile(lambda x: np.square(x) / 80, lambda x: np.asarray(x) / 40, convex=True)
     bodies = [Sampled(x + at, x * x / 80, "smooth")] + [parabola] * (at == 0)
@@ -268,7 +279,7 @@ def test_a_contact_is_held_until_it_is_lost(nu, gamma, R, geometry):
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("nu", [0.49, 0.499, 0.49999, 0.4999999, 0.5])
-def test_narrow_contacts_of_nearly_incompressible_layers_are_certified(geometry, nu):
+def test_narrow_contacts_nearly_incompressible(geometry, nu):
     """Whose first pole is felt far away: what is pressed is not what is left of large numbers."""
     scene = scene_of(Parabola(0.4), nu, 0.9, 2e-5, geometry)
     state = minimise(scene, 1e-3, rtol=1e-8)
@@ -278,7 +289,7 @@ def test_narrow_contacts_of_nearly_incompressible_layers_are_certified(geometry,
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("gamma", [1e-4, 1e-2, 1.0])
-def test_a_surface_that_hardly_dips_into_the_indenter_is_seen_as_deep_as_it_is(gamma, geometry):
+def test_depth_of_a_slight_penetration(gamma, geometry):
     """Beside a flat face that is pressed, under a slope that is less and less too small for it."""
 
     def inside(rise, places, depth=0.01):
@@ -289,7 +300,8 @@ def test_a_surface_that_hardly_dips_into_the_indenter_is_seen_as_deep_as_it_is(g
         deep = depth - body.height(2.0 + x) - state.displaced(x)[0]
         return float(deep.max()) / (depth + state.size), state.certificate.penetration
 
-    low, high = 1e-4, 10.0
+    low = 1e-4
+    high = 10.0
     for _ in range(18):
         rise = math.sqrt(low * high)
         low, high = (rise, high) if inside(rise, 1001)[0] > 1e-7 else (low, rise)
@@ -301,7 +313,7 @@ def test_a_surface_that_hardly_dips_into_the_indenter_is_seen_as_deep_as_it_is(g
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("n", [1.2, 1.3, 1.6, 2.5])
-def test_a_sharp_profile_is_resolved_by_contacts_narrower_than_poles_act(n, geometry):
+def test_stretched_length_of_sharp_profiles(n, geometry):
     """γ₁/2 ∫f'² of what is in contact, with f' = xⁿ⁻¹."""
     for a in (1e-1, 1e-3, 1e-6):
         scene = scene_of(PowerLaw(1 / n, n), 0.3, 100.0, geometry=geometry)

@@ -67,13 +67,18 @@ def plateau(rng):
 
 def punches(rng):
     """Flat faces with steep sides."""
-    offsets, x, z, at = heights(rng, int(rng.integers(1, 6)), 0.3), [], [], 0.0
+    offsets = heights(rng, int(rng.integers(1, 6)), 0.3)
+    x = []
+    z = []
+    at = 0.0
     for offset in offsets.tolist():
-        side, wide = rng.uniform(0.1, 2), rng.uniform(0.2, 6)
+        side = rng.uniform(0.1, 2)
+        wide = rng.uniform(0.2, 6)
         x += [at, at + side, at + side + wide, at + 2 * side + wide]
         z += [2.0, offset, offset, 2.0]
         at = x[-1] + rng.uniform(1, 8)
-    x, z = np.array([x[0] - 30, *x, x[-1] + 30]), np.array([32.0, *z, 32.0])
+    x = np.array([x[0] - 30, *x, x[-1] + 30])
+    z = np.array([32.0, *z, 32.0])
     return Sampled(x, z), float(z.min()), 0.5
 
 
@@ -81,7 +86,8 @@ def case(kind, seed):
     """A scene, its feature and its least height, and a programme that loads and unloads."""
     rng = np.random.default_rng([KINDS.index(kind), seed])
     indenter, low, feature = globals()[kind](rng)
-    scene, top = bare(indenter, 10 ** rng.uniform(-0.6, 0.6)), rng.uniform(0.05, 0.5)
+    scene = bare(indenter, 10 ** rng.uniform(-0.6, 0.6))
+    top = rng.uniform(0.05, 0.5)
     up = low + top * np.sort(rng.uniform(0, 1, int(rng.integers(1, 4))))
     near = low + top * 10.0 ** rng.choice([-12, -9, -6, -3])
     return scene, feature, low, np.array([low, *up, low + top, near, *up[::-1], low - 0.1 * top])
@@ -122,7 +128,7 @@ def test_tips_that_are_equally_low_or_nearly_so(apart, offset):
         assert path.events[1].depth == pytest.approx(offset, rel=0, abs=1e-12)
 
 
-def test_a_gap_over_a_corner_stays_open_beside_a_contact_that_begins():
+def test_gap_over_a_corner_beside_a_new_contact():
     """Nothing pulls between corners there, as in a gap that closes."""
     scene = bare(parabolas([-1.0, 7.0], [0.0, 0.03]), length=3.0)
     path = load_path(scene, depths=[0.01, 0.3, 0.6, 0.01])
@@ -149,7 +155,8 @@ UNBALANCED = 1e-9  # of the loop's size
 def scene_of(kind, dice, seed):
     """A random profile that is not convex; with what holds its lines."""
     case = case_of("small", seed)
-    scene, length = case.scene, case.scene.elastocapillary_length
+    scene = case.scene
+    length = case.scene.elastocapillary_length
     if kind in ("opening", "both"):
         more = scene.work_of_adhesion * dice.uniform(1.1, 3.0)
         scene = replace(scene, opening=SurfaceEnergies.from_work(scene.gamma1, more))
@@ -161,9 +168,11 @@ def scene_of(kind, dice, seed):
 
 def loop(spacing, seed):
     """What a loop is unbalanced by, relative to its size, and how many contacts it had."""
-    dice, kind = np.random.default_rng(seed), KINDS_BALANCE[seed % len(KINDS_BALANCE)]
+    dice = np.random.default_rng(seed)
+    kind = KINDS_BALANCE[seed % len(KINDS_BALANCE)]
     case, scene = scene_of(kind, dice, seed)
-    up, down = case.above + dice.uniform(0.3, 2.0) * case.scale, case.above - 6 * case.scale
+    up = case.above + dice.uniform(0.3, 2.0) * case.scale
+    down = case.above - 6 * case.scale
     depths = np.r_[down, np.linspace(case.above, up, 8), np.linspace(up, down, 16)]
     given = {} if spacing is None else {"method": "lattice", "spacing": spacing * case.feature}
     with warnings.catch_warnings():
@@ -277,7 +286,8 @@ def test_a_held_line_stays_where_it_is_to_the_last_bit(name):
 @pytest.mark.slow
 def test_errors_of_held_lines_are_known():
     """Over spacings, i.e. over where the lines are between nodes."""
-    dice, ratios = np.random.default_rng(5), []
+    dice = np.random.default_rng(5)
+    ratios = []
     for name in ("parabola", "tilted", "wedge", "sphere", "cubic about an axis", "hills"):
         scene = SCENES_HYSTERESIS[name][0]
         for depth in dice.uniform(-0.09, 0.3, 1):

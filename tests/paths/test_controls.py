@@ -88,7 +88,7 @@ def test_a_soft_machine_is_a_dead_load(scene, method):
 
 
 @pytest.mark.slow
-def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
+def test_sphere_wetted_almost_to_its_equator():
     """It is pressed by nothing, and pulled in to a/R = 0.9946; no depth beyond is asked for."""
     scene = replace(plain(Circle(0.05), w=0.9, slopes="finite"), geometry="axisymmetric")
     path = load_path(scene, forces=np.linspace(0, -0.4, 41))
@@ -100,7 +100,7 @@ def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
 
 
 @pytest.mark.slow
-def test_a_wavy_profile_without_adhesion_turned_about_an_axis_is_pressed_from_touching():
+def test_wavy_turned_profile_without_adhesion():
     """C next to touching is all rounding: drawn from lines that are solved for, it has peaks."""
     bumps = rippled(10.0, 2 * math.pi / 3, 0.05)
     scene = turned(bumps, k=1.3, gamma1=1.1, w=0.0)
@@ -205,7 +205,8 @@ def lines(state):
 @pytest.mark.parametrize(("name", "control"), LOADED)
 def test_a_loop_loses_what_is_put_in_and_is_the_same_on_nodes(name, control):
     """Next to an event either may be on its other side; lines of nodes are told by their links."""
-    scene, given = SCENES[name], programme(SCENES[name], control)
+    scene = SCENES[name]
+    given = programme(SCENES[name], control)
     mesh = load_path(scene, **given)
     assert_balanced(mesh, name, control)
     if name not in ON_NODES:
@@ -215,7 +216,8 @@ def test_a_loop_loses_what_is_put_in_and_is_the_same_on_nodes(name, control):
     both = ~np.isnan(nodes.contacts[:, 0]) & ~np.isnan(mesh.contacts[:, 0])
     assert both.sum() >= 8
     for one, bound in (("force", 1e-3), ("depth", 1e-3), ("energy", 2e-3), ("half_width", 1e-2)):
-        own, exact = getattr(nodes, one)[both], getattr(mesh, one)[both]
+        own = getattr(nodes, one)[both]
+        exact = getattr(mesh, one)[both]
         assert np.quantile(np.abs(own - exact), 0.75) <= bound * np.abs(exact).max(), one
     if name in ("parabola", "tilted", "wedge", "sphere", "cone", "arc"):  # lines between nodes
         off = np.abs(nodes.half_width - mesh.half_width)[both]
@@ -232,19 +234,22 @@ def test_a_loop_loses_what_is_put_in_and_is_the_same_on_nodes(name, control):
 def assert_balanced(path, name, control):
     """A loop loses what is put in, and no contact between events."""
     assert np.isnan(path.contacts[-1, 0]) and path.force[-1] == 0
-    size, number = np.abs(path.energy).max(), 0
+    size = np.abs(path.energy).max()
+    number = 0
     assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=1e-11 * size)
     assert min(event.energy_released for event in path.events) >= -1e-11 * size
     held = "opening" in name or "both" in name or not path.scene.gamma1
     assert (path.friction > 0) == held
     if control != "depth":
-        held, load = ~np.isnan(path.contacts[:, 0]), path.values
+        held = ~np.isnan(path.contacts[:, 0])
+        load = path.values
         if control == "machine":
             load = path.machine_stiffness * (path.values - path.depth)
         assert np.abs(path.force - load)[held].max() <= 1e-9 * np.abs(load[held]).max()
     for step in range(len(path)):
         for event in (event for event in path.events if event.step == step):
-            before, after = lines(event.before), lines(event.after)
+            before = lines(event.before)
+            after = lines(event.after)
             assert before == number, event.kind
             gone = event.kind in ("detachment", "pull-off")
             assert after == 0 if gone else not after or after - before in MORE[event.kind]
@@ -259,13 +264,15 @@ ONE_OF_A_KIND += ("rings of a pattern", "dimple", "layer, sphere")
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "nodes"), [both for both in BOTH if both[0] in ONE_OF_A_KIND])
 def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(name, nodes, tmp_path):
-    depths, cut = LOOP[1::2], 5
+    depths = LOOP[1::2]
+    cut = 5
     whole = load_path(SCENES[name], depths=depths, **nodes)
     load_path(SCENES[name], depths=depths[:cut], **nodes).to_csv(tmp_path / "path.csv")
     first = History.from_csv(tmp_path / "path.csv", SCENES[name])
     again = load_path(SCENES[name], depths=depths[cut:], after=first, **nodes)
     for one in ("force", "energy", "contacts"):
-        ours, theirs = getattr(again, one), getattr(whole, one)
+        ours = getattr(again, one)
+        theirs = getattr(whole, one)
         size = (1e-14 if nodes else 1e-12) * np.nanmax(np.abs(theirs))
         assert ours == pytest.approx(theirs, abs=size, rel=0, nan_ok=True), one
     assert [e.kind for e in again.events] == [e.kind for e in whole.events]

@@ -50,14 +50,17 @@ def scene_of(body, surfaces):
     [(0.0, body, one) for body in BODIES for one in SURFACES]
     + [(0.6, body, one) for body in BODIES for one in ("springs", "adhesion", "two works")],
 )
-def test_every_step_balances_its_load_and_is_a_state_of_the_depth_path(body, surfaces, stiffness):
-    scene, load = scene_of(body, surfaces), np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
+def test_steps_balance_loads_on_the_depth_path(body, surfaces, stiffness):
+    """Every step balances its load and is a state of the depth path."""
+    scene = scene_of(body, surfaces)
+    load = np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
     if stiffness:
         path = load_path(scene, drives=load, machine_stiffness=stiffness)
         load = stiffness * (load - path.depth)
     else:
         path = load_path(scene, forces=load)
-    again, size = load_path(scene, depths=path.depth), np.abs(load).max()
+    again = load_path(scene, depths=path.depth)
+    size = np.abs(load).max()
     assert path.force == pytest.approx(load, rel=0, abs=1e-11 * size)
     assert again.half_width == pytest.approx(path.half_width, rel=1e-13, abs=0)
     assert again.force == pytest.approx(path.force, rel=0, abs=1e-12 * size)
@@ -90,9 +93,10 @@ def test_a_change_of_the_load_below_rounding_is_no_instability():
 
 
 @pytest.mark.slow
-def test_a_force_that_bends_upwards_with_depth_is_followed_up_again():
+def test_force_that_bends_upwards_with_depth():
     """Finite slopes: P' falls on the way, so that a secant points to where there is no contact."""
-    scene, loads = plain(PowerLaw(3e4, 4), w=0.3, slopes="finite"), [11.5, -0.545, 0.88, -0.7]
+    scene = plain(PowerLaw(3e4, 4), w=0.3, slopes="finite")
+    loads = [11.5, -0.545, 0.88, -0.7]
     path = load_path(scene, forces=loads)
     assert [event.kind for event in path.events] == ["jump-in"]
     assert np.allclose(path.force, loads, rtol=5e-14, atol=0)
@@ -109,7 +113,8 @@ def test_a_trial_line_far_from_its_contact_overflows_no_height():
     assert np.allclose(path.half_width, centred.half_width, rtol=1e-14, atol=known)
 
 
-T, KINK = math.tan(0.05), math.sqrt(0.02)
+T = math.tan(0.05)
+KINK = math.sqrt(0.02)
 LINE = {"one": Patches([1.0], [0.0, 1.0]), "both": Patches([-1.0, 1.0], [1.0, 0.0, 1.0])}
 DEPTHS = np.array([0.0, 0.05, 0.2, 0.3, 0.06, 0.045, 0.03, 0.01, 0.0, -0.1])
 
@@ -146,7 +151,8 @@ def test_a_gap_that_opens_at_the_edge_of_a_bare_patch_is_followed_on_nodes(kind)
     """The mesh follows one contact over a pattern, and says so where a gap opens."""
     with pytest.raises(NotCertifiedError, match="use method='lattice'"):
         load_path(wedge(pattern=LINE[kind]), depths=DEPTHS)
-    depths, nodes = DEPTHS[:-2], {"method": "lattice", "spacing": 1 / 256}
+    depths = DEPTHS[:-2]
+    nodes = {"method": "lattice", "spacing": 1 / 256}
     found = load_path(wedge(pattern=LINE[kind]), depths=depths, **nodes)
     for step in (5, 6, 7):
         d = float(DEPTHS[step])
@@ -158,13 +164,16 @@ def test_a_gap_that_opens_at_the_edge_of_a_bare_patch_is_followed_on_nodes(kind)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [*LINE, "cone"])
-def test_while_it_is_closed_it_is_that_of_a_patch_that_all_but_adheres(kind):
-    geometry, pattern = "axisymmetric" if kind == "cone" else "line", LINE.get(kind, LINE["one"])
+def test_gap_closed_like_that_of_a_weak_patch(kind):
+    """While it is closed it is that of a patch that all but adheres."""
+    geometry = "axisymmetric" if kind == "cone" else "line"
+    pattern = LINE.get(kind, LINE["one"])
     nearly = Patches(pattern.edges, np.maximum(pattern.factors, 1e-9))
     bare, other = (
         load_path(wedge(geometry=geometry, pattern=one), depths=DEPTHS) for one in (pattern, nearly)
     )
-    closed, scale = [0, 1, 2, 3, 4, -1], 10 * math.sqrt(1e-9)
+    closed = [0, 1, 2, 3, 4, -1]
+    scale = 10 * math.sqrt(1e-9)
     assert bare.force[closed] == pytest.approx(other.force[closed], rel=0, abs=scale)
     assert bare.events[1].depth == pytest.approx(other.events[1].depth, rel=0, abs=scale)
 
@@ -188,7 +197,8 @@ def test_a_tip_that_does_not_adhere_is_that_of_one_contact(geometry, slopes, mor
     assert [event.kind for event in several.events] == ["touch", "detachment"]
 
 
-def test_a_cone_that_does_not_adhere_is_that_of_one_contact_at_finite_slopes():
+def test_cone_without_adhesion_finite_slopes():
+    """A cone that does not adhere is that of one contact at finite slopes."""
     scene = wedge(0.2, geometry="axisymmetric", slopes="finite")
     for d in (1e-7, 1e-3):  # a path, which begins at a radius of 0, takes minutes there
         one, other = (minimise(s, d) for s in (scene, replace(scene, **OVER_ALL)))
@@ -198,7 +208,8 @@ def test_a_cone_that_does_not_adhere_is_that_of_one_contact_at_finite_slopes():
 @pytest.mark.parametrize("s", [2.0**-21, 2.0**-33])
 @pytest.mark.parametrize("phi", [0.05, -0.5, 1.0])
 def test_beside_tiny_radii_the_surface_is_that_of_the_mesh(s, phi):
-    radius, inclined = np.array([s]), np.array([phi])
+    radius = np.array([s])
+    inclined = np.array([phi])
     u, energy = menisci.read(1, radius, inclined)
     _, mesh, stored = menisci.solve(1, radius, np.sin(inclined), 2)
     assert u == pytest.approx(mesh[:, 0], rel=2e-11)
@@ -208,7 +219,9 @@ def test_beside_tiny_radii_the_surface_is_that_of_the_mesh(s, phi):
 @pytest.mark.parametrize("name", ["sphere", "cone", "arc", "cubic"])
 def test_forces_and_radii_along_a_path_are_of_second_order(name):
     scene = SCENES.get(name) or turned(PowerLaw(0.3 * ALPHA / A**2, 3.0))
-    depths, links, worst = np.linspace(0.1, 1, 37) * DELTA0, (20, 40, 80, 160), []
+    depths = np.linspace(0.1, 1, 37) * DELTA0
+    links = (20, 40, 80, 160)
+    worst = []
     fitted = load_path(scene, depths=depths)
     for n in links:
         path = load_path(scene, depths=depths, method="lattice", spacing=L / n)

@@ -29,10 +29,10 @@ def test_without_adhesion_a_path_begins_with_less_than_rounding():
     "indenter", [Parabola(0.02), PowerLaw(0.3, 1.5), PowerLaw(2e5, 3), PowerLaw(4e9, 4)]
 )
 @pytest.mark.parametrize("w", [0.0, 6e-5])
-def test_one_contact_of_a_smooth_profile_is_followed_without_a_search(
-    indenter, w, geometry, monkeypatch
-):
-    searches, arc = [], SingleLine.arc
+def test_smooth_profile_is_followed_without_search(indenter, w, geometry, monkeypatch):
+    """One contact of a smooth profile is followed without a search."""
+    searches = []
+    arc = SingleLine.arc
     monkeypatch.setattr(SingleLine, "arc", lambda *given: searches.append(1) or arc(*given))
     surfaces = SurfaceEnergies.from_work(0.07, w)
     scene = Scene(ElasticLayer(2.5e3, 0.3, 5e-6), surfaces, indenter, geometry=geometry)
@@ -46,7 +46,7 @@ def test_one_contact_of_a_smooth_profile_is_followed_without_a_search(
 
 
 @pytest.mark.parametrize("w", [0.0, 2e-3])
-def test_lines_leave_the_corners_of_a_polygon_where_they_do_as_states(w):
+def test_lines_leave_polygon_corners_as_states_do(w):
     """With steps just beside the depths at which they come free, too."""
     x = np.array([-6.0, -3.0, -1.2, 0.1, 1.5, 2.9, 6.0])
     polygon = Sampled(x, 0.01 * x**2 + 0.003 * x, kind="linear")
@@ -73,7 +73,7 @@ def test_a_polygon_is_pulled_off_where_a_line_leaves_a_corner():
     assert pulls[1] == pytest.approx(pull.force, rel=1e-10) and pulls[1] == min(pulls)
 
 
-def test_a_body_that_is_all_but_flat_is_pulled_off_by_the_largest_pull_of_its_states():
+def test_pull_off_of_an_almost_flat_body():
     """The known profile ends 10²³ times as high as any state is deep."""
     surfaces = SurfaceEnergies.from_work(12276.2, 122762.3)
     scene = Scene(ElasticLayer(356.3, -0.9, 0.1108), surfaces, PowerLaw(1.3376e37, 20))
@@ -83,10 +83,12 @@ def test_a_body_that_is_all_but_flat_is_pulled_off_by_the_largest_pull_of_its_st
     assert pulls[1] == pytest.approx(pull.force, rel=1e-10) and pulls[1] == min(pulls)
 
 
-def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_touches():
+def test_first_and_second_contact_begin():
     """Each is there from the depth of its event on."""
-    scene, up = wavy(crests=3), np.array([-0.1, 0.6, 1.485]) * DELTA0
-    path, x = load_path(scene, depths=up), np.linspace(*scene.indenter.extent, 100_001)
+    scene = wavy(crests=3)
+    up = np.array([-0.1, 0.6, 1.485]) * DELTA0
+    path = load_path(scene, depths=up)
+    x = np.linspace(*scene.indenter.extent, 100_001)
     near = x[np.argmin(scene.indenter.height(x))] + np.linspace(-1e-3, 1e-3, 100_001) * L
     lowest = scene.indenter.height(near).min()
     assert path.events[0].depth == pytest.approx(lowest, rel=0, abs=1e-12 * DELTA0)
@@ -98,12 +100,12 @@ def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_tou
 
 def test_springs_pull_hardest_where_a_gap_opens_between_readings():
     """γ₁ = 0 and a stiff machine: at a crest of the profile, in a jump that hardly moves it."""
-    body, x = (
-        rippled(0.03, 0.6 * L, 0.6 * DELTA0, (-8 * L, 8 * L)),
-        np.linspace(-8, 8, 1_000_001) * L,
-    )
-    scene, f = adhesive(body, gamma1=0.0), body.height(x)
-    drives, stiff = np.array([1.6, -1.0, -1.6]) * DELTA0, 1e5 * scene.stiffness * L
+    body = rippled(0.03, 0.6 * L, 0.6 * DELTA0, (-8 * L, 8 * L))
+    x = np.linspace(-8, 8, 1_000_001) * L
+    scene = adhesive(body, gamma1=0.0)
+    f = body.height(x)
+    drives = np.array([1.6, -1.0, -1.6]) * DELTA0
+    stiff = 1e5 * scene.stiffness * L
     path = load_path(scene, drives=drives, machine_stiffness=stiff)
     crests = f[1:-1][(f[1:-1] > f[:-2]) & (f[1:-1] > f[2:]) & (f[1:-1] < drives[0])]
     pulled = [scene.stiffness * (z - DELTA0 - f[f <= z]).sum() * (x[1] - x[0]) for z in crests]
@@ -113,7 +115,8 @@ def test_springs_pull_hardest_where_a_gap_opens_between_readings():
 
 
 def test_contacts_many_decay_lengths_apart_are_single_ones():
-    off, depths = 0.1 * DELTA0, np.r_[-0.1, 0.4, -0.5, -1.1] * DELTA0
+    off = 0.1 * DELTA0
+    depths = np.r_[-0.1, 0.4, -0.5, -1.1] * DELTA0
     height, slope, corners = envelope([0.005, 0.003], np.array([-60, 60]) * L, [off, 0.0])
     body = Profile(height, slope, (-120 * L, 120 * L), corners)
     both = load_path(adhesive(body), depths=depths)
@@ -146,7 +149,8 @@ def test_lines_jump_where_equation_16_has_extrema():
 
 def test_a_line_jumps_over_a_corner_at_which_the_slope_falls():
     """Eq. (16) with f' on either side: by J l apart in depth."""
-    at, fall = 0.8 * L, 0.3 * ALPHA
+    at = 0.8 * L
+    fall = 0.3 * ALPHA
     body = Profile(
         lambda x: np.square(x) / 0.03 - fall * np.maximum(np.abs(x) - at, 0),
         lambda x: np.asarray(x) / 0.015 - fall * np.sign(x) * (np.abs(x) > at),
@@ -162,7 +166,8 @@ def test_a_line_jumps_over_a_corner_at_which_the_slope_falls():
 def test_tips_are_points_of_contact_until_they_are_pulled():
     """P = 2kld per tip while it holds the lines, for 0 < d < l tan δ - δ₀; nothing is released."""
     c = 60 * L
-    scene, d = adhesive(tips(c)), np.r_[0.5, 1.0, 0.3] * DELTA0
+    scene = adhesive(tips(c))
+    d = np.r_[0.5, 1.0, 0.3] * DELTA0
     path = load_path(scene, depths=[-DELTA0, *d, -0.1 * DELTA0])
     assert path.force[1:4] == pytest.approx(4 * scene.stiffness * L * d, rel=1e-10, abs=0)
     assert path.at(2).lines == (-c, -c, c, c)
@@ -190,9 +195,10 @@ def test_a_profile_too_rough_to_see_every_event_is_warned_of():
         load_path(roughened(1e6), depths=[-1e-3, 1e-3])
 
 
-def test_a_tip_that_is_pressed_in_stays_in_contact_where_a_line_jumps_to_it():
+def test_pressed_tip_stays_in_contact():
     """One side of it is too steep for any line, the other up to a corner."""
-    x, slopes = np.array([-4.0, -0.02, 0.0, 4.0]) * L, np.array([-1.2, -2.0, 4.0]) * ALPHA
+    x = np.array([-4.0, -0.02, 0.0, 4.0]) * L
+    slopes = np.array([-1.2, -2.0, 4.0]) * ALPHA
     body = Sampled(x, np.r_[0.0, np.cumsum(slopes * np.diff(x))] - (slopes * np.diff(x))[:2].sum())
     path = load_path(adhesive(body), depths=np.r_[-0.1, 1.5, 0.1, -0.2] * DELTA0)
     assert [event.kind for event in path.events] == ["touch", "jump", "jump", "detachment"]
@@ -202,7 +208,7 @@ def test_a_tip_that_is_pressed_in_stays_in_contact_where_a_line_jumps_to_it():
     assert abs(last.depth) <= 1e-12 * DELTA0
 
 
-def test_lines_of_a_tiny_contact_stay_until_they_are_pulled_enough():
+def test_lines_of_a_tiny_contact_stay():
     """Its lines move by less than 1e-7 l in a step; held, they must not be taken for moving."""
     R = 1e-6 * L
     tiny = Profile(lambda x: x * x / (2 * R), lambda x: x / R, (-L, L))

@@ -16,11 +16,13 @@ PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 20), np.linspace(0.01, -0.01, 30)] *
 def identical(a: History, b: History) -> bool:
     """Equal to the last bit, but for the scenes."""
     for name in (field.name for field in fields(History) if field.name not in ("scene", "branch")):
-        first, second = getattr(a, name), getattr(b, name)
+        first = getattr(a, name)
+        second = getattr(b, name)
         if name == "events":
             first, second = (repr(tuple(map(plain, events))) for events in (first, second))
         if isinstance(first, np.ndarray):
-            first, second = first.tobytes(), second.tobytes()
+            first = first.tobytes()
+            second = second.tobytes()
         if first != second:
             return False
     return True
@@ -82,7 +84,8 @@ def test_every_control_continues(programme):
     whole, first = (load_path(scene, **programme | {name: part}) for part in (values, values[:2]))
     again = load_path(scene, **programme | {name: values[2:]}, after=first)
     for name in ("depth", "force", "energy", "contacts"):
-        one, other = getattr(again, name), getattr(whole, name)
+        one = getattr(again, name)
+        other = getattr(whole, name)
         size = 1e-13 * np.nanmax(np.abs(other))
         assert np.allclose(one, other, rtol=0, atol=size, equal_nan=True)
     assert [e.kind for e in again.events] == [e.kind for e in whole.events]
@@ -91,7 +94,8 @@ def test_every_control_continues(programme):
 
 
 def test_only_the_same_path_is_continued():
-    scene, other = adhesive(Parabola(0.02)), adhesive(Parabola(0.03))
+    scene = adhesive(Parabola(0.02))
+    other = adhesive(Parabola(0.03))
     first = load_path(scene, depths=PROGRAMME[:25])
     for one, given, told in (
         (other, {"depths": PROGRAMME}, r"scene = Scene\(.* differs"),
@@ -118,7 +122,9 @@ def test_a_profile_of_functions_is_read_with_its_scene(tmp_path):
 
 
 def test_a_file_says_what_was_given_of_the_surface_energies(tmp_path):
-    path, energies, by_work = tmp_path / "path.csv", SurfaceEnergies, SurfaceEnergies.from_work
+    path = tmp_path / "path.csv"
+    energies = SurfaceEnergies
+    by_work = SurfaceEnergies.from_work
     scene = Scene(ElasticLayer(2e3, 0.31, 6e-5), by_work(0.05, 1e-4), Parabola(0.017))
     for surfaces, told, absent in (
         (energies(0.05, 0.03, 0.0799), '"gamma2": 0.03, "gamma12": 0.0799', ('"w"',)),
@@ -126,7 +132,8 @@ def test_a_file_says_what_was_given_of_the_surface_energies(tmp_path):
     ):
         scene = replace(scene, surfaces=surfaces)
         load_path(scene, depths=[0.0, 1e-6]).to_csv(path)
-        text, again = path.read_text("utf-8"), History.from_csv(path).scene
+        text = path.read_text("utf-8")
+        again = History.from_csv(path).scene
         assert told in text and not [name for name in absent if name in text]
         assert again == scene and repr(again) == repr(scene)
     spelt_out = replace(scene, surfaces=energies(0.05, 1e-4, 0.05))
@@ -138,7 +145,8 @@ def test_a_file_says_what_was_given_of_the_surface_energies(tmp_path):
 def test_the_pull_off_of_a_contact_that_shrinks_to_nothing(links, off):
     """A tip is lost as its contact shrinks to nothing, where P = -2 √(2wγ₁): of second order."""
     scene = adhesive(Parabola(0.02))
-    length, w = scene.elastocapillary_length, scene.work_of_adhesion
+    length = scene.elastocapillary_length
+    w = scene.work_of_adhesion
     path = load_path(scene, depths=PROGRAMME, method="lattice", spacing=length / links)
     lost = path.events[-1]
     assert path.pull_off.force == pytest.approx(-2 * np.sqrt(2 * w * scene.gamma1), rel=off)
@@ -151,7 +159,8 @@ def test_the_pull_off_of_a_contact_that_shrinks_to_nothing(links, off):
 def test_a_pull_off_force_of_a_few_links_is_told(links, off):
     """At a corner, if hardly one, the last link lets go before the contact has closed."""
     scene = adhesive(Parabola(0.02) + Wedge(1e-6))
-    spacing, exact = scene.elastocapillary_length / links, -2 * np.sqrt(2 * 0.002 * 0.07)
+    spacing = scene.elastocapillary_length / links
+    exact = -2 * np.sqrt(2 * 0.002 * 0.07)
     told = pytest.warns(AccuracyWarning, match="pull-off") if off > 0.03 else nullcontext()
     with told:
         path = load_path(scene, depths=PROGRAMME, method="lattice", spacing=spacing)

@@ -21,7 +21,8 @@ SEEDS = [
 
 def rough(seed):
     """Five waves of random lengths, heights and phases on a parabola; l = 1, δ₀ = 0.2."""
-    rng, x = np.random.default_rng(seed), np.linspace(-15, 15, 601)
+    rng = np.random.default_rng(seed)
+    x = np.linspace(-15, 15, 601)
     z = 0.004 * x * x
     for length in rng.uniform(1.2, 7, 5):
         height = 0.25 * rng.uniform(0.3, 1) * length / 6
@@ -44,7 +45,8 @@ def test_the_energy_lost_in_a_rough_loop_is_of_second_order(seed):
 
     Folds still are of first order: the last two seeds have one that is 4e-4 off on 128 nodes.
     """
-    exact, errors = fitted(seed), []
+    exact = fitted(seed)
+    errors = []
     for nodes in (16, 32, 64, 128):
         path = on_nodes(seed, nodes)
         assert [event.kind for event in path.events] == [event.kind for event in exact.events]
@@ -83,7 +85,8 @@ def test_a_path_that_coarser_nodes_do_not_follow_has_no_estimate():
     assert set(estimate.values()) == {np.inf}
 
 
-def test_on_the_fitted_mesh_the_estimate_is_the_error_that_was_asked_for():
+def test_path_error_estimate_on_the_mesh_is_rtol():
+    """On the fitted mesh the estimate is the error that was asked for."""
     path = load_path(plain(Parabola(1.0), w=0.02), depths=[0.0, 0.1], rtol=1e-7)
     assert path.error_estimate == dict.fromkeys(QUANTITIES, 1e-7)
 

@@ -20,7 +20,9 @@ def programme(scene, top=3.0, bottom=-2.0):
 
 @pytest.mark.slow
 def test_stripes_pin_the_line_and_release_it_by_avalanches():
-    period, low, high = 0.004, 0.25, 1.0
+    period = 0.004
+    low = 0.25
+    high = 1.0
     plain = adhesive(Parabola(0.05))
     scene = replace(plain, pattern=Patches.stripes(period, low, high, 0.1))
     depths = programme(scene, 3.0, -2.0)
@@ -49,7 +51,9 @@ def test_a_defect_holds_the_line_until_it_tears_off():
     """On retraction a strong patch holds the right line until it tears off the inner border."""
     plain = adhesive(Parabola(0.02))
     scene = replace(plain, pattern=Patches([0.006, 0.0066], [1.0, 4.0, 1.0]))
-    f, slope, alpha = 0.006**2 / 0.04, 0.006 / 0.02, np.sqrt(2 * 4 * 0.002 / plain.gamma1)
+    f = 0.006**2 / 0.04
+    slope = 0.006 / 0.02
+    alpha = np.sqrt(2 * 4 * 0.002 / plain.gamma1)
     torn = f + plain.elastocapillary_length * (slope - alpha)  # Eq. (16) of the patch there
     there = np.linspace(-0.8, 2, 60) * scene.critical_separation
     path = load_path(scene, depths=[0.0, *there, *there[::-1]], method="lattice", spacing=SPACING)
@@ -86,11 +90,12 @@ def test_a_path_does_not_continue_from_a_wrong_state(pattern):
             branch.certify(point._replace(memory=((first, last + links),)))
 
 
-def test_a_lone_node_holds_no_more_than_both_lines_of_a_narrow_contact():
+def test_largest_pull_on_a_lone_node():
     """Which pull with √(2wγ₁) each: below -δ₀ such a contact has closed."""
     scene = adhesive(Parabola(0.02))
     branch = LatticeBranch.of(scene, SPACING, 1e-3)
-    touch, delta0 = branch.row.touch, scene.critical_separation
+    touch = branch.row.touch
+    delta0 = scene.critical_separation
     alone = branch.first._replace(memory=((touch, touch),))
     branch.certify(alone._replace(depth=-(1 - 1e-6) * delta0))
     with pytest.raises(NotCertifiedError, match="opening"):
@@ -109,7 +114,8 @@ def test_a_line_crosses_the_apex_where_nothing_holds_it():
     h = 1e-4
     depths = [0.02, -0.002, -0.01, -0.04]
     path = load_path(one_sided(), depths=depths, method="lattice", spacing=h)
-    left, right = path.contacts[:, 0], path.contacts[:, 1]
+    left = path.contacts[:, 0]
+    right = path.contacts[:, 1]
     bare = 0.1 - np.sqrt(0.1**2 - 2 * 0.002)  # x²/2 - l x = d
     assert left[1] == pytest.approx(bare, abs=h / 10)
     assert left[2:] == pytest.approx([0.05, 0.05], abs=h)
@@ -207,10 +213,11 @@ def test_two_contacts_under_a_load(control):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 5, 8, 12, 14, 16, 20, 23])
-def test_without_adhesion_a_path_passes_the_states_of_an_obstacle(seed):
+def test_path_without_adhesion_is_an_obstacle_problem(seed):
     """Whatever the profile: the same contacts, nothing lost, and no line jumps."""
     case = case_of("no_adhesion", seed)
-    scene, spacing = case.scene, case.feature / 9
+    scene = case.scene
+    spacing = case.feature / 9
     depths = case.above + case.scale * np.r_[np.linspace(-0.2, 2, 10), np.linspace(1.9, -0.2, 8)]
     path = load_path(scene, depths=depths, method="lattice", spacing=spacing)
     for step, depth in enumerate(depths.tolist()):
@@ -230,7 +237,8 @@ def test_without_adhesion_a_path_passes_the_states_of_an_obstacle(seed):
 def dead_load_of(seed, nodes):
     """A random profile, so many nodes on its shortest length, pressed and pulled by dead loads."""
     case = case_of("small", seed)
-    scene, rng = case.scene, np.random.default_rng(seed)
+    scene = case.scene
+    rng = np.random.default_rng(seed)
     options = {"method": "lattice", "spacing": case.feature / rng.uniform(*nodes)}
     depths = np.linspace(-0.1, rng.uniform(0.3, 3), 30) * case.scale + case.above
     deepest = load_path(scene, depths=depths, **options).force.max()
@@ -240,7 +248,7 @@ def dead_load_of(seed, nodes):
     return load_path(scene, forces=forces, **options)
 
 
-def test_a_pull_off_releases_energy_down_to_where_the_contact_closes():
+def test_energy_released_by_a_pull_off():
     """Its lines jump as it begins: what the load does until they are gone counts."""
     path = dead_load_of(29, (8, 16))
     assert path.events[-1].kind == "pull-off"
@@ -259,11 +267,13 @@ def test_nothing_is_pulled_off_by_a_growing_load(seed):
     assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
 
 
-def test_a_state_that_is_left_before_an_event_does_not_wait_for_that_event():
+def test_state_left_before_an_event():
     """Where P between the nodes falls by what a link changes; the next contact begins far below."""
     case = case_of("small", 62)
-    scene, rng = case.scene, np.random.default_rng(62)
-    spacing, delta0 = case.feature / rng.uniform(8, 16), case.scale
+    scene = case.scene
+    rng = np.random.default_rng(62)
+    spacing = case.feature / rng.uniform(8, 16)
+    delta0 = case.scale
     top = case.above + delta0 * rng.uniform(0.3, 3)
     drives = np.r_[
         np.linspace(case.above - delta0, top, 12), np.linspace(top, case.above - 20 * delta0, 40)
@@ -277,14 +287,16 @@ def test_a_state_that_is_left_before_an_event_does_not_wait_for_that_event():
     assert min(event.energy_released for event in path.events) >= 0
 
 
-def test_jumps_under_a_load_are_those_of_the_depths_however_many_links_are_passed():
+def test_jumps_under_a_load_pass_any_number_of_links():
     """One jump is a hundredth of the way up: P has to be looked at wherever a link is passed."""
-    rng, x = np.random.default_rng(3), np.linspace(-30, 30, 1201)
+    rng = np.random.default_rng(3)
+    x = np.linspace(-30, 30, 1201)
     waves = (np.cos(2 * np.pi * n * x / 20 + rng.uniform(0, 6.3)) * 0.02 / n for n in range(1, 9))
     z = sum(waves) + 0.002 * x**2
     scene = plain(Sampled(x, z - z.min(), kind="smooth"), w=0.01)
     nodes = {"method": "lattice", "spacing": 0.05}
-    down, up = np.linspace(0.0, 0.25, 2001), np.linspace(0.25, -0.085, 4001)
+    down = np.linspace(0.0, 0.25, 2001)
+    up = np.linspace(0.25, -0.085, 4001)
     imposed = load_path(scene, depths=np.concatenate([down, up]), **nodes)
     force = imposed.force[2000:]
     held = load_path(scene, forces=[0.0, *np.linspace(force[0], 1.3 * force.min(), 300)], **nodes)
@@ -298,9 +310,11 @@ def test_jumps_under_a_load_are_those_of_the_depths_however_many_links_are_passe
 
 @pytest.mark.parametrize("spacing", [2e-3, 1e-3, 5e-4, 2.5e-4])
 def test_the_pull_off_between_steps_is_found_on_nodes_as_well(spacing):
-    scene, nodes = adhesive(Parabola(1.0)), {"method": "lattice", "spacing": spacing}
+    scene = adhesive(Parabola(1.0))
+    nodes = {"method": "lattice", "spacing": spacing}
     given = {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
-    known, delta0 = cards.parabola.pull_off(R=1.0, **given), scene.critical_separation
+    known = cards.parabola.pull_off(R=1.0, **given)
+    delta0 = scene.critical_separation
     found = load_path(scene, depths=[0.0, delta0, -2 * delta0], **nodes).pull_off
     coarse = (spacing / scene.elastocapillary_length) ** 2
     assert found.force == pytest.approx(known.force, rel=0.03 * coarse, abs=0)
@@ -308,7 +322,7 @@ def test_the_pull_off_between_steps_is_found_on_nodes_as_well(spacing):
 
 
 @pytest.mark.parametrize("off", [0.1, 0.3, 0.5])
-def test_contact_begins_where_the_parabola_through_the_lowest_nodes_is_lowest(off):
+def test_first_touch_by_the_parabola_of_nodes(off):
     """Not where the lowest node touches: the profile has its lowest point between nodes."""
     spacing = 0.05
     body = Profile(
@@ -316,7 +330,8 @@ def test_contact_begins_where_the_parabola_through_the_lowest_nodes_is_lowest(of
         lambda x: np.asarray(x, float) - off * spacing,
         extent=(-4.0, 4.0),
     )
-    scene, nodes = plain(body, w=0.02), {"method": "lattice", "spacing": spacing}
+    scene = plain(body, w=0.02)
+    nodes = {"method": "lattice", "spacing": spacing}
     path = load_path(scene, depths=[-1e-3, 1e-12, 0.1, -0.5], **nodes)
     assert path.events[0].kind == "jump-in"
     assert abs(path.events[0].depth) <= 1e-15

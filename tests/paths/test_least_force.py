@@ -74,7 +74,8 @@ def drawn(path: History) -> Snapshot:
 @pytest.mark.parametrize("name", NAMES)
 def test_the_pull_off_is_that_of_drawing_every_leg(name):
     path = followed(name)
-    state, found = drawn(path), path.pull_off
+    state = drawn(path)
+    found = path.pull_off
     sizes = np.abs(path.force).max(), np.ptp(path.depth[np.isfinite(path.depth)]), 1.0
     pairs = zip(found, (state.force, state.depth, state.half_width), sizes, strict=True)
     for value, expected, size in pairs:
@@ -86,7 +87,8 @@ def test_the_pull_off_is_that_of_drawing_every_leg(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_force_between_two_states_is_below_its_bound(name):
-    path, seen = followed(name), 0
+    path = followed(name)
+    seen = 0
     for each in bounded(path._branch, [*path._stretches()]):
         depths = each.stretch.depths
         first, last = (path._branch.contact(depths[i], *each.stretch.lines[i]) for i in (0, -1))
@@ -105,8 +107,12 @@ class Counted:
     """How often parts of a path are walked again, and how many states are drawn."""
 
     def __init__(self, monkeypatch):
-        self.walks, self.states, self.legs = 0, 0, 0
-        track, totals, leg = Walk.track, LatticeBranch.totals, LatticeBranch.leg
+        self.walks = 0
+        self.states = 0
+        self.legs = 0
+        track = Walk.track
+        totals = LatticeBranch.totals
+        leg = LatticeBranch.leg
 
         def counted_track(*given):
             self.walks += 1
@@ -149,7 +155,8 @@ def test_only_what_may_be_less_is_walked_again_and_drawn(monkeypatch, scene, pro
     assert 5 * found.states <= every.states
 
 
-def test_a_path_read_from_a_file_or_continued_has_the_same_pull_off(tmp_path):
+def test_pull_off_of_a_read_or_continued_path(tmp_path):
+    """A path read from a file or continued has the same pull off."""
     scene, programme = CASES["rough"]
     path = followed("rough")
     path.to_csv(tmp_path / "path.csv")

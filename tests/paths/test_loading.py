@@ -14,7 +14,8 @@ from discretization.profile import resolve
 from energy import ElasticLayer, FlatPunch, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge, cards
 from studies.shared.random_cases import random_case
 
-CUBIC, TILTED = PowerLaw(40.0, 3.0), Parabola(0.02).tilted(0.05)
+CUBIC = PowerLaw(40.0, 3.0)
+TILTED = Parabola(0.02).tilted(0.05)
 SINGLE = {"parabola": SCENES["parabola"], "steep parabola": SCENES["steep parabola"]} | {
     f"{slopes} {type(body).__name__}": adhesive(body, slopes=slopes)
     for slopes in ("small", "finite")
@@ -46,13 +47,16 @@ def test_a_path_is_made_of_the_states_of_minimise(name, levels, nodes):
     """Several contacts only grow or only shrink since they touched first."""
     scene = (SINGLE | OTHERS | DRY)[name]
     depths = resolve(scene, 0.0).touch + np.array(levels) * DELTA0
-    path, held = load_path(scene, depths=depths, **nodes), 0
+    path = load_path(scene, depths=depths, **nodes)
+    held = 0
     for i, depth in enumerate(path.depth.tolist()):
         if math.isnan(path.contacts[i, 0]):  # before it touches, or lost
             assert not held or minimise(scene, depth, **nodes).label == "detached"
             continue
-        state, held = minimise(scene, depth, **nodes), held + 1
-        lines, width = state.contacts.ravel(), max(state.half_width, 1e-3 * abs(state.depth))
+        state = minimise(scene, depth, **nodes)
+        held = held + 1
+        lines = state.contacts.ravel()
+        width = max(state.half_width, 1e-3 * abs(state.depth))
         inner = nodes["spacing"] / 2 if nodes else 1e-11 * width  # on nodes told by their links
         assert path.contacts[i] == pytest.approx(lines[[0, -1]], rel=0, abs=1e-11 * width)
         assert path.at(i).lines == pytest.approx(lines, rel=0, abs=inner)
@@ -69,7 +73,8 @@ def test_events_work_and_largest_pull_do_not_depend_on_the_steps(name):
     scene = (SINGLE | SCENES)[name]
     turns = resolve(scene, 0.0).touch + np.array([-0.1, 3.0, -0.1, 2.0, -3.5]) * DELTA0
     fine = load_path(scene, depths=np.interp(np.linspace(0, 4, 41), range(5), turns))
-    coarse, several = load_path(scene, depths=turns), name in ("crests", "dimple")
+    coarse = load_path(scene, depths=turns)
+    several = name in ("crests", "dimple")
     once = [] if several else [load_path(scene, depths=turns[[0, 1, 4]])]
     work = coarse.work()
     assert [e.kind for e in fine.events] == [e.kind for e in coarse.events]
@@ -85,7 +90,8 @@ def test_events_work_and_largest_pull_do_not_depend_on_the_steps(name):
 
 @pytest.mark.parametrize("nodes", [{}, {"method": "lattice", "spacing": L / 60}])
 def test_no_unit_enters(nodes):
-    unit, stress = 1e-6, 3e4
+    unit = 1e-6
+    stress = 3e4
     depths = np.r_[-0.1, 0.6, 1.485, 1.8, np.linspace(1.2, -0.9, 6)] * DELTA0
     scene = wavy(crests=3)
     path = load_path(scene, depths=depths, **nodes)
@@ -101,7 +107,9 @@ def test_no_unit_enters(nodes):
 
 def test_a_sharp_wedge_is_pinned_at_its_tip_and_loses_nothing():
     scene = adhesive(Wedge(0.4), w=0.001)
-    slope, length, delta0 = math.tan(0.4), scene.elastocapillary_length, scene.critical_separation
+    slope = math.tan(0.4)
+    length = scene.elastocapillary_length
+    delta0 = scene.critical_separation
     free = length * slope - delta0
     assert free > 0
     path = load_path(scene, depths=[2 * free, -delta0])
@@ -127,7 +135,8 @@ def test_a_tilted_punch_leaves_one_edge_and_then_the_other():
     Under a load nothing holds it once it has left its edge.
     """
     scene = adhesive(FlatPunch(0.03).tilted(0.002))
-    delta0, length = scene.critical_separation, scene.elastocapillary_length
+    delta0 = scene.critical_separation
+    length = scene.elastocapillary_length
     ends = [0.002 * (x + length) - delta0 for x in (0.03, -0.03)]
     path = load_path(scene, depths=[0.5 * delta0, -2 * delta0])
     left = [event.depth for event in path.events if event.kind == "edge depinning"]
@@ -156,7 +165,8 @@ def test_after_pull_off_the_indenter_can_touch_again():
     assert path.force == pytest.approx([force, 0.0, 0.0, force], rel=1e-10, abs=1e-12 * force)
     machine = load_path(scene, drives=[0.01, -1.0, 0.01], machine_stiffness=scene.stiffness * 0.001)
     assert machine.depth[1] == -1.0 and machine.force[1] == 0.0
-    found, before = machine.depth[2], machine.depth[0]  # roots found from different states
+    found = machine.depth[2]
+    before = machine.depth[0]  # roots found from different states
     assert found == pytest.approx(before, rel=1e-14, abs=0)
 
 
@@ -165,7 +175,8 @@ def test_after_pull_off_the_indenter_can_touch_again():
 )
 def test_a_path_does_not_continue_from_a_wrong_state(monkeypatch, opening, factor):
     """A line out of place is noticed, with one work of adhesion and with two."""
-    scene, leg = adhesive(Parabola(0.02), w=0.001, opening=opening), OneContactBranch.leg
+    scene = adhesive(Parabola(0.02), w=0.001, opening=opening)
+    leg = OneContactBranch.leg
 
     def wrong(self, point, goal):
         found = leg(self, point, goal)
@@ -192,29 +203,36 @@ OF_SHAPE = {  # names of the cards, and of the size in cards and in indenters
 @pytest.mark.parametrize("shape", OF_SHAPE)
 def test_events_and_loop_areas_are_those_of_the_cards(shape, control):
     """Touch, press in, retract until the contact is lost: two steps."""
-    rng, flat = np.random.default_rng(len(shape) + 10 * len(control)), shape == "flat"
+    rng = np.random.default_rng(len(shape) + 10 * len(control))
+    flat = shape == "flat"
     name, symbol, size = OF_SHAPE[shape]
     module = {"depth": cards.displacement_control, "force": cards.load_control}.get(control)
     module = module or cards.machine_control
     for _ in range(3):
         case = random_case(rng, shape)
-        scene, delta0 = case.scene, case.scene.critical_separation
-        k, length = scene.stiffness, scene.elastocapillary_length
+        scene = case.scene
+        delta0 = case.scene.critical_separation
+        k = scene.stiffness
+        length = scene.elastocapillary_length
         given = {symbol: getattr(scene.indenter, size), "k": k, "gamma1": scene.gamma1}
-        given["w"], stiffness = scene.work_of_adhesion, k * length * 10 ** rng.uniform(-1, 1.5)
-        d, load = 2 * delta0, 2 * k * delta0 * (length + case.half_width)
+        given["w"] = scene.work_of_adhesion
+        stiffness = k * length * 10 ** rng.uniform(-1, 1.5)
+        d = 2 * delta0
+        load = 2 * k * delta0 * (length + case.half_width)
         programme = {
             "depth": {"depths": [d, -d]},
             "force": {"forces": [load, -1e3 * load]},
             "drive": {"drives": [2 * d, -1e5 * d], "machine_stiffness": stiffness},
         }[control]
-        path, own = load_path(scene, **programme), {"K": stiffness} if control == "drive" else {}
+        path = load_path(scene, **programme)
+        own = {"K": stiffness} if control == "drive" else {}
         begins = cards.displacement_control if flat else module
         jump = getattr(begins, f"{name}_jump_in")(**given, **({} if flat else own))
         ends = cards.displacement_control if flat and control == "force" else module
         let_go = getattr(ends, f"{name}_detachment")(**given, **own)
         area = float(getattr(ends, f"{name}_loop_area")(**given, **own))
-        first, last = path.events[0], path.events[-1]
+        first = path.events[0]
+        last = path.events[-1]
         assert first.kind == "jump-in"
         assert last.kind == ("detachment" if control == "depth" else "pull-off")
         tension = k * delta0 * (length + jump.half_width)
@@ -235,7 +253,8 @@ def test_adhesion_hysteresis_pins_the_line_and_dissipates():
     scene = adhesive(Parabola(0.02), w=0.001, opening=0.003)
     given = {"c": 25.0, "n": 2.0, "k": scene.stiffness, "gamma1": scene.gamma1}
     given |= {"w_closing": 0.001, "w": 0.003}
-    top, bottom = 2 * scene.critical_separation, -0.96 * scene.opened.critical_separation
+    top = 2 * scene.critical_separation
+    bottom = -0.96 * scene.opened.critical_separation
     up, down = (cards.two_works.half_widths(d, **given) for d in (top, 0.0))
     path = load_path(scene, depths=[top, 0.0, top])
     assert path.half_width[0] == pytest.approx(up[0], rel=1e-13, abs=0)
@@ -258,12 +277,14 @@ DEPTHS = np.r_[-0.1, np.linspace(0, 1.6, 5), np.linspace(1.3, -1.6, 12)] * DELTA
     ("body", "touched"),
     [(DEEP, None), (Parabola(0.02), 2 * math.sqrt(0.064 * DELTA0)), (FlatPunch(0.03), 0.06)],
 )
-def test_springs_lose_their_work_of_adhesion_wherever_they_have_been_touched(body, touched):
+def test_springs_lose_work_of_adhesion_where_touched(body, touched):
     """γ₁ = 0: each attaches when touched and lets go at u = -δ₀, at a loss of w."""
-    scene, x = adhesive(body, gamma1=0.0), np.linspace(-8 * L, 8 * L, 1_000_001)
+    scene = adhesive(body, gamma1=0.0)
+    x = np.linspace(-8 * L, 8 * L, 1_000_001)
     path = load_path(scene, depths=DEPTHS)
     assert (max(len(inner) for inner in path.inner) >= 4) == (touched is None)
-    sure, touched = bool(touched), touched or np.mean(body.height(x) < DEPTHS.max()) * 16 * L
+    sure = bool(touched)
+    touched = touched or np.mean(body.height(x) < DEPTHS.max()) * 16 * L
     assert path.work() == pytest.approx(0.002 * touched, rel=1e-9 if sure else 1e-5, abs=0)
     assert path.work() == pytest.approx(path.dissipated, rel=1e-8, abs=0)
     for depth, force in zip(DEPTHS[2:6], path.force[2:6], strict=True):
@@ -278,7 +299,9 @@ def test_springs_lose_their_work_of_adhesion_wherever_they_have_been_touched(bod
 @pytest.mark.parametrize(("tension", "steps"), [(3, 20), (30, 60)])
 def test_a_contact_of_nanometres_still_holds(tension, steps):
     """Letting go does not come early where the last contact is far narrower than l."""
-    layer, w, b = ElasticLayer(300.0, 0.4, 1e-5), 1e-4, 5e-5
+    layer = ElasticLayer(300.0, 0.4, 1e-5)
+    w = 1e-4
+    b = 5e-5
     delta0 = math.sqrt(2 * w / layer.stiffness)
     surfaces = SurfaceEnergies.from_work(layer.stiffness * (tension * b) ** 2, w)
     scene = Scene(layer, surfaces, Parabola(b * b / delta0))
@@ -290,7 +313,8 @@ def test_a_contact_of_nanometres_still_holds(tension, steps):
 
 def test_a_line_that_comes_free_can_be_the_pull_off():
     """Under a dead load, springs without tension: pinned up to d = 0, unstable from there on."""
-    scene, slope = adhesive(Wedge(0.05), gamma1=0.0), math.tan(0.05)
+    scene = adhesive(Wedge(0.05), gamma1=0.0)
+    slope = math.tan(0.05)
     delta0 = scene.critical_separation
     force = scene.stiffness * delta0**2 / slope
     path = load_path(scene, forces=[force, -3 * force])

@@ -36,7 +36,8 @@ def equations_of(scene, depth):
 
 def ripples(height=0.6, wave=1.3, R=0.5):
     """A wide parabola with waves steeper than the contact angle."""
-    rise, q = height * DELTA0, 2 * math.pi / (wave * L)
+    rise = height * DELTA0
+    q = 2 * math.pi / (wave * L)
     return adhesive(
         Profile(
             lambda x: np.asarray(x) ** 2 / (2 * R) + rise * (1 - np.cos(q * np.asarray(x))),
@@ -177,7 +178,8 @@ def test_without_adhesion_a_gap_closes_and_opens_at_the_pressure_of_its_crest():
 
 def test_what_closer_nodes_never_confirm_keeps_the_values_of_nodes(monkeypatch):
     """With a warning and the depths; beyond these it is refined again."""
-    scene, depths = ripples(), np.array([0.0, 1.0, 2.0, 0.5, -1.0]) * DELTA0
+    scene = ripples()
+    depths = np.array([0.0, 1.0, 2.0, 0.5, -1.0]) * DELTA0
     exact = load_path(scene, depths=depths)
     assert len(exact.events) > 2
     agrees = Landings.agrees

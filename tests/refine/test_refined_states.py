@@ -68,7 +68,8 @@ def test_contacts_next_to_an_event_are_not_believed():
     """On either side of a jump on the nodes, and where the contact is lost."""
     scene = wavy(0.002, crests=4)
     nodes = nodes_of(scene, 3 * DELTA0)
-    walk, lowest = nodes.walk, nodes.row.lowest
+    walk = nodes.walk
+    lowest = nodes.row.lowest
     event = walk.track(walk.touched(lowest), lowest, 3 * DELTA0)
     assert event.at is not None and len(event.after) > len(event.trace[-1][1]) // 2
     margin = 0.01 * DELTA0

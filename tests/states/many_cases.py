@@ -71,10 +71,12 @@ class Case:
     def __init__(self, seed):
         dice = Dice(seed)
         self.seed = seed
-        ell, stress = dice.decade(-7, 3), dice.decade(-6, 6)
+        ell = dice.decade(-7, 3)
+        stress = dice.decade(-6, 6)
         layer = ElasticLayer(stress, dice.one_of(0.0, 0.3, 0.49), ell * dice.decade(-1, 1))
         k = layer.stiffness
-        gamma1, work = k * ell**2, dice.one_of(1e-4, 1e-3, 1e-2, 0.1, 0.5, 1.5)
+        gamma1 = k * ell**2
+        work = dice.one_of(1e-4, 1e-3, 1e-2, 0.1, 0.5, 1.5)
         slopes = dice.one_of("small", "small", "finite")
         geometry = dice.one_of("line", "line", "axisymmetric")
         rise = min(math.sqrt(work) * dice.decade(-1, 0.7), 3.0 if slopes == "finite" else 1e3)
@@ -151,9 +153,11 @@ def differences(case):
             _refused(case, i)
     if not kept:
         return np.zeros(5), 0
-    many, worst = minimise_many(case.scene, **case.arrays(kept)), np.zeros(5)
+    many = minimise_many(case.scene, **case.arrays(kept))
+    worst = np.zeros(5)
     for at, i in enumerate(kept):
-        state, where = one[i], f"seed {case.seed}, state {i}"
+        state = one[i]
+        where = f"seed {case.seed}, state {i}"
         assert many.stable[at] or not case.w[i], where
         if bool(state.contacts.size) != many.in_contact[at]:
             assert undecided(case, i), where
@@ -191,7 +195,8 @@ def _of_state(case, many, at, state):
         off = abs(getattr(many, name)[at] - getattr(state, name))
         assert size or not off, f"seed {case.seed}: {name} of {state!r}"
         found.append(off / (close[name] * size) if size else 0.0)
-    angle, other = state.contact_angle, many.contact_angle[at]
+    angle = state.contact_angle
+    other = many.contact_angle[at]
     assert math.isnan(angle) == math.isnan(other), f"seed {case.seed}: {state!r}"
     steep = case.scene.slopes == "finite" and case.scene.axisymmetric
     x = state.half_width

@@ -78,7 +78,8 @@ dice = st.integers(0, 2**62).map(Dice)
 
 def body(dice, ell, rise):
     """An indenter with a slope of the size of `rise` at a distance of some l."""
-    a, n = ell * dice.decade(-2, 2), dice.one_of(1, 2, 3, 4, 2.5, 20)
+    a = ell * dice.decade(-2, 2)
+    n = dice.one_of(1, 2, 3, 4, 2.5, 20)
     made = dice.one_of(
         lambda: Plane(),
         lambda: FlatPunch(a),
@@ -113,7 +114,8 @@ def rough(dice, a, rise):
 
 def scene_and_depth(dice):
     """A scene over many decades, and a displacement of its to measure depths by."""
-    ell, stress = dice.decade(-9, 9), dice.decade(-9, 9)
+    ell = dice.decade(-9, 9)
+    stress = dice.decade(-9, 9)
     layer = ElasticLayer(stress, dice.one_of(0.0, 0.3, 0.4999, -0.9), ell * dice.decade(-1, 1))
     gamma1 = layer.stiffness * ell**2
     work = dice.one_of(0.0, 1e-12, 1e-6, 1e-2, 0.3, 1.0, 1.9, 10.0)

@@ -15,7 +15,8 @@ from studies.shared.table import read
 
 def summits(length=1.0):
     """Two equal ones."""
-    x, z = np.array([-5.0, -2.0, 0.0, 2.0, 5.0]), np.array([1.0, 0.0, 0.15, 0.0, 1.0])
+    x = np.array([-5.0, -2.0, 0.0, 2.0, 5.0])
+    z = np.array([1.0, 0.0, 0.15, 0.0, 1.0])
     return Sampled(x * length, z * length)
 
 
@@ -50,7 +51,8 @@ def test_the_estimate_of_a_touching_contact_has_no_unit():
 def test_the_far_field_of_finite_slopes_is_balanced(depth):
     state = minimise(plain(FlatPunch(1.0), w=0.9, slopes="finite"), depth)
     x = np.array([2.9, 3.1, 5.0, 9.0])
-    u, half = state.displacement(1 + x), np.sqrt(1 - state.displacement(1 + x) ** 2 / 4)
+    u = state.displacement(1 + x)
+    half = np.sqrt(1 - state.displacement(1 + x) ** 2 / 4)
     potential = np.log(np.abs(u) / (1 + half)) + 2 * half  # falls by x, as u²/2 = 1 - cos φ
     assert np.allclose(np.diff(potential), -np.diff(x), rtol=1e-10, atol=0)
 
@@ -85,7 +87,8 @@ def test_nothing_is_known_at_no_position(depth):
 
 
 def test_every_gap_at_re_entrant_corners_is_in_the_lowest_state():
-    x, z = np.arange(-4.0, 5.0), np.abs(np.arange(-4.0, 5.0) % 2 - 1)
+    x = np.arange(-4.0, 5.0)
+    z = np.abs(np.arange(-4.0, 5.0) % 2 - 1)
     question = plain(Sampled(x, 0.5 * (1 - z)) + FlatPunch(3.9), w=0.02)  # teeth
     found = minimise(question, 2.0, branch="global").contacts
     reach = (1.0 - 2 * math.sqrt(0.04)) / (2 * 1.5)  # f' falls by 1 where u = 2 - 1/2
@@ -95,8 +98,10 @@ def test_every_gap_at_re_entrant_corners_is_in_the_lowest_state():
 
 
 @pytest.mark.parametrize("draw", [random_case, random_steep_case])
-def test_a_convex_state_is_global_where_the_global_search_finds_no_less(draw):
-    rng, found = np.random.default_rng(5), []
+def test_convex_state_is_global(draw):
+    """A convex state is global where the global search finds no less."""
+    rng = np.random.default_rng(5)
+    found = []
     for i in range(60):
         case = draw(rng, SHAPES[i % len(SHAPES)])
         adhered, lowest = (
@@ -110,7 +115,8 @@ def test_a_convex_state_is_global_where_the_global_search_finds_no_less(draw):
     assert {*found} == {"global", "metastable"}
 
 
-def test_a_profile_that_is_not_convex_is_adhered_or_known_to_be_metastable():
+def test_nonconvex_state_adhered_or_metastable():
+    """A profile that is not convex is adhered or known to be metastable."""
     body = adhesive(tips(3 * L))
     assert minimise(body, 2 * DELTA0, method="lattice", spacing=L / 40).label == "adhered"
     assert minimise(rough(1), 0.0).label == "adhered"
@@ -122,7 +128,8 @@ def test_a_profile_that_is_not_convex_is_adhered_or_known_to_be_metastable():
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "lattice", "spacing": L / 50}])
-def test_springs_that_would_gain_beside_the_contact_make_it_metastable(method):
+def test_springs_beside_the_contact_make_it_metastable(method):
+    """Springs that would gain beside the contact make it metastable."""
     for body, depth, word in (
         (Parabola(0.02), 0.5 * DELTA0, "metastable"),
         (FlatPunch(2 * L), 0.5 * DELTA0, "global"),
@@ -141,7 +148,8 @@ def test_springs_that_would_gain_beside_the_contact_make_it_metastable(method):
 @pytest.mark.slow
 def test_text_table_and_figure_use_the_same_words(tmp_path):
     path = tmp_path / "punch.toml"
-    layer, surfaces = "E = 1e3\nnu = 0.0\nh = 1e-5", "gamma1 = 0.05\nw = 5e-5"
+    layer = "E = 1e3\nnu = 0.0\nh = 1e-5"
+    surfaces = "gamma1 = 0.05\nw = 5e-5"
     punch = 'shape = "flat_punch"\nhalf_width = 1e-4'
     text = f"[layer]\n{layer}\n[surfaces]\n{surfaces}\n[indenter]\n{punch}\n"
     path.write_text(f"depth = [0.0, -0.95e-6, -1.05e-6]\n{text}", "utf-8")

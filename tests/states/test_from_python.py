@@ -47,7 +47,8 @@ def test_a_state_is_told_in_one_line_and_in_full(state):
 
 def test_numbers_have_units_and_the_digits_that_their_errors_allow():
     nodes = {"method": "lattice", "spacing": SCENE.elastocapillary_length / 20}
-    state, shown = minimise(SCENE, LIFT, **nodes), readings.rounded
+    state = minimise(SCENE, LIFT, **nodes)
+    shown = readings.rounded
     assert shown(0.01413690508, 3.8e-3) == "0.014" and shown(-2.0, 30.0) == "-2"
     assert shown(1 / 3, 1e-18) == "0.3333333333" and shown(1.25, math.inf) == "1.25"
     width = shown(state.half_width, state.uncertainty["half_width"])
@@ -236,7 +237,8 @@ FIRST = (*FUNCTIONS, *MADE, *FOUND, energy.Plane, energy.Assumption)
 
 
 @pytest.mark.parametrize("thing", FIRST, ids=lambda thing: thing.__qualname__)
-def test_help_answers_in_the_sections_of_numpydoc_and_its_examples_run(thing):
+def test_help_has_numpydoc_sections_and_examples(thing):
+    """Help answers in the sections of numpydoc and its examples run."""
     text = inspect.getdoc(thing)
     heads = {
         line
@@ -263,7 +265,8 @@ def test_help_answers_in_the_sections_of_numpydoc_and_its_examples_run(thing):
 
 def run(thing, known):
     """What the examples of a docstring leave behind, which begin with what is known."""
-    text, said = inspect.getdoc(thing), []
+    text = inspect.getdoc(thing)
+    said = []
     test = doctest.DocTestParser().get_doctest(text, known, thing.__qualname__, None, None)
     assert test.examples
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)

@@ -68,7 +68,8 @@ def test_hostile_parts_of_a_scene_are_refused_or_harmless(dice):
 
 def test_what_once_failed_is_answered():
     """Each without a warning: those are errors here."""
-    blunt, punch = plain(PowerLaw(1.0, 12), w=0.0), plain(FlatPunch(1.0).tilted(-1.29), w=1.9)
+    blunt = plain(PowerLaw(1.0, 12), w=0.0)
+    punch = plain(FlatPunch(1.0).tilted(-1.29), w=1.9)
     found = load_path(blunt, depths=[0.0018386, 71.8]).half_width[-1]
     assert found == pytest.approx(minimise(blunt, 71.8).half_width, rel=1e-13, abs=0)
     assert np.isfinite(load_path(punch, forces=[5.0, -0.1, 1.0]).half_width).all()
@@ -82,7 +83,8 @@ def test_what_once_failed_is_answered():
     assert minimise(fine, depth, method="lattice", spacing=1e-7).certificate.ok
 
 
-def test_next_to_letting_go_contact_is_held_and_the_estimate_honest():
+def test_contact_and_estimate_next_to_letting_go():
+    """Next to letting go contact is held and the estimate honest."""
     with pytest.warns(AccuracyWarning, match="rtol = 1e-08 not reached"):  # of a, not of P
         state = minimise(plain(Parabola(10.0)), -0.2 * (1 - 1e-11))
     assert state.label != "detached"
@@ -108,7 +110,8 @@ def test_impossible_numbers_are_refused_in_words(question):
 
 
 CLOSE = 4e-15  # of letting go, in δ₀: rounding of the depth decides
-MOST, MANY = 10**6, 2000  # nodes in contact, of one and of several: more only take longer
+MOST = 10**6
+MANY = 2000  # nodes in contact, of one and of several: more only take longer
 
 
 def exact_at(scene, depth):
@@ -125,7 +128,9 @@ def exact_at(scene, depth):
 
 def agree(scene, depth, numbers, scales, estimates):
     """Half-width, force and energy against the closed form, as far as the estimates promise."""
-    found, delta0, lip = exact_at(scene, depth), scene.critical_separation, 0.0
+    found = exact_at(scene, depth)
+    delta0 = scene.critical_separation
+    lip = 0.0
     if isinstance(scene.indenter, PowerLaw) and scene.indenter.n == 1:
         lip = scene.elastocapillary_length * scene.indenter.c
     if found is None or abs(depth + delta0 - lip) <= CLOSE * (delta0 + lip + abs(depth)):
@@ -160,7 +165,8 @@ def test_minimise_answers_rightly_or_refuses(dice):
     scene, unit = scene_and_depth(dice)
     if scene is None:
         return
-    depth, options = depth_of(dice, scene, unit), {"rtol": dice.one_of(1e-2, 1e-8, 1e-12)}
+    depth = depth_of(dice, scene, unit)
+    options = {"rtol": dice.one_of(1e-2, 1e-8, 1e-12)}
     if dice.chance(0.25) and (spacing := affordable(dice, scene, depth, unit)):
         options |= {"method": "lattice", "spacing": spacing}
     if dice.chance(0.2):
@@ -182,7 +188,8 @@ def test_load_path_answers_rightly_or_refuses(dice):
     if scene is None:
         return
     programme = [depth_of(dice, scene, unit) for _ in range(dice.rng.integers(1, 7))]
-    name, options = dice.one_of("depths", "depths", "forces", "drives"), {}
+    name = dice.one_of("depths", "depths", "forces", "drives")
+    options = {}
     stiffness = scene.stiffness * (scene.elastocapillary_length or unit)
     if name == "forces":
         programme = [stiffness * value for value in programme]

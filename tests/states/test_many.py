@@ -22,7 +22,9 @@ from energy import (
     Wedge,
 )
 
-K, GAMMA1, W = SCENE.stiffness, SCENE.gamma1, SCENE.work_of_adhesion
+K = SCENE.stiffness
+GAMMA1 = SCENE.gamma1
+W = SCENE.work_of_adhesion
 FIELDS = ("half_width", "force", "energy", "contact_angle", "in_contact", "stable", "residual")
 DEPTHS = np.linspace(-0.9, 2.0, 7) * DELTA0
 
@@ -53,7 +55,8 @@ def test_uncertainties_are_those_of_one_state(geometry):
 
 
 def test_arguments_broadcast_and_so_do_the_results():
-    works, tensions = np.array([0.5, 1.0, 2.0]) * W, np.array([[1.0], [3.0]]) * GAMMA1
+    works = np.array([0.5, 1.0, 2.0]) * W
+    tensions = np.array([[1.0], [3.0]]) * GAMMA1
     found = minimise_many(SCENE, DELTA0, w=works, gamma1=tensions, stiffness=2 * K)
     assert {getattr(found, name).shape for name in FIELDS} == {(2, 3)}
     layer = replace(SCENE.layer, E=2 * SCENE.layer.E)
@@ -85,7 +88,8 @@ def test_a_state_does_not_depend_on_the_others():
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_units_do_not_matter(slopes, geometry):
     scene = replace(SCENE, slopes=slopes, geometry=geometry)
-    length, stress = 1e3, 1e-6  # from m and Pa to mm and N/mm²
+    length = 1e3
+    stress = 1e-6  # from m and Pa to mm and N/mm²
     other = rescaled(scene, length, stress)
     works = W * np.geomspace(0.1, 10, 7)
     one = minimise_many(scene, DEPTHS, w=works)
@@ -127,7 +131,8 @@ def test_limits():
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_a_fold_about_an_axis_is_where_one_state_has_it(slopes):
     scene = replace(turned(Parabola(0.02)), slopes=slopes)
-    held, gone = 0.0, -DELTA0
+    held = 0.0
+    gone = -DELTA0
     for _ in range(60):
         middle = (held + gone) / 2
         held, gone = (middle, gone) if minimise_many(scene, middle).in_contact else (held, middle)
@@ -209,7 +214,8 @@ def test_a_state_that_is_no_equilibrium_is_not_returned(monkeypatch):
 @pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
 def test_the_force_is_the_derivative_of_the_energy(body, geometry):
     scene = replace(adhesive(body), geometry=geometry)
-    depth, step = np.linspace(0.1, 2, 5) * DELTA0, 1e-4 * DELTA0
+    depth = np.linspace(0.1, 2, 5) * DELTA0
+    step = 1e-4 * DELTA0
     energies = [minimise_many(scene, depth + i * step).energy for i in (-2, -1, 1, 2)]
     rate = (energies[0] - 8 * energies[1] + 8 * energies[2] - energies[3]) / (12 * step)
     force = minimise_many(scene, depth).force

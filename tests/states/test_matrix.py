@@ -83,12 +83,14 @@ def states():
 
 def field(state):
     """k∫u dx, or dA, over contacts, gaps and tails, by Gauss's rule of the displacement."""
-    length, x = state.scene.elastocapillary_length, state.contacts.ravel()
+    length = state.scene.elastocapillary_length
+    x = state.contacts.ravel()
     round_ = state.scene.axisymmetric
     ends = [0.0 if round_ else x[0] - 40 * length, *x, x[-1] + 40 * length]
     cuts = np.unique(np.concatenate([np.linspace(*pair, 33) for pair in pairwise(ends)]))
     points, weights = np.polynomial.legendre.leggauss(20)
-    half, middle = np.diff(cuts)[:, None] / 2, (cuts[1:] + cuts[:-1])[:, None] / 2
+    half = np.diff(cuts)[:, None] / 2
+    middle = (cuts[1:] + cuts[:-1])[:, None] / 2
     at = (middle + half * points).ravel()
     weights = (half * weights).ravel() * (2 * math.pi * at if round_ else 1.0)
     return state.scene.stiffness * float(weights @ state.displacement(at))
@@ -122,8 +124,10 @@ LONG = dict.fromkeys(LONG, pytest.mark.slow)
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=LONG.get(name, ())) for name in ON_NODES]
 )
-def test_lattices_converge_in_second_order_wherever_the_lines_are_between_nodes(states, name):
-    links, worst = LINKS * FINER.get(name, 1), []
+def test_lattice_convergence_is_second_order(states, name):
+    """Lattices converge in second order wherever the lines are between nodes."""
+    links = LINKS * FINER.get(name, 1)
+    worst = []
     for number in links:
         found = [on_nodes(name, number + part) for part in (0.02, 0.37, 0.68)]
         worst.append(np.max([errors(state, states[name]) for state in found], axis=0))
@@ -134,7 +138,8 @@ def test_lattices_converge_in_second_order_wherever_the_lines_are_between_nodes(
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_state_is_certified_with_young_s_angle_and_its_parts_are_the_whole(states, name):
+def test_state_certificate_angle_and_parts(states, name):
+    """A state is certified with Young's angle and its parts are the whole."""
     state = states[name]
     assert state.certificate.ok and state.method == "fitted"
     assert max(state.error_estimate.values()) <= 1e-8
@@ -208,7 +213,8 @@ UNITS = (1e-6, 3e4), (1e3, 1e-7)
 )
 def test_no_state_depends_on_units(states, name, length, stress):
     """Nor on whether a profile is built in, on nodes and on the mesh."""
-    scene, depth = rescaled(CASES[name][0], length, stress), CASES[name][1]
+    scene = rescaled(CASES[name][0], length, stress)
+    depth = CASES[name][1]
     nodes = {"method": "lattice", "spacing": length * L / 50}
     pairs = [(states[name], {})]
     if name in ON_NODES:
@@ -229,8 +235,10 @@ def test_no_state_depends_on_units(states, name, length, stress):
 
 @pytest.mark.parametrize("name", [name for name in ON_NODES if CASES[name][0].slopes == "small"])
 def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
-    scene, lowest = CASES[name][0], on_nodes(name, 80, branch="global")
-    adhered, mesh = on_nodes(name, 80), solved(name, branch="global")
+    scene = CASES[name][0]
+    lowest = on_nodes(name, 80, branch="global")
+    adhered = on_nodes(name, 80)
+    mesh = solved(name, branch="global")
     size = adhered.scales["energy"]
     assert lowest.certificate.ok and lowest.label in ("global", "detached")
     if lowest.proof:
@@ -245,8 +253,10 @@ def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("draw", [random_case, random_steep_case, "round"])
-def test_random_states_on_nodes_are_those_of_the_mesh_within_their_estimates(draw):
-    rng, ratios = np.random.default_rng(18), []
+def test_random_states_nodes_against_mesh(draw):
+    """Random states on nodes are those of the mesh within their estimates."""
+    rng = np.random.default_rng(18)
+    ratios = []
     for i in range(20 if draw is random_steep_case else 30):  # these take nodes more time
         case = (random_case if draw == "round" else draw)(rng, SHAPES[i % len(SHAPES)])
         scene = replace(case.scene, geometry="axisymmetric") if draw == "round" else case.scene

@@ -80,7 +80,8 @@ def test_swapped_energies_are_asked_about():
     "command", [["energy.py"], ["-c", "import discretization"], ["-m", "studies", "run"]]
 )
 def test_a_file_that_hides_the_package_energy_is_named(command, tmp_path):
-    hiding, environment = tmp_path / "energy.py", {**os.environ, "PYTHONPATH": str(ROOT)}
+    hiding = tmp_path / "energy.py"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     hiding.write_text("from discretization import minimise" if len(command) == 1 else "x = 1\n")
     command = [sys.executable, *command]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True)
@@ -104,7 +105,8 @@ SEARCH = {"method": "shortest_path", "spacing": L / 20, **LOWEST}
 ORACLE = {"method": "oracle", "spacing": L / 400, **LOWEST}
 FITTED = ": nodes answer.* use method='fitted'"
 AXIS = "geometry = 'axisymmetric'" + FITTED
-SPHERE, STRIPES = turned(Parabola(0.02)), Patches.stripes(0.004, 0.25, 1.0, 0.1)
+SPHERE = turned(Parabola(0.02))
+STRIPES = Patches.stripes(0.004, 0.25, 1.0, 0.1)
 BENT = Sampled(np.array([0, 0.5, 0.6, 2, 9]) * L, DELTA0 * np.array([0, 0.02, 0.1, 1.6, 12]))
 RINGS = [turned(dimple()), turned(dimple(), w=0.0), replace(SPHERE, pattern=STRIPES)]
 RINGS += [replace(SPHERE, slopes="finite")]
@@ -208,7 +210,8 @@ def test_a_scan_known_too_little_is_refused_for_the_depth_that_was_given():
     """A bump on a table, as a profilometer scans it: touching it spreads the contact at once."""
     x = np.linspace(0, 2e-3, 400)
     bump = Sampled(x, 6e-6 * np.exp(-(((x - 1e-3) / 3e-4) ** 2)) + 5e-8 * np.sin(x / 3e-5))
-    layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    layer = ElasticLayer(2.5e3, 0.3, 5e-6)
+    surfaces = SurfaceEnergies.from_work(0.07, 6e-5)
     scene = Scene(layer, surfaces, bump)
     words = "cannot be reached: d = -4.8.*e-08, on the way there, .* upside down"
     with pytest.raises(ValueError, match=f"^depth = 3e-07 {words}") as caught:

@@ -14,13 +14,18 @@ from energy import FlatPunch, Parabola, Plane, PowerLaw, Wedge, cards
 
 def of_punch(state):
     """Half of what its tails store is in springs; (9), (10)."""
-    k, a, d = state.scene.stiffness, 2 * L, state.depth
+    k = state.scene.stiffness
+    a = 2 * L
+    d = state.depth
     tail = k * L * d * d / 2
     return k * d * d * a + tail, tail, -2 * a * 0.002, 2 * a * k * d, 2 * k * L * d
 
 
 def of_parabola(state):
-    k, a, d, R = state.scene.stiffness, state.half_width, state.depth, 0.02
+    k = state.scene.stiffness
+    a = state.half_width
+    d = state.depth
+    R = 0.02
     u = d - a * a / (2 * R)
     springs = k * (d * d * a - d * a**3 / (3 * R) + a**5 / (20 * R * R)) + k * L * u * u / 2
     surface = state.scene.gamma1 * a**3 / (3 * R * R) + k * L * u * u / 2
@@ -34,12 +39,14 @@ def of_springs(state):
 
 def of_steep_punch(state):
     """k u²/2 = γ₁(1 - cos φ): a tail stores 2γ₁l(1 - cos φ/2) in its surface; sin φ acts."""
-    gamma1, phi = state.scene.gamma1, 2 * math.asin(0.45)
+    gamma1 = state.scene.gamma1
+    phi = 2 * math.asin(0.45)
     surface = 4 * gamma1 * L * (1 - math.cos(phi / 2))
     return None, surface, -4 * L * 0.05, None, 2 * gamma1 * math.sin(phi)
 
 
-PUNCH, STEEP = FlatPunch(2 * L), {"w": 0.05, "slopes": "finite"}
+PUNCH = FlatPunch(2 * L)
+STEEP = {"w": 0.05, "slopes": "finite"}
 NODES = {"method": "lattice", "spacing": L / 400}
 PARTS = [  # scene, depth, options, springs, surface, adhesion, pressure and lines, their errors
     (adhesive(PUNCH), 0.7 * DELTA0, {}, of_punch, 1e-13),
@@ -78,7 +85,9 @@ def test_a_surface_without_contact_has_no_angle_and_is_flat(kind, options):
 )
 def test_global_is_never_above_adhered_for_rough_indenters(method, spacing, count):
     """To rounding on the fitted mesh, and as far as nodes know the energy."""
-    options, several, lower = {"method": method, "spacing": spacing}, 0, 0
+    options = {"method": method, "spacing": spacing}
+    several = 0
+    lower = 0
     for seed in range(count):
         scene = rough(seed)
         depth = np.random.default_rng(seed).uniform(-0.6, 1.5) * DELTA0
@@ -99,7 +108,8 @@ def test_global_is_never_above_adhered_for_rough_indenters(method, spacing, coun
 @pytest.mark.parametrize("half_width", [0.3 * L, 4 * L])
 def test_maxwell_point_of_the_flat_punch(half_width, geometry):
     """Where the energies are equal the lowest state detaches; on the path the contact holds."""
-    scene, line = replace(adhesive(FlatPunch(half_width)), geometry=geometry), geometry == "line"
+    scene = replace(adhesive(FlatPunch(half_width)), geometry=geometry)
+    line = geometry == "line"
     given = {"a": half_width, "k": scene.stiffness, "gamma1": scene.gamma1}
     given["w"] = scene.work_of_adhesion
     punch = cards.flat_punch if line else cards.axisymmetric.flat_punch
@@ -155,10 +165,12 @@ CONVEX = (
 @pytest.mark.parametrize("body", CONVEX, ids=repr)
 def test_of_a_convex_body_one_contact_or_none_is_the_lowest(body):
     """What the lattice compares is what the search over all contact sets finds."""
-    rng, labels = np.random.default_rng(3), set()
+    rng = np.random.default_rng(3)
+    labels = set()
     for _ in range(12):
         scene = plain(body, w=10 ** rng.uniform(-3, 0))
-        depth, spacing = scene.critical_separation * rng.uniform(-1, 0.2), rng.uniform(0.02, 0.1)
+        depth = scene.critical_separation * rng.uniform(-1, 0.2)
+        spacing = rng.uniform(0.02, 0.1)
         found, searched = (
             minimise(scene, depth, method=method, branch="global", spacing=spacing)
             for method in ("lattice", "shortest_path")
@@ -171,8 +183,10 @@ def test_of_a_convex_body_one_contact_or_none_is_the_lowest(body):
     assert labels == {"global", "detached"}
 
 
-def test_finite_slopes_of_a_convex_body_have_a_lowest_state_on_the_lattice():
-    labels, finite = set(), replace(SCENE, slopes="finite")
+def test_lowest_state_finite_slopes_convex_body():
+    """Finite slopes of a convex body have a lowest state on the lattice."""
+    labels = set()
+    finite = replace(SCENE, slopes="finite")
     for depth in np.linspace(-1, 0.2, 5) * DELTA0:
         coarse = minimise(finite, depth, branch="global", method="lattice", spacing=L / 50)
         exact = minimise(finite, depth, branch="global")
@@ -187,7 +201,8 @@ def test_the_lowest_state_detaches_where_its_energy_vanishes():
     """To rounding, not where the lattice that shows the contacts says so."""
     scene = adhesive(two(0.6 * L, lift=5e-4))
     even = brentq(lambda d: minimise(scene, d).energy, -0.9 * DELTA0, 0.0, xtol=1e-13 * DELTA0)
-    held, gone = even + 1e-12 * DELTA0, even - 1e-12 * DELTA0
+    held = even + 1e-12 * DELTA0
+    gone = even - 1e-12 * DELTA0
     assert minimise(scene, gone, branch="global").label == "detached"
     state = minimise(scene, held, branch="global")
     assert state.label == "global" and -0.9 * DELTA0 < held < 0

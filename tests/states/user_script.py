@@ -36,7 +36,8 @@ state = states[1]
 half_width: float = state.half_width
 error: float = state.error_estimate["force"]
 right: float = float(state.contacts[0, 1])
-u, p = state.displacement(np.linspace(0, 1e-3, 5)), state.pressure(0.0)
+u = state.displacement(np.linspace(0, 1e-3, 5))
+p = state.pressure(0.0)
 row: dict[str, float | str] = state.to_dict()
 path: History = load_path(state.scene, depths=[0.0, 3e-7, -6e-7])
 events: list[Event] = list(path.events)

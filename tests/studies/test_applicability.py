@@ -44,7 +44,8 @@ def test_every_simulated_state_obeys_young_s_law(record):
     assert len(young) >= 25 and max(young) < 1e-9
 
 
-def test_a_flat_face_lets_go_at_the_critical_separation_at_any_slope(record):
+def test_flat_face_lets_go_at_any_slope(record):
+    """A flat face lets go at the critical separation at any slope."""
     errors = {name: [abs(e) for n, _, e in record.flat if n == name] for name, *_ in record.flat}
     assert max(errors["flat punch"]) < 1e-9
     assert max(errors["parabola"]) < 1e-7
@@ -55,15 +56,18 @@ def test_the_punch_s_force_is_off_by_its_surface_term(record):
     for x in record.maps["flat punch"]:
         assert x.errors.exists == (x.ratio < 1)
         if x.ratio < 1:
-            elastic, tension = x.width * math.sqrt(2 * x.ratio), math.sqrt(2 * x.ratio)
+            elastic = x.width * math.sqrt(2 * x.ratio)
+            tension = math.sqrt(2 * x.ratio)
             true = elastic + math.sqrt(x.ratio * (2 - x.ratio))
             expected = (true - elastic - tension) / max(true, tension)
             assert x.errors.force == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 
 @pytest.mark.parametrize(("shape", "stiffer"), [("wedge", 1), ("parabola", 2)])
-def test_the_error_vanishes_in_first_order_of_w_and_with_the_expected_factor(shape, stiffer):
-    ratios, power = np.geomspace(1e-4, 1e-2, 4), applicability_report.power
+def test_error_of_small_slopes_is_first_order_in_w(shape, stiffer):
+    """The error vanishes in first order of w and with the expected factor."""
+    ratios = np.geomspace(1e-4, 1e-2, 4)
+    power = applicability_report.power
     steepness = 0.5 * np.sqrt(2 * ratios)
     found = [at_unit_width(shape, s, r) for s, r in zip(steepness, ratios, strict=True)]
     width, angle = (np.abs([getattr(x, name) for x in found]) for name in ("half_width", "angle"))
@@ -96,16 +100,19 @@ def test_borders_are_where_the_error_has_the_tolerance(record):
         (lambda ratio: punch(1.0, ratio), 1.0),
     ],
 )
-def test_the_surface_turns_over_where_its_inclination_is_a_right_angle(errors, border):
+def test_surface_turns_over_at_a_right_angle(errors, border):
+    """The surface turns over where its inclination is a right angle."""
     assert errors(0.99 * border).exists and not errors(1.01 * border).exists
 
 
-def test_other_failures_of_the_simulation_are_not_taken_for_an_overhang():
+def test_other_failures_are_no_overhang():
+    """Other failures of the simulation are not taken for an overhang."""
     with pytest.raises(ValueError, match="depth"):
         small_slopes.simulated(scene(blunt("wedge", 0.1), 1.0, 0.5), math.nan)
 
 
-def test_the_deviation_from_16_without_tension_scales_with_the_steepness(record):
+def test_deviation_from_16_scales_with_steepness(record):
+    """The deviation from Eq. (16) without tension scales with the steepness."""
     tense, dry = record.small_slopes
     assert tense < 1e-10
     assert dry < 1e-12
@@ -164,7 +171,8 @@ def test_the_answer_follows_the_numbers(record):
 def test_forces_around_an_axis_are_compared_in_units_of_its_line():
     given = small_slopes.scene(Parabola(5.0), 1.0, 0.3, geometry="axisymmetric")
     depth = small_slopes.depth_by_16(given, 2.0)
-    errors, state = small_slopes.compare(given, depth, 2.0), minimise(given, depth)
+    errors = small_slopes.compare(given, depth, 2.0)
+    state = minimise(given, depth)
     around = {"R": 5.0, "k": 1.0, "gamma1": 1.0, "w": 0.3}
     force = cards.axisymmetric.sphere.force_of_radius(2.0, **around)
     line = 4 * math.pi * math.sqrt(0.6)
@@ -173,7 +181,9 @@ def test_forces_around_an_axis_are_compared_in_units_of_its_line():
     assert depth == pytest.approx(cards.axisymmetric.sphere.depth(2.0, **around), rel=1e-12, abs=0)
 
 
-def test_the_short_answer_tells_the_largest_error_of_any_shape_and_quantity(record):
+def test_summary_has_the_largest_error(record):
+    """The short answer tells the largest error of any shape and quantity."""
+
     def path(*errors):
         """Points at two γ₁ with these steepness and |error| of a and of P."""
         return tuple(
@@ -190,7 +200,7 @@ def test_the_short_answer_tells_the_largest_error_of_any_shape_and_quantity(reco
 
 
 @pytest.mark.parametrize("nu", applicability_figures.RATIOS)
-def test_the_borders_of_the_regimes_are_where_states_begin_to_warn(nu):
+def test_borders_of_regimes_are_those_of_warnings(nu):
     """To a percent, on either side: springs, the lift of the layer by δ₀, and small slopes."""
 
     def warned(thickness, ratio):

@@ -87,7 +87,8 @@ def test_absent_packages_are_skipped_with_a_word(monkeypatch):
 
 
 def test_a_size_that_would_take_for_ever_is_left_out():
-    blank, slow = study.Point.failed("t", "m", 0, ""), ((10**3, 0.01), (10**4, 10.0))
+    blank = study.Point.failed("t", "m", 0, "")
+    slow = ((10**3, 0.01), (10**4, 10.0))
     made = [blank._replace(size=n, seconds=t) for n, t in slow]
     assert study.expected(made[:1], 10**4) == pytest.approx(1.0, rel=1e-13, abs=0)
     assert study.expected(made, 10**5) == pytest.approx(1e4, rel=1e-12, abs=0)
@@ -162,7 +163,8 @@ def test_nothing_is_lost_and_what_is_not_kept_has_its_reason(trials):
             assert fine or coarse or (t.grid == "finite" and "turn over" in t.note), t
 
 
-def test_an_estimate_of_a_lattice_state_that_is_too_small_is_wrong():
+def test_too_small_estimate_of_a_lattice_state_fails():
+    """An estimate of a lattice state that is too small is wrong."""
     scene = plain(Parabola(10.0))
     state = minimise(scene, 0.3, method="lattice", spacing=0.05)
     assert stress.untrusted(scene, 0.3, state) == ""
@@ -195,7 +197,8 @@ def test_verdicts():
     assert harmless.verdict == "ok" and "underflow" in harmless.note
 
 
-def test_rtol_is_honoured_and_no_estimate_is_below_a_tenth_of_the_error():
+def test_rtol_and_estimates_against_errors():
+    """Rtol is honoured and no estimate is below a tenth of the error."""
     trials = stress.run(stress.Parameters(scenes=125), ["random"])
     assert [t.verdict for t in trials] == ["ok"] * 125
 
@@ -222,7 +225,7 @@ def test_errors_beyond_rtol_and_estimates_below_a_tenth_are_bad(
 
 
 @pytest.mark.slow
-def test_estimates_of_lattice_states_are_trusted_and_seldom_withheld(tmp_path, monkeypatch, capsys):
+def test_estimates_of_lattice_states(tmp_path, monkeypatch, capsys):
     """None is below a tenth of the error or far too large; one that is off fails the study."""
     sparse = stress.run(stress.Parameters(lattices=30, seed=5), ["nodes"])
     words = Counter(t.verdict for t in sparse)
@@ -259,7 +262,8 @@ SAVED = {"other contacts": (1_000, 2_000), "error estimate": (22_000, 50_000)}
 
 @pytest.mark.parametrize("name", ROUTES)
 def test_a_skip_changes_no_digit_and_saves_work(name, monkeypatch):
-    counted, right = [0], Parabola.height
+    counted = [0]
+    right = Parabola.height
 
     def height(self, x):
         counted[0] += np.size(x)
@@ -269,7 +273,8 @@ def test_a_skip_changes_no_digit_and_saves_work(name, monkeypatch):
     skips, general = skipping.routes()[name]
     skips()
     counted[0] = 0
-    found, cost = skips(), counted[0]
+    found = skips()
+    cost = counted[0]
     counted[0] = 0
     assert skipping.difference(found, general()) <= 1e-13
     if name in SAVED:
@@ -283,11 +288,11 @@ def test_every_row_stands_in_the_readme():
     assert sum(len(row.split(";")) for row in factors) == len(ROUTES)
 
 
-def test_the_study_measures_every_row_and_fails_where_a_digit_changes(
-    tmp_path, capsys, monkeypatch
-):
+def test_benchmark_rows_and_changed_digits(tmp_path, capsys, monkeypatch):
+    """The study measures every row and fails where a digit changes."""
     monkeypatch.setattr(skipping, "QUICK", skipping.Parameters(2, 0.0))
-    few, command = {name: ROUTES[name] for name in ("far field", "fields")}, ["--quick", "--out"]
+    few = {name: ROUTES[name] for name in ("far field", "fields")}
+    command = ["--quick", "--out"]
     monkeypatch.setattr(skipping, "routes", lambda: few)
     assert skipping.main([*command, str(tmp_path)]) == 0
     said = capsys.readouterr().out

@@ -19,7 +19,8 @@ from studies import __main__ as command_line
 from studies.scenes import new, run
 from studies.scenes.sweep.store import Store
 
-LAYER, SURFACE = ElasticLayer(2e3, 0.3, 1e-5), SurfaceEnergies.from_work(0.05, 1e-4)
+LAYER = ElasticLayer(2e3, 0.3, 1e-5)
+SURFACE = SurfaceEnergies.from_work(0.05, 1e-4)
 
 
 def started(*arguments, cwd, **options):
@@ -74,7 +75,7 @@ sys.exit(command_line.main(["sweep", *sys.argv[1:]]))
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_ctrl_c_in_a_sweep_says_how_much_is_kept_and_how_to_go_on(tmp_path, jobs):
+def test_ctrl_c_in_a_sweep(tmp_path, jobs):
     """The signal comes when 30 lines are kept, and the points after them wait for it."""
     depths = "depth = { from = 2e-6, to = -4e-5, steps = 100 }"
     works = 'w = { from = 1e-5, to = 1e-3, steps = 100, spacing = "log" }'
@@ -118,7 +119,8 @@ with Store(Path(sys.argv[1]), {}) as store:
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no locks on Windows")
 def test_two_sweeps_in_one_folder_do_not_do_the_work_twice(tmp_path):
     """The second is refused while the first lives, and goes on where that was killed."""
-    path, given = tmp_path / "a.jsonl", {"PYTHONPATH": PLACES}
+    path = tmp_path / "a.jsonl"
+    given = {"PYTHONPATH": PLACES}
     command = [sys.executable, "-c", LOCKED, path]
     child = subprocess.Popen(command, stdout=subprocess.PIPE, env=os.environ | given)
     assert child.stdout.readline() == b"locked\n"
@@ -157,9 +159,11 @@ def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch, capsys, preset
 
 
 @needs_full
-def test_a_disk_that_is_full_from_the_beginning_keeps_no_empty_file(tmp_path, monkeypatch):
+def test_full_disk_leaves_no_empty_file(tmp_path, monkeypatch):
+    """A disk that is full from the beginning keeps no empty file."""
     path = tmp_path / "a.jsonl"
-    store, add = Store(path, {"function": "f"}), Store.add
+    store = Store(path, {"function": "f"})
+    add = Store.add
 
     def full(store, lines):
         store.file.close()

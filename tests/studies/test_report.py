@@ -35,7 +35,8 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_every_figure_is_in_the_page_and_every_link_leads_to_a_file_beside_it(folder):
+def test_report_figures_and_links(folder):
+    """Every figure is in the page and every link leads to a file beside it."""
     made = (folder / "report.html").read_text("utf-8")
     sources = re.findall(r"src=\"?([^\"> ]{0,30})", made)
     assert len(sources) == 2 and all(s.startswith("data:image/png;base64,") for s in sources)
@@ -76,7 +77,8 @@ def test_the_verdict_agrees_with_the_studies():
         return page.Section(name, "?", printed, status, Path(), 1.0)
 
     assert "All 1 studies passed." in page.verdict([one("a")])
-    slow, wrong = one("slow", "text\nmissed: time\n"), one("wrong", "missed: time\n", 1)
+    slow = one("slow", "text\nmissed: time\n")
+    wrong = one("wrong", "missed: time\n", 1)
     assert "2 studies passed, but not all" in page.verdict([one("a"), slow])
     told = page.verdict([one("a"), slow, wrong])
     assert "1 of 3 studies failed</span>: wrong. Limits missed: slow." in told
@@ -98,7 +100,9 @@ def test_the_verification_table_shows_a_failure(tmp_path):
 
 def test_a_report_grows_and_goes_on_where_it_was_stopped(tmp_path, monkeypatch, capsys):
     """Stopped in the third study; the second has failed and is run again."""
-    ran, stop, page_at = [], ["sphere"], tmp_path / "report.html"
+    ran = []
+    stop = ["sphere"]
+    page_at = tmp_path / "report.html"
 
     def run(name, preset, out, jobs):
         if ran and stop:

@@ -112,7 +112,8 @@ def spheres():
 
 
 @pytest.mark.slow
-def test_small_slopes_are_the_closed_forms_and_finite_ones_are_near(spheres):
+def test_small_and_finite_slopes_against_closed_forms(spheres):
+    """Small slopes are the closed forms and finite ones are near."""
     assert [s.slopes for s in spheres] == ["small"] * 3 + ["finite"]
     assert max(s.error for s in spheres[:3]) <= 1e-11
     assert 1e-4 < spheres[3].error < 1e-2
@@ -140,7 +141,7 @@ def rough_loops():
     return rough.run(rough.Parameters(nodes=1001, steps=15, compared=1, tensions=(0.25, 4.0)))
 
 
-def test_tension_breaks_a_rough_contact_up_into_spots_and_energies_balance(rough_loops):
+def test_rough_contact_spots_and_energy_balance(rough_loops):
     """With weak adhesion, too: nodes that have just touched do not let go again by rounding."""
     spots = [int(loop.contacts.max()) for loop in rough_loops]
     assert spots[0] < spots[-1] and spots[-1] >= 8
@@ -166,7 +167,8 @@ def pulls():
     return pull_off.run(FEW)
 
 
-def test_every_loop_agrees_with_the_cards_and_its_energy_balances(looped):
+def test_loops_agree_with_cards_and_balance(looped):
+    """Every loop agrees with the cards and its energy balances."""
     assert len(looped) == len(INDENTERS) * 2 * 3
     assert {loop.history.control for loop in looped} == {"depth", "force", "drive"}
     for loop in looped:
@@ -174,9 +176,8 @@ def test_every_loop_agrees_with_the_cards_and_its_energy_balances(looped):
         assert loop.imbalance <= 1e-9 and loop.passed, hysteresis.line(loop)
 
 
-def test_hysteresis_writes_everything_and_a_wrong_number_or_imbalance_fails(
-    looped, monkeypatch, tmp_path, capsys
-):
+def test_hysteresis_files_and_failures(looped, monkeypatch, tmp_path, capsys):
+    """Hysteresis writes everything and a wrong number or imbalance fails."""
     monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: looped)
     assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "0 failed" in capsys.readouterr().out
@@ -185,7 +186,8 @@ def test_hysteresis_writes_everything_and_a_wrong_number_or_imbalance_fails(
     for row, loop in zip(read(tmp_path / "hysteresis.csv"), looped, strict=True):
         assert float(row["dissipated"]) == loop.history.dissipated
         assert float(row["work"]) == loop.work and float(row["pull-off_force"]) <= 0
-    loop, form = looped[0], looped[0].forms[0]
+    loop = looped[0]
+    form = looped[0].forms[0]
     off = form._replace(simulated=form.closed_form + 2e-8 * form.scale)
     for change in (
         {"forms": (off, *loop.forms[1:])},
@@ -213,7 +215,8 @@ def test_pull_off_agrees_with_the_closed_forms(pulls):
         assert curve.error <= 1e-8, curve.shape
 
 
-def test_tension_helps_the_punch_and_the_parabola_and_weakens_the_wedge(pulls):
+def test_tension_and_adhesion_force_of_shapes(pulls):
+    """Tension helps the punch and the parabola and weakens the wedge."""
     flat, wedge, parabola = pulls
     assert pull_off.trend(flat.forces) == pull_off.trend(parabola.forces) == 1
     balanced = np.array([pull.balanced.force for pull in flat.pulls])
@@ -231,9 +234,8 @@ def test_the_global_pull_of_the_punch_is_the_maxwell_point(pulls):
     assert all(pull.balanced is None for curve in pulls[1:] for pull in curve.pulls)
 
 
-def test_pull_off_writes_its_table_and_figures_and_fails_on_an_error(
-    pulls, monkeypatch, tmp_path, capsys
-):
+def test_pull_off_files_and_failures(pulls, monkeypatch, tmp_path, capsys):
+    """Pull off writes its table and figures and fails on an error."""
     monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: pulls)
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "worst relative error" in capsys.readouterr().out

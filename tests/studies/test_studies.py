@@ -54,7 +54,8 @@ def test_studies_that_measure_times_refuse_company(name, capsys):
     assert "would disturb the times" in capsys.readouterr().err
 
 
-def test_a_folder_that_cannot_be_written_is_refused_before_any_work(tmp_path, capsys):
+def test_folder_that_cannot_be_written_raises(tmp_path, capsys):
+    """A folder that cannot be written is refused before any work."""
     (tmp_path / "file").write_text("", "utf-8")
     for where in ("file", "file/below"):
         given = ["stress", "--quick", "--out", str(tmp_path / where)]
@@ -72,7 +73,8 @@ def test_no_jobs_are_refused(capsys):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FAST)
-def test_a_quick_study_leaves_a_picture_and_a_table_that_says_how(name, tmp_path, monkeypatch):
+def test_quick_study_leaves_figure_and_table(name, tmp_path, monkeypatch):
+    """A quick study leaves a picture and a table that says how."""
     monkeypatch.chdir(tmp_path)
     depths = (DEPTH, "depth = [1e-6, 0.0]")
     writer(tmp_path / "scene.toml")(depths, (SURFACES, "w = [1e-4, 2e-4]"))

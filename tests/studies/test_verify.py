@@ -46,7 +46,8 @@ def test_the_main_job_passes():
     assert not [verify.line(result) for result in verify.run(verify.FULL, jobs=2).failed]
 
 
-def test_every_equation_of_the_paper_has_a_check_and_the_list_is_sorted():
+def test_every_equation_has_a_check():
+    """Every equation of the paper has a check and the list is sorted."""
     numbers = [n for item in CHECKS for n in item.equations]
     assert set(numbers) == set(range(1, 41))
     assert numbers == sorted(numbers)
@@ -63,7 +64,7 @@ def test_the_bars_are_tight_and_the_bands_narrow():
     assert [item.equations for item in CHECKS if item.lattice_only] == [(4,)]
 
 
-def test_a_layer_comes_closer_to_its_limits_and_keeps_what_is_exact():
+def test_layer_approaches_its_limits():
     """Of a limit the error is how far away it still is, least on the fitted mesh."""
     for item in LAYER:
         assert item.bar <= 5e-2 and item.order[0] >= 0.5, item
@@ -126,17 +127,23 @@ def put_in(fault, monkeypatch):
         solve = getattr(mesh, name)
         faulty = lambda s, *at, solve=solve, **o: replace(solve(changed(s), *at, **o), scene=s)  # noqa: E731
         monkeypatch.setattr(mesh, name, faulty)
-    path, lattice = mesh.load_path, lambda scene, *at: Lattice.of(changed(scene), *at)
+    path = mesh.load_path
+
+    def lattice(scene, *at):
+        return Lattice.of(changed(scene), *at)
+
     monkeypatch.setattr(observe, "Lattice", SimpleNamespace(of=lattice))
     monkeypatch.setattr(mesh, "load_path", lambda scene, **o: path(changed(scene), **o))
 
 
 @pytest.mark.slow
-def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretisations():
+def test_fault_of_one_percent_in_the_energy_is_found():
     # what the indenter prescribes holds at any k, γ₁, w
+    """A fault of one percent in the discrete energy is seen on both discretisations."""
     geometry = {"contact_field", "contact_field_by_programme", "continuity", "radius"}
     others = [item for item in CHECKS if item not in LIMITS]  # in these the fault is the limit's
-    seen_on_lattice, seen_on_fitted = set(), set()
+    seen_on_lattice = set()
+    seen_on_fitted = set()
     for fault in FAULTS:
         with pytest.MonkeyPatch.context() as patch:
             put_in(fault, patch)

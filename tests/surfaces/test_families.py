@@ -114,11 +114,13 @@ TRUNCATED = 4e-11
 @pytest.mark.parametrize(("side", "allowed"), [(1, 2e-13), (-1, TRUNCATED)])
 def test_the_menisci_are_those_of_young_and_laplace(side, allowed):
     """At random radii and inclinations, against an integration that shares nothing."""
-    rng, compared = np.random.default_rng(5), 0
+    rng = np.random.default_rng(5)
+    compared = 0
     least, most = (menisci._SOLVED, 2.0**9) if side > 0 else (menisci.LEAST[-1], 2.0**7)
     for radius in np.exp(rng.uniform(math.log(least), math.log(most), 20)):
         lines = meniscus.lines_of_a_surface(side, radius, rng.uniform(0.05, 1.5))
-        r, phi = lines.radius, lines.inclination
+        r = lines.radius
+        phi = lines.inclination
         own = (r >= least) & (phi > 0.01) & (phi < menisci.STEEPEST)
         u, energy = menisci.read(np.full(own.sum(), side), r[own], phi[own])
         assert u == pytest.approx(lines.height[own], rel=allowed, abs=0)

@@ -28,7 +28,8 @@ def test_the_linear_free_surface_converges_spectrally():
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_the_free_surface_about_an_axis_is_that_of_bessel_functions(side):
+def test_free_surface_about_an_axis_bessel(side):
+    """The free surface about an axis is that of Bessel functions."""
     s = 2.0 ** np.linspace(-25, 10, 800)
     exact = k1e(s) / k0e(s) if side > 0 else i1e(s) / i0e(s)
     assert stiffness(side, s) == pytest.approx(exact, rel=2e-14, abs=0)
@@ -37,11 +38,9 @@ def test_the_free_surface_about_an_axis_is_that_of_bessel_functions(side):
 def test_the_steep_free_surface_obeys_its_own_first_integral():
     displaced = np.array([-1.3, -0.4, 1e-4, 0.7, 1.2, 1.41])
     for u in displaced:
-        surface, phi, rounding = (
-            single(float(u), -float(u), math.inf),
-            2 * math.asin(u / 2),
-            1e-12 * abs(u),
-        )
+        surface = single(float(u), -float(u), math.inf)
+        phi = 2 * math.asin(u / 2)
+        rounding = 1e-12 * abs(u)
         pull = float(surface.pulls.sum())
         assert abs(pull - math.sin(phi)) <= rounding and abs(surface.area - pull) <= rounding
         assert surface.pulls[0] == pytest.approx(pull, rel=1e-15)
@@ -87,9 +86,11 @@ def lips(c, inner, outer):
 
 def gaps(count=60):
     """u at both lines and the length of random gaps that do not turn over."""
-    rng, found = np.random.default_rng(2), []
+    rng = np.random.default_rng(2)
+    found = []
     while len(found) < count:
-        length, size = 10 ** rng.uniform(-5, 1.5), 10 ** rng.uniform(-2, 0.1)
+        length = 10 ** rng.uniform(-5, 1.5)
+        size = 10 ** rng.uniform(-2, 0.1)
         left, rise = rng.uniform(-1, 1, 2) * size
         rise = left + 4 * rise * min(length, 1.0) - left  # as the reference knows it
         ends = np.array([left, left + rise])
@@ -100,7 +101,8 @@ def gaps(count=60):
 
 def test_a_gap_is_that_of_its_first_integral():
     for left, rise, length in gaps():
-        right, found = left + rise, single(left, rise, length)
+        right = left + rise
+        found = single(left, rise, length)
         pulls = -np.sin(REFERENCE.facing(np.array([left, right]), np.array([right, left]), length))
         assert found.residual <= 1e-12
         assert np.allclose(found.pulls[:, 0], pulls, rtol=0, atol=1e-12)
@@ -132,9 +134,11 @@ def test_the_displacement_at_rest_has_the_inclination_asked_for():
         assert (found - u) * min(apart, 1.0) == pytest.approx(0.0, abs=1e-13)
 
 
-def test_the_energy_of_a_gap_changes_by_its_reactions_and_its_first_integral():
+def test_energy_of_a_gap_and_its_first_integral():
+    """The energy of a gap changes by its reactions and its first integral."""
     for left, rise, length in [(0.3, 0.4, 0.9), (-0.7, 0.2, 5.0), (0.2, -0.05, 0.05)]:
-        step, found = 1e-3 * min(length, 1.0), single(left, rise, length)
+        step = 1e-3 * min(length, 1.0)
+        found = single(left, rise, length)
 
         def rate(*way, at=(left, rise, length), step=step):
             energy = {
@@ -167,7 +171,8 @@ def test_a_surface_that_turns_over_is_refused():
 @pytest.mark.parametrize("degree", [6, 8, 10, 12])
 def test_a_gap_converges_to_rounding_at_any_width(degree):
     """σ = tanh(L/2) and σ + 2τ = coth(L/2)."""
-    allowed, line = {6: 2e-12}.get(degree, 4e-15), Line(degree)
+    allowed = {6: 2e-12}.get(degree, 4e-15)
+    line = Line(degree)
     for length in 10.0 ** np.linspace(-8, 1.8, 40):
         found = line.between(1, 0.0, float(length))
         odd = found.left + 2 * found.tie
@@ -175,7 +180,8 @@ def test_a_gap_converges_to_rounding_at_any_width(degree):
         assert odd == pytest.approx(1 / math.tanh(length / 2), rel=allowed, abs=0)
 
 
-def test_the_energy_of_a_gap_changes_with_its_length_by_its_derivative():
+def test_energy_of_a_gap_over_its_length():
+    """The energy of a gap changes with its length by its derivative."""
     for length in (0.01, 0.4, 3.0, 17.0):
         step = 1e-3 * min(length, 1.0)
         low, high, lower, higher = (
@@ -195,7 +201,8 @@ axi = cards.axisymmetric
 
 @pytest.mark.parametrize("radius", [1e-4, 1e-2, 1.0, 30.0, 1e6])
 def test_faint_surfaces_are_those_of_small_slopes(radius):
-    layer, phi = {"a": radius, "k": 1.0, "gamma1": 1.0}, 1e-5
+    layer = {"a": radius, "k": 1.0, "gamma1": 1.0}
+    phi = 1e-5
     found = meniscus.outside(radius, phi)
     check(axi.surface.slope_at_line(found.height, **layer), -phi, phi**2)
     check(2 * np.pi * found.energy, axi.surface.energy(found.height, **layer), phi**2)
@@ -204,7 +211,8 @@ def test_faint_surfaces_are_those_of_small_slopes(radius):
 @pytest.mark.slow
 @pytest.mark.parametrize("phi", [np.radians(45), np.radians(80)])
 def test_both_laws_of_the_meniscus_are_its_limits(phi):
-    narrow, wide = np.array([0.1, 0.03, 0.01, 0.003, 0.001]), np.array([10.0, 30, 100, 300, 1e3])
+    narrow = np.array([0.1, 0.03, 0.01, 0.003, 0.001])
+    wide = np.array([10.0, 30, 100, 300, 1e3])
     layer = {"k": 1.0, "gamma1": 1.0}
     off = [
         meniscus.outside(a, phi, 1e-11).height / axi.finite.height_narrow(phi, a=a, **layer) - 1
@@ -235,7 +243,8 @@ def test_a_small_sphere_is_pulled_off_a_liquid(w):
     pulls = []
     for ratio in (1e-2, 1.0):
         scene = scene_of(Circle(ratio * 1.0198e-5), w)
-        R, deficit = scene.indenter.R, scene.surfaces.angle_deficit
+        R = scene.indenter.R
+        deficit = scene.surfaces.angle_deficit
         least = minimize_scalar(
             lambda b, scene=scene, R=R: meniscus.state(scene, R * np.sin(b), 1e-8).force,
             bounds=(0.3 * deficit, min(0.7 * deficit, 1.5)),

@@ -34,7 +34,8 @@ class Bent:
 
     def __init__(self, cuts, start, jumps, curvature):
         self.cuts, self.jumps, self.curvature = map(np.asarray, (cuts, jumps, curvature))
-        width, bend = np.diff(self.cuts), self.curvature[1:-1]
+        width = np.diff(self.cuts)
+        bend = self.curvature[1:-1]
         before = start + np.concatenate([[0], np.cumsum(bend * width + self.jumps[:-1])])
         self.slopes = np.append(before[0], before + self.jumps)
         rises = self.slopes[1:-1] * width + bend * width**2 / 2
@@ -74,8 +75,10 @@ def exact(body, depth, left, right, slopes, w=0.01):
     t, weights = np.polynomial.legendre.leggauss(20)
     ends = np.array([left, *(c for c in body.cuts if left < c < right), right])
     half = np.diff(ends)[:, None] / 2
-    x, weights = ends[:-1, None] + half * (1 + t), half * weights
-    g, s = depth - body.height(x), body.slope(x)
+    x = ends[:-1, None] + half * (1 + t)
+    weights = half * weights
+    g = depth - body.height(x)
+    s = body.slope(x)
     stretch = np.sqrt(1 + s * s)
     surface = s * s / 2 - w if slopes == "small" else (1 - w) * stretch - 1
     return float((weights * (g * g / 2 + surface)).sum()), float((weights * g).sum())
@@ -97,14 +100,16 @@ def compared(one, other, **options):
 def judged(found, truth):
     """(estimate, error) of energy and force over their scales."""
     for name, off, value in zip(("energy", "force"), found.errors, truth, strict=True):
-        scale, own = getattr(found, f"{name}_scale"), getattr(found, name)
+        scale = getattr(found, f"{name}_scale")
+        own = getattr(found, name)
         yield off / scale, abs(own - value) / scale
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 @pytest.mark.parametrize("name", SIMPLE)
 def test_jumps_that_are_not_declared_are_found_by_local_halving(name, slopes):
-    body, points = Bent(*SIMPLE[name]), []
+    body = Bent(*SIMPLE[name])
+    points = []
     profile = body.profile(convex=True)
     height = profile.height
     object.__setattr__(profile, "height", lambda x: points.append(np.size(x)) or height(x))
@@ -120,9 +125,11 @@ def test_jumps_that_are_not_declared_are_found_by_local_halving(name, slopes):
 def test_integrals_of_random_profiles_are_as_good_as_they_say(slopes):
     rng = np.random.default_rng(None if ASKED else 3)
     for _ in range(ASKED or 100):
-        body, convex = random_bent(rng, True), rng.random() < 0.5
+        body = random_bent(rng, True)
+        convex = rng.random() < 0.5
         left, right = np.sort(rng.uniform(-3, 3, 2)).tolist()
-        ends, scene = np.array([[left, right]]), scene_of(body.profile(convex), slopes)
+        ends = np.array([[left, right]])
+        scene = scene_of(body.profile(convex), slopes)
         depth = float(rng.uniform(-0.1, 1))
         fine = refined(scene, depth, ends, ())
         for estimate, error in judged(fine, exact(body, depth, left, right, slopes)):
@@ -137,7 +144,8 @@ def test_the_reference_is_right():
 
     def density(x):
         s = mp.mpf(x) - cut
-        slope, f = s / 2 + (0.1 if s > 0 else 0), s * s / 4 + (s / 10 if s > 0 else 0)
+        slope = s / 2 + (0.1 if s > 0 else 0)
+        f = s * s / 4 + (s / 10 if s > 0 else 0)
         return (0.1 - f) ** 2 / 2 + (1 - 0.01) * mp.sqrt(1 + slope**2) - 1
 
     with mp.workdps(30):
@@ -149,12 +157,15 @@ def test_the_reference_is_right():
 @pytest.mark.parametrize("convex", [True, False])
 def test_states_of_random_profiles_are_as_good_as_they_say(convex, slopes):
     """Against the same profile with its jumps declared, where every panel is smooth."""
-    rng, several = np.random.default_rng(None if ASKED else 4), 0
+    rng = np.random.default_rng(None if ASKED else 4)
+    several = 0
     for _ in range(ASKED or 24):
-        body, rtol = random_bent(rng, True), 10.0 ** rng.choice([-4, -8, -12])
+        body = random_bent(rng, True)
+        rtol = 10.0 ** rng.choice([-4, -8, -12])
         if not convex and body.jumps.any():  # where lines rest on corners, they have to be known
             continue
-        depth, w = float(rng.uniform(0.05, 0.5)), 0.01 * rng.integers(2)
+        depth = float(rng.uniform(0.05, 0.5))
+        w = 0.01 * rng.integers(2)
         depth += float(body.height(np.linspace(-8, 8, 4001)).min())
         scenes = (scene_of(body.profile(convex, known), slopes, w) for known in (False, True))
         for error, estimate in (found := compared(*scenes, depth=depth, rtol=rtol)):
@@ -195,7 +206,8 @@ def test_who_says_where_it_is_smooth():
 @pytest.mark.parametrize(("off", "halved"), [(45, False), (300, True)])
 def test_a_difference_by_rounding_is_not_halved(monkeypatch, off, halved):
     """Halves would be rounded as much: weights off by 45 ε stand for a sum that is rounded more."""
-    calls, plain = [], quadrature.over
+    calls = []
+    plain = quadrature.over
 
     def over(*given):
         calls.append(given)
@@ -213,7 +225,8 @@ def test_a_difference_by_rounding_is_not_halved(monkeypatch, off, halved):
 
 def test_noise_is_not_halved_for_ever_and_counts():
     """As of slopes in a contact so narrow that they are all rounding."""
-    rng, read = np.random.default_rng(1), [0]
+    rng = np.random.default_rng(1)
+    read = [0]
 
     def density(x):
         read[0] += x.size
@@ -226,10 +239,12 @@ def test_noise_is_not_halved_for_ever_and_counts():
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_digits_that_a_height_loses_are_counted_in_the_errors(slopes):
     rng = np.random.default_rng(None if ASKED else 6)
-    silent, lost = 0, 0.0
+    silent = 0
+    lost = 0.0
     for _ in range(ASKED or 60):
         R = 10 ** rng.uniform(-2, 2)
-        length, rtol = R * 10 ** rng.uniform(-4, -0.5), 10.0 ** rng.choice([-4, -8, -12])
+        length = R * 10 ** rng.uniform(-4, -0.5)
+        rtol = 10.0 ** rng.choice([-4, -8, -12])
         depth = length**2 / R * 10 ** rng.uniform(-1, 1)
         w = length**2 * (length / R) ** 2 * 10 ** rng.uniform(-4, -1.3) * rng.integers(2)
         heights = (
@@ -250,7 +265,8 @@ def test_digits_that_a_height_loses_are_counted_in_the_errors(slopes):
 
 
 @pytest.mark.parametrize("convex", [True, False])
-def test_a_contact_far_from_the_origin_is_found_to_the_rounding_of_its_position(convex):
+def test_contact_far_from_the_origin(convex):
+    """A contact far from the origin is found to the rounding of its position."""
     body = Profile(lambda x: x**2 / 2, lambda x: x, (-1, 1), convex=convex)
     scene, far = (scene_of(one, gamma1=1e-4, w=0.0) for one in (body, body.shifted(345.678)))
     own, true = (minimise(one, 1e-6, rtol=1e-4) for one in (far, scene))
@@ -273,7 +289,8 @@ def test_a_lone_tip_of_any_profile(convex, corners):
 @pytest.mark.parametrize("shift", [0.0, 0.3, 1e3])
 @pytest.mark.parametrize("unit", [1.0, 1e-6])
 def test_angles_of_a_lone_tip_at_any_depth(depth, shift, unit):
-    x, z = unit * np.array([-1, 0, 1]), unit * np.array([0.8, -0.2, 0.8])
+    x = unit * np.array([-1, 0, 1])
+    z = unit * np.array([0.8, -0.2, 0.8])
     scene = scene_of(Sampled(x, z).shifted(shift * unit), w=0.0, gamma1=unit)
     state = minimise(Scene(ElasticLayer(1, 0, unit), scene.surfaces, scene.indenter), depth * unit)
     assert np.ptp(state.contacts) == 0
@@ -282,7 +299,8 @@ def test_angles_of_a_lone_tip_at_any_depth(depth, shift, unit):
     assert np.allclose(state.contact_angles, math.pi - 1 + pull, rtol=0, atol=1e-9)
 
 
-def test_slopes_at_the_edge_of_a_curved_body_are_those_of_its_end():
+def test_slopes_at_the_edge_of_a_curved_body():
+    """Slopes at the edge of a curved body are those of its end."""
     for unit in (1e-6, 1.0):
         scene = scene_of(FlatPunch(0.7 * unit) + Parabola(2.0 * unit), w=0.0, gamma1=unit)
         state = minimise(

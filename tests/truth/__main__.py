@@ -30,7 +30,8 @@ def main(kind, count, seed):
     """Print what is not right, a summary for each method, and one case in full."""
     if kind not in KINDS + PATH_KINDS:
         raise SystemExit(f"CLASS = {kind!r} is unknown; known: {', '.join(KINDS + PATH_KINDS)}")
-    words, seconds = defaultdict(Counter), defaultdict(list)
+    words = defaultdict(Counter)
+    seconds = defaultdict(list)
     signal.signal(signal.SIGVTALRM, _slow)
     for one in range(seed, seed + count):
         for method, found in verdicts(kind, one).items():

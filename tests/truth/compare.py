@@ -17,8 +17,10 @@ from .totals import adhered
 from .walk import Walk
 
 IN_WORDS = " = "  # a refusal names what it refuses and its value
-TIMES, LEAST = 10, 1e-9  # of the error estimate; of the scales
-AWAY, JUMP = 1e-6, 1e-2  # of δ₀, a depth this near to a jump of the reference is not asked for
+TIMES = 10
+LEAST = 1e-9  # of the error estimate; of the scales
+AWAY = 1e-6
+JUMP = 1e-2  # of δ₀, a depth this near to a jump of the reference is not asked for
 
 
 def walked(case, depths):
@@ -63,7 +65,8 @@ class Verdict(NamedTuple):
 
 def verdict(kind, seed):
     """What `minimise` says about a random case, judged by the reference."""
-    case, start = case_of(kind, seed), time.process_time()
+    case = case_of(kind, seed)
+    start = time.process_time()
     truth, why = reference(case)
     middle = time.process_time()
     if truth is None:
@@ -74,9 +77,11 @@ def verdict(kind, seed):
     if word == "refused" and IN_WORDS not in why:
         word = "wrong"
     if word == "right" and (faults := differences(case, state, truth)):
-        word, why = "wrong", "; ".join(faults)
+        word = "wrong"
+        why = "; ".join(faults)
     if word != "right" and (near := next_to_an_event(case)):
-        word, why = "skipped", near
+        word = "skipped"
+        why = near
     return Verdict(word, why, state, truth, seconds, middle - start)
 
 
@@ -125,7 +130,8 @@ def differences(case, state, truth):
         return [f"penetrates by {deep / case.scale:.2g} of the depth scale"]
     if case.kind == "global" and state.energy < truth.energy - LEAST * truth.energy_scale:
         return []  # the reference has not found the lowest
-    contacts, length = state.contacts, case.scene.elastocapillary_length or case.feature
+    contacts = state.contacts
+    length = case.scene.elastocapillary_length or case.feature
     if case.kind == "no_tension":  # single springs count for nothing
         contacts = contacts[contacts[:, 1] - contacts[:, 0] > LEAST * case.feature]
     if len(contacts) != len(truth.contacts):
@@ -152,7 +158,8 @@ def differences(case, state, truth):
 def penetration(state, feature):
     """Largest g - u >= 0 [length] of an Equilibrium, from its u, contacts and profile."""
     ground = Ground(state.scene.indenter, feature)
-    step, lines = ground.step, state.contacts.ravel()
+    step = ground.step
+    lines = state.contacts.ravel()
     close = step * 0.5 ** np.arange(0.0, 30.0)
     near = [x + side * close for x in lines for side in (-1, 1)]
     x = np.unique(np.concatenate([ground.nodes, lines, *near]))

@@ -9,7 +9,8 @@ from scipy.optimize import brentq
 
 PER_FEATURE = 48
 MOST = 400_000
-PLACES, ROUNDS = 17, 10
+PLACES = 17
+ROUNDS = 10
 MET = 1e-9  # of the feature: lines closer than that have met
 BESIDE = 1e-5  # of the feature: nearer to a line, it is the line that moves
 CLUSTER = 0.5 ** np.arange(40.0, 0.0, -1.0)  # nodes that approach a line, in steps of the ground
@@ -26,7 +27,8 @@ class Ground:
     """
 
     def __init__(self, indenter, feature, breaks=()):
-        self.indenter, self.feature = indenter, feature
+        self.indenter = indenter
+        self.feature = feature
         self.lo, self.hi = (float(end) for end in indenter.extent)
         if not math.isfinite(self.hi - self.lo):
             raise ValueError(f"extent = {indenter.extent!r}: the reference needs a finite one")
@@ -67,7 +69,8 @@ class Ground:
     @functools.cached_property
     def extremes(self):
         """All x at which f is least or largest among its neighbours, refined, in order."""
-        x, f = self.nodes, self.heights
+        x = self.nodes
+        f = self.heights
         dips = [at for at, _ in refined_minima(self.height, x, f, math.inf)]
         tops = [at for at, _ in refined_minima(lambda s: -self.height(s), x, -f, math.inf)]
         return np.unique(dips + tops)
@@ -106,7 +109,10 @@ def refined_minima(function, x, values, below, ends=(math.inf, math.inf)):
 
 def refined(function, low, middle, high, value):
     """Least points between three nodes each, [(x, value)], by many places between neighbours."""
-    at, least, places, rows = middle, value, np.linspace(0.0, 1.0, PLACES), np.arange(low.size)
+    at = middle
+    least = value
+    places = np.linspace(0.0, 1.0, PLACES)
+    rows = np.arange(low.size)
     for _ in range(ROUNDS):
         x = low[:, None] + (high - low)[:, None] * places
         values = function(x.ravel()).reshape(x.shape)
@@ -114,7 +120,8 @@ def refined(function, low, middle, high, value):
         lower = values[rows, i] < least
         at = np.where(lower, x[rows, i], at)
         least = np.where(lower, values[rows, i], least)
-        low, high = x[rows, np.maximum(i - 1, 0)], x[rows, np.minimum(i + 1, PLACES - 1)]
+        low = x[rows, np.maximum(i - 1, 0)]
+        high = x[rows, np.minimum(i + 1, PLACES - 1)]
     return list(zip(at.tolist(), least.tolist(), strict=True))
 
 
@@ -122,7 +129,9 @@ class Surfaces:
     """The free surfaces of a scene over its ground, at any depth."""
 
     def __init__(self, ground, surface, tie):
-        self.ground, self.surface, self.tie = ground, surface, tie
+        self.ground = ground
+        self.surface = surface
+        self.tie = tie
 
     def tilt_facing(self, other, depth):
         """tilt(x): outward, of the free surface at a line at x that faces `other`, or nothing."""
@@ -163,7 +172,8 @@ class Surfaces:
 
     def _within(self, left, right):
         """Nodes of a free surface, clustered at its lines."""
-        step, ground = self.ground.step, self.ground
+        step = self.ground.step
+        ground = self.ground
         parts = [ground.between(left, right)]
         if math.isfinite(left):
             parts.append(left + step * CLUSTER)
@@ -203,8 +213,10 @@ def first_rest(drive, start, limit, meets, ground):
 
 def _places(start, limit, meets, ground):
     """Places on the way up to a feature away, (x, ±1): at a corner first behind it, then ahead."""
-    low, high = min(start, limit), max(start, limit)
-    move, reach = 1 if limit > start else -1, min(high - low, ground.feature)
+    low = min(start, limit)
+    high = max(start, limit)
+    move = 1 if limit > start else -1
+    reach = min(high - low, ground.feature)
     parts = [ground.between(*sorted((start, start + move * reach)))]
     parts.append(start + move * ground.step * CLUSTER)
     if meets:
@@ -218,7 +230,8 @@ def _places(start, limit, meets, ground):
         x = x[np.abs(limit - x) >= 0.999 * MET * ground.feature]
     x = np.unique(x)[::move]
     twice = 1 + (np.isin(x, ground.corners) & (x != limit))
-    x, ahead = np.repeat(x, twice), -np.ones(twice.sum())
+    x = np.repeat(x, twice)
+    ahead = -np.ones(twice.sum())
     ahead[1:][x[1:] == x[:-1]] = 1.0
     return x, ahead
 

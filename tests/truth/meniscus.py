@@ -19,7 +19,9 @@ from scipy.optimize import brentq
 from scipy.special import i0e, i1e, k0e, k1e
 
 FAINT = 1e-8
-RTOL, ROUGHLY, BESIDE = 3e-14, 1e-8, 1e-6  # of the solution; of its first guess, and around it
+RTOL = 3e-14
+ROUGHLY = 1e-8
+BESIDE = 1e-6  # of the solution; of its first guess, and around it
 
 
 class Surface(NamedTuple):
@@ -104,7 +106,8 @@ def _integrated_on_a_disc(radius, phi):
 def _faint(amplitude, far, radius):
     """h, S and energy of A K₀(r) beyond `far`: ½ r h S."""
     fall = amplitude * np.exp(radius - far)
-    h, s = fall * k0e(far), fall * k1e(far)
+    h = fall * k0e(far)
+    s = fall * k1e(far)
     return [h, s, far * h * s / 2]
 
 
@@ -151,7 +154,10 @@ def state(scene, a, rtol=RTOL):
     Young's law gives the inclination of the surface, φ = π − θ − atan f'(a), upwards to the line
     where it is positive; ValueError where that is no graph.
     """
-    k, gamma1, w, f = scene.stiffness, scene.gamma1, scene.work_of_adhesion, scene.indenter
+    k = scene.stiffness
+    gamma1 = scene.gamma1
+    w = scene.work_of_adhesion
+    f = scene.indenter
     ell = scene.elastocapillary_length
     phi = scene.surfaces.angle_deficit - np.arctan(float(f.slope(a)))
     if abs(phi) >= np.pi / 2:
@@ -161,7 +167,8 @@ def state(scene, a, rtol=RTOL):
     d = float(f.height(a)) + u_a
 
     r, dr = quadrature(f, a)
-    g, arc = d - f.height(r), np.hypot(1, f.slope(r))
+    g = d - f.height(r)
+    arc = np.hypot(1, f.slope(r))
     pressed = k * g @ (r * dr)
     stored = (k / 2 * g**2 + (gamma1 - w) * arc - gamma1) @ (r * dr)
     force = 2 * np.pi * (pressed - a * gamma1 * np.sin(phi))

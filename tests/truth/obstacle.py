@@ -18,10 +18,15 @@ from .ground import Ground, Outside, Surfaces, refined_minima
 from .surfaces import surface_of
 from .totals import NOTHING, State, points, polished, state_of
 
-TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
-ROUNDS, FINER, AROUND = 8, 4.0, 8
-MOST, JOINED = 12, 1e-5  # rounds; of the feature
-CLOSE, PULLED = (1e-3, 1e-4, 1e-5), 1e-9  # of the feature; of the depths: a pull
+TIE = 1e-13
+ROUNDING = 4e-16  # of the depths: what counts as touching, and noise
+ROUNDS = 8
+FINER = 4.0
+AROUND = 8
+MOST = 12
+JOINED = 1e-5  # rounds; of the feature
+CLOSE = (1e-3, 1e-4, 1e-5)
+PULLED = 1e-9  # of the feature; of the depths: a pull
 APART = 1e-9  # of the feature: nodes closer than that are one
 
 
@@ -34,7 +39,8 @@ class Hull:
     """The states of a scene without adhesion at any depths."""
 
     def __init__(self, scene, feature):
-        self.scene, self.surface = scene, surface_of(scene)
+        self.scene = scene
+        self.surface = surface_of(scene)
         self.ground = ground = Ground(scene.indenter, min(feature, self.surface.length))
         inside = ground.corners[(ground.corners > ground.lo) & (ground.corners < ground.hi)]
         beside = JOINED * ground.feature  # a gap opens at every corner that points inwards
@@ -44,10 +50,8 @@ class Hull:
     def state(self, depth):
         """The state at this depth."""
         tie = TIE * (abs(depth) + self.lowest)
-        free, extra = (
-            Surfaces(self.ground, self.surface, tie),
-            [*self.extra, *self._stretched(depth)],
-        )
+        free = Surfaces(self.ground, self.surface, tie)
+        extra = [*self.extra, *self._stretched(depth)]
         for _ in range(MOST):
             lines = self._lines(depth, extra)
             ends = [-math.inf, *lines, math.inf]
@@ -61,7 +65,8 @@ class Hull:
     @functools.cached_property
     def _pulls(self):
         """(x, f - l² f'') where the profile would pull most, which may be at a knot."""
-        ground, near = self.ground, min(CLOSE) * self.ground.feature
+        ground = self.ground
+        near = min(CLOSE) * self.ground.feature
 
         def stress(x):
             rise = ground.slope(x + near, -1) - ground.slope(x - near, 1)
@@ -81,7 +86,9 @@ class Hull:
 
     def _lines(self, depth, extra):
         """Lines of the hull over the ground's nodes and `extra`, zoomed in on and polished."""
-        ground, surface, step = self.ground, self.surface, self.ground.step
+        ground = self.ground
+        surface = self.surface
+        step = self.ground.step
         kept = _with(ground.corners, np.unique(extra), APART * ground.feature)
         nodes = _with(kept, ground.nodes, step / 8)
         noise = ROUNDING * (abs(depth) + self.lowest)
@@ -120,7 +127,9 @@ def hull_lines(nodes, g, length, noise):
 
     noise: of g; a node is dropped only if it lies lower by more than that.
     """
-    t, high, on = (nodes / length).tolist(), g.tolist(), []
+    t = (nodes / length).tolist()
+    high = g.tolist()
+    on = []
     for c in np.flatnonzero(g > 0).tolist():
         if on and high[c] <= high[on[-1]] * math.exp(t[on[-1]] - t[c]):
             continue  # below the tail of the last one
@@ -131,7 +140,8 @@ def hull_lines(nodes, g, length, noise):
     if not hull.size:
         return nodes[:0]
     breaks = np.flatnonzero(np.diff(hull) > 1)
-    first, last = np.r_[hull[:1], hull[breaks + 1]], np.r_[hull[breaks], hull[-1:]]
+    first = np.r_[hull[:1], hull[breaks + 1]]
+    last = np.r_[hull[breaks], hull[-1:]]
     return nodes[np.column_stack([first, last]).ravel()]
 
 
@@ -141,7 +151,8 @@ def _below(t, high, on, c, noise):
     if len(on) == 1:
         return high[b] + noise < high[c] * math.exp(t[b] - t[c])
     a = on[-2]
-    left, right = t[b] - t[a], t[c] - t[b]
+    left = t[b] - t[a]
+    right = t[c] - t[b]
     if left + right > 600:
         return False
     chord = high[a] * math.sinh(right) + high[c] * math.sinh(left)
@@ -161,10 +172,13 @@ def of_level(scene, ground, contacts, depth):
     """Force and energy of the springs in these contacts (m, 2) at this depth."""
     if not len(contacts):
         return NOTHING
-    k, w = scene.stiffness, scene.work_of_adhesion
+    k = scene.stiffness
+    w = scene.work_of_adhesion
     x, weights = points(contacts, ground)
     g = depth - ground.height(x)
-    force, spring, held = k * (weights @ g), k / 2 * (weights @ g**2), w * weights.sum()
+    force = k * (weights @ g)
+    spring = k / 2 * (weights @ g**2)
+    held = w * weights.sum()
     size = k * (weights @ np.abs(g))
     return State(contacts, float(force), float(spring - held), float(size), float(spring + held))
 

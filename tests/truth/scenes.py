@@ -92,7 +92,8 @@ def cosines(rng):
 
 def bumps(rng):
     """Several bumps of different widths and heights."""
-    R, n = _bowl(rng, 0.5, 1.3), rng.integers(2, 6)
+    R = _bowl(rng, 0.5, 1.3)
+    n = rng.integers(2, 6)
     width = 10 ** rng.uniform(-1.2, 0.0, n)[:, None]
     at = rng.uniform(-2, 2, n)[:, None]
     deep = rng.uniform(1.0, 2.0, n)[:, None] * np.minimum(1.0, 2 * width)
@@ -113,7 +114,9 @@ def bumps(rng):
 
 def cup(rng):
     """Two lips with a hollow between them, tilted."""
-    c, deep, tilt = 10 ** rng.uniform(-0.7, 0.5), rng.uniform(0.1, 3.0), rng.uniform(-0.3, 0.3)
+    c = 10 ** rng.uniform(-0.7, 0.5)
+    deep = rng.uniform(0.1, 3.0)
+    tilt = rng.uniform(-0.3, 0.3)
 
     def height(x):
         t = (np.asarray(x, float) / c) ** 2
@@ -140,15 +143,18 @@ def tip(R, shift, reach, feature):
 
 def tiny(rng):
     """A sharp or a blunt tip off the origin, in a long body: contacts from 1e-6 l on."""
-    R, shift = 10 ** rng.uniform(-6, 0), rng.uniform(-1, 1)
+    R = 10 ** rng.uniform(-6, 0)
+    shift = rng.uniform(-1, 1)
     return tip(R, shift, abs(shift) + 10 ** rng.uniform(0, 1), 0.3)
 
 
 def wedge(rng):
     """A wedge with ripples: a corner at its tip."""
-    m, steep = 10 ** rng.uniform(-0.5, 0.3), rng.uniform(0.3, 2.0)
+    m = 10 ** rng.uniform(-0.5, 0.3)
+    steep = rng.uniform(0.3, 2.0)
     rise = rng.uniform(0.1, 1.0) * steep
-    a, q = rise * m / (2 * np.pi), 2 * np.pi / m
+    a = rise * m / (2 * np.pi)
+    q = 2 * np.pi / m
     return Shape(
         lambda x: steep * np.abs(x) + a * (1 - np.cos(q * np.asarray(x, float))),
         lambda x: steep * np.sign(x) + a * q * np.sin(q * np.asarray(x, float)),
@@ -160,7 +166,8 @@ def wedge(rng):
 
 def rough(rng):
     """A measured rough profile through a spline."""
-    R, n = _bowl(rng, -0.2, 0.5), int(rng.integers(24, 90))
+    R = _bowl(rng, -0.2, 0.5)
+    n = int(rng.integers(24, 90))
     reach = math.sqrt(2 * R * (HIGH + 1))
     x = np.linspace(-reach, reach, n)
     wave = np.fft.rfftfreq(n)
@@ -197,7 +204,8 @@ def ended(rng, shape):
 def case_of(kind, seed):
     """The random scene of this class and seed."""
     rng = np.random.default_rng([KINDS.index(kind), seed])
-    unit, stress = 10 ** rng.choice([0.0, 0.0, 3.0, -3.0, -6.0]), 10 ** rng.choice([0.0, 6.0, -6.0])
+    unit = 10 ** rng.choice([0.0, 0.0, 3.0, -3.0, -6.0])
+    stress = 10 ** rng.choice([0.0, 6.0, -6.0])
     length = float(unit * rng.uniform(0.1, 3))
     layer = ElasticLayer(float(stress * rng.uniform(0.3, 3)), float(rng.choice([0.0, 0.3])), length)
     gamma1 = layer.stiffness * length**2
@@ -208,7 +216,8 @@ def case_of(kind, seed):
     if kind == "no_adhesion":
         w = 0.0
     draw = SHAPES[rng.integers(len(SHAPES))]
-    shape, scale = draw(rng), alpha * length
+    shape = draw(rng)
+    scale = alpha * length
     indenter = built(shape, length, scale)
     if kind == "edges":
         indenter += FlatPunch(ended(rng, shape) * length)

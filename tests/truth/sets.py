@@ -15,7 +15,9 @@ from .ground import Ground, Outside, Surfaces, refined_minima
 from .surfaces import surface_of
 from .totals import NOTHING, polished, state_of
 
-PER_FEATURE, FEWEST, MOST = 24, 32, 2400
+PER_FEATURE = 24
+FEWEST = 32
+MOST = 2400
 FINEST = 1e-8  # of the feature
 LOW = 3.0  # δ₀: no contact reaches farther below the surface
 TIE = 1e-13
@@ -49,7 +51,8 @@ def best_lines(scene, ground, surface, depth):
     right = surface.tail_energy(g) + _through(-x[::-1], g[::-1], surface.length)[::-1]
     linked = np.diff(x) <= 1.5 * np.median(np.diff(x))
     links = np.where(linked, _links(scene, ground, depth, x), np.inf)
-    cost, before = left, np.full(x.size, -1)
+    cost = left
+    before = np.full(x.size, -1)
     for i in range(x.size - 1):
         if np.isfinite(cost[i]):  # of all ways to i by now, so that it may be gone on from
             through = cost[i] + np.append(links[i], _gaps(x[i:], g[i:], surface)[1:])
@@ -66,7 +69,8 @@ def _nodes(scene, ground, depth):
     """Evenly spaced nodes where contact may be; corners are among them to within a spacing."""
     low = depth + LOW * scene.critical_separation
     tips = [at for at, _ in refined_minima(ground.height, ground.nodes, ground.heights, depth)]
-    x, f = ground.nodes, ground.heights
+    x = ground.nodes
+    f = ground.heights
     while True:
         near = np.union1d(x[f <= low], tips)
         if not near.size:
@@ -86,7 +90,8 @@ def _gaps(x, g, surface):
     """Energy of the free surface from the first node to each (n - 1,), inf where it penetrates."""
     t = np.minimum((x[1:] - x[0]) / surface.length, 300.0)
     m = -np.expm1(-t)
-    odd, even = 2 * (1 - m) / (m * (2 - m)), m / (2 - m)  # 1/sinh t, tanh t/2
+    odd = 2 * (1 - m) / (m * (2 - m))
+    even = m / (2 - m)  # 1/sinh t, tanh t/2
     slope = (g[1:] - g[0]) * odd - g[0] * even
     highest = np.maximum.accumulate(np.append(-np.inf, slope[:-1]))
     energy = (g[1:] - g[0]) ** 2 * odd + (g[1:] ** 2 + g[0] ** 2) * even
@@ -104,7 +109,9 @@ def _through(x, g, length):
 
 def _links(scene, ground, depth, x):
     """Energy of contact between neighbouring nodes, by Simpson's rule."""
-    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    k = scene.stiffness
+    gamma1 = scene.gamma1
+    w = scene.work_of_adhesion
     middle = (x[1:] + x[:-1]) / 2
 
     def density(at, slope):
@@ -125,6 +132,7 @@ def _ends(x, path, linked):
 def dips(lines, depth, ground, surface, scene):
     """Where the free surfaces of these lines penetrate the profile: (v, x)."""
     tie = TIE * (scene.critical_separation + abs(depth))
-    ends, free = [-math.inf, *lines, math.inf], Surfaces(ground, surface, tie)
+    ends = [-math.inf, *lines, math.inf]
+    free = Surfaces(ground, surface, tie)
     pairs = zip(ends[::2], ends[1::2], strict=True)
     return [dip for pair in pairs for dip in free.dips(*pair, depth) if dip[0] < -tie]

@@ -27,7 +27,8 @@ class Small:
     """Small slopes: γ₁ u'' = k u (5), tails exp(-x/l) (6) and gaps of sinh."""
 
     def __init__(self, scene):
-        self.k, self.gamma1 = scene.stiffness, scene.gamma1
+        self.k = scene.stiffness
+        self.gamma1 = scene.gamma1
         self.length = scene.elastocapillary_length
         self.deficit = scene.surfaces.small_slope_deficit
 
@@ -85,7 +86,8 @@ class Finite:
     """
 
     def __init__(self, scene):
-        self.k, self.gamma1 = scene.stiffness, scene.gamma1
+        self.k = scene.stiffness
+        self.gamma1 = scene.gamma1
         self.length = scene.elastocapillary_length
         self.deficit = scene.surfaces.angle_deficit
 
@@ -110,7 +112,8 @@ class Finite:
         s = np.asarray(s, float)
         if g == 0:
             return np.zeros_like(s)
-        x, start = s / self.length, np.arccosh(2 * self.length / abs(g))
+        x = s / self.length
+        start = np.arccosh(2 * self.length / abs(g))
         arc = x + 2 * (1 - np.tanh(start))  # above the solution, from where Newton is monotone
         for _ in range(60):
             cosine = 1 - 2 / np.cosh(arc + start) ** 2
@@ -150,9 +153,11 @@ class Finite:
 
     def gap_energy(self, left, right, width):
         """∫(k/2 u² cos φ + γ₁(1 - cos φ)) ds, ds = l dτ/cos(φ/2), of a gap."""
-        left, right = float(left) / self.length, float(right) / self.length
+        left = float(left) / self.length
+        right = float(right) / self.length
         T, ends, _ = _tabulated(left, right, float(width) / self.length)
-        half, middle = np.diff(ends)[:, None] / 2, (ends[1:] + ends[:-1])[:, None] / 2
+        half = np.diff(ends)[:, None] / 2
+        middle = (ends[1:] + ends[:-1])[:, None] / 2
         tau = middle + half * GAUSS[0]
         p2 = _p(left, right, T, tau) ** 2
         u = Small.gap_shape(_Unit, tau, T, left, right)
@@ -183,7 +188,8 @@ def _panels(T):
 
 def _p(left, right, T, tau):
     """p = du/dτ of the u with these ends; without cancellation for a small T, or overflow."""
-    up, down = np.exp(tau - T), np.exp(-tau)
+    up = np.exp(tau - T)
+    down = np.exp(-tau)
     one = up * (1 + down * down) * ((right - left) / -np.expm1(-2 * T))  # cosh τ / sinh T
     return one + (up - down) * (left / (1 + np.exp(-T)))  # sinh(τ - T/2) / cosh(T/2)
 
@@ -199,7 +205,8 @@ STEEP = 1.999
 
 def _across(left, right, T, low, high):
     """x(high) - x(low) for values of τ, (n,) each."""
-    half, middle = (high - low)[..., None] / 2, (high + low)[..., None] / 2
+    half = (high - low)[..., None] / 2
+    middle = (high + low)[..., None] / 2
     return (half * GAUSS[1] * _rate(_p(left, right, T, middle + half * GAUSS[0]))).sum(axis=-1)
 
 
@@ -216,7 +223,8 @@ def _range(left, right, width):
     chord = np.arctan2(right - left, width)
     chord = np.clip(chord, -1.2, 1.2)
     T = width * np.cos(chord / 2) / np.cos(chord)
-    before, off_before = T * 1.01, np.log(_width(left, right, T * 1.01) / width)
+    before = T * 1.01
+    off_before = np.log(_width(left, right, T * 1.01) / width)
     for _ in range(60):
         off = np.log(_width(left, right, T) / width)
         if np.abs(off).max(initial=0.0) <= 4e-16:
@@ -224,7 +232,9 @@ def _range(left, right, width):
         with np.errstate(invalid="ignore", divide="ignore"):
             step = off * np.log(T / before) / (off - off_before)
         step = np.where(np.isfinite(step), np.clip(step, -0.3, 0.3), off)
-        before, off_before, T = T, off, T * np.exp(-step)
+        before = T
+        off_before = off
+        T = T * np.exp(-step)
         if np.abs(step).max(initial=0.0) <= 1e-15:
             break
     return T
@@ -242,10 +252,13 @@ class Adhesion:
     """The deficit at which a line rests: √(2w/γ₁), with finite slopes 2 asin √(w/(2γ₁))."""
 
     def __init__(self, scene, ground):
-        pattern, factors = scene.pattern, np.ones(1)
-        self.edges, self._aside = np.empty(0), ASIDE * max(abs(ground.lo), abs(ground.hi))
+        pattern = scene.pattern
+        factors = np.ones(1)
+        self.edges = np.empty(0)
+        self._aside = ASIDE * max(abs(ground.lo), abs(ground.hi))
         if pattern is not None:
-            self.edges, factors = np.asarray(pattern.edges), np.asarray(pattern.factors)
+            self.edges = np.asarray(pattern.edges)
+            factors = np.asarray(pattern.factors)
         self.deficits = {}
         for way, w in (1, scene.work_of_adhesion), (-1, scene.opened.work_of_adhesion):
             half = np.sqrt(w * factors / (2 * scene.gamma1))

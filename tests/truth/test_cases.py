@@ -68,7 +68,8 @@ def test_the_adhered_state_is_that_of_the_walk(scene, feature, depth, contacts):
 def test_adhered_states_on_nodes_are_those_of_the_walk():
     seen = 0
     for seed in range(20, 30):
-        case, truth = case_of("small", seed), None
+        case = case_of("small", seed)
+        truth = None
         length = case.scene.elastocapillary_length or case.feature
         spacing = min(length / 12, case.feature / 8)
         if np.ptp(case.scene.indenter.extent) / spacing < 2e4:  # not too long for a test
@@ -83,7 +84,8 @@ def test_adhered_states_on_nodes_are_those_of_the_walk():
 
 
 def test_a_small_contact_without_adhesion():
-    scene, above = plain(OFFSET, w=0.0, gamma1=4.0), 3e-6
+    scene = plain(OFFSET, w=0.0, gamma1=4.0)
+    above = 3e-6
     a = above / 2  # a²/2 + a l = d - min f, l = 2
     a -= a * a / (2 * (a + 2))
     force = 2 * (above * a - a**3 / 6) + 4 * (above - a * a / 2)  # 2k l = 4
@@ -231,7 +233,8 @@ def test_depth_paths_that_turn(kind):
     case = path_case(kind, 0)
     path = depth_path_of(case.scene, case.feature)
     depths = path.touch + case.scale * np.array([0.05, 0.6, 1.4, 0.3, -0.3, 0.2, 0.9, -0.6])
-    history, place = load_path(case.scene, depths=depths), Place(path.touch)
+    history = load_path(case.scene, depths=depths)
+    place = Place(path.touch)
     for i, depth in enumerate(depths.tolist()):
         place = path.moved(place, depth)
         state = path.totals(place)

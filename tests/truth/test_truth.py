@@ -26,8 +26,10 @@ BODY = Profile(Parabola(R).height, Parabola(R).slope, extent=(-0.2, 0.2))
 @pytest.mark.parametrize("level", [-0.9999, -0.9, -0.3, 0.0, 1e-4, 0.5, 3.0])
 def test_parabola_of_small_slopes(level):
     scene = adhesive(BODY)
-    depth, given = level * scene.critical_separation, {"R": R, **material(scene)}
-    found, a = adhered(Walk(scene, 0.01), depth), cards.parabola.half_width(depth, **given)
+    depth = level * scene.critical_separation
+    given = {"R": R, **material(scene)}
+    found = adhered(Walk(scene, 0.01), depth)
+    a = cards.parabola.half_width(depth, **given)
     P, U = (getattr(cards.parabola, name)(depth, **given) for name in ("force", "energy"))
     near = R * scene.surfaces.angle_deficit if level < -0.99 else 0.0  # where a falls steeply
     assert np.abs(found.contacts - [-a, a]).max() <= 1e-12 * (a + near)
@@ -43,7 +45,8 @@ def material(scene):
 @pytest.mark.parametrize("level", [-0.9, -0.3, 0.5, 2.0])
 def test_parabola_of_finite_slopes(level):
     scene = steep(BODY)
-    depth, k = level * scene.critical_separation, scene.stiffness
+    depth = level * scene.critical_separation
+    k = scene.stiffness
     found = adhered(Walk(scene, 0.01), depth)
     a = found.half_width
     exact = cards.finite.depth(a * a / (2 * R), a / R, **material(scene))
@@ -87,16 +90,20 @@ def test_gaps_of_finite_slopes_solve_their_equation():
 @pytest.mark.parametrize("depth", [1e-9, 1e-4, 1e-3])
 def test_no_adhesion_parabola(depth):
     scene = adhesive(BODY, w=0.0)
-    found, card = obstacle(scene, 0.01, depth), cards.nonadhesive
+    found = obstacle(scene, 0.01, depth)
+    card = cards.nonadhesive
     given = {"R": R, "k": scene.stiffness, "gamma1": scene.gamma1}
-    a, P = card.parabola_half_width(depth, **given), card.parabola_force(depth, **given)
+    a = card.parabola_half_width(depth, **given)
+    P = card.parabola_force(depth, **given)
     assert abs(found.half_width - a) <= 1e-11 * a
     assert abs(found.force - P) <= 1e-12 * P
 
 
 def test_springs_of_a_parabola():
     scene = adhesive(BODY, gamma1=0.0)
-    depth, k, w = 1e-3, scene.stiffness, scene.work_of_adhesion
+    depth = 1e-3
+    k = scene.stiffness
+    w = scene.work_of_adhesion
     a = math.sqrt(2 * R * depth)
     found = springs(scene, 0.01, depth)
     assert abs(found.half_width - a) <= 1e-13 * a
@@ -123,7 +130,8 @@ def test_no_contact_is_lost_at_a_corner_next_to_a_node(kind, seed):
 
 def pressed(scene, feature, depth, scale):
     """How many contacts: clearance outside, pressure inside, lines that push or nothing."""
-    ground, surface = Ground(scene.indenter, feature), surface_of(scene)
+    ground = Ground(scene.indenter, feature)
+    surface = surface_of(scene)
     contacts = obstacle(scene, feature, depth).contacts
     lines = contacts.ravel()
     assert not sets.dips(lines, depth, ground, surface, scene)

@@ -30,11 +30,13 @@ NOTHING = State(np.empty((0, 2)), 0.0, 0.0, 0.0, 0.0)
 
 def polished(lines, depth, ground, surface, near=NEAR):
     """The lines with lean(f') + tilt = deficit to rounding; those at corners and ends stay."""
-    lines, known = np.array(lines, float), np.union1d(ground.corners, [ground.lo, ground.hi])
+    lines = np.array(lines, float)
+    known = np.union1d(ground.corners, [ground.lo, ground.hi])
     loose = np.flatnonzero(~np.isin(lines, known))
     if not loose.size:
         return lines
-    x, best = lines, np.abs(imbalance(lines, depth, ground, surface)[loose]).max()
+    x = lines
+    best = np.abs(imbalance(lines, depth, ground, surface)[loose]).max()
     for _ in range(4):
         value = imbalance(x, depth, ground, surface)
         J = jacobian(x, depth, ground, surface)[np.ix_(loose, loose)]
@@ -46,7 +48,8 @@ def polished(lines, depth, ground, surface, near=NEAR):
             break
         size = np.abs(imbalance(x, depth, ground, surface)[loose]).max()
         if size < best:
-            lines, best = x, size
+            lines = x
+            best = size
     return lines
 
 
@@ -55,7 +58,9 @@ def jacobian(x, depth, ground, surface):
 
     All left lines are moved at once, then all right ones, as no two of them face each other.
     """
-    J, step, i = np.zeros((x.size, x.size)), STEP * ground.feature, np.arange(x.size)
+    J = np.zeros((x.size, x.size))
+    step = STEP * ground.feature
+    i = np.arange(x.size)
     facing = i + np.where(i % 2, 1, -1)
     for side in (0, 1):
         shift = step * (i % 2 == side)
@@ -75,7 +80,9 @@ def imbalance(lines, depth, ground, surface):
     tilt = np.empty_like(g)
     tilt[[0, -1]] = surface.tail(g[[0, -1]])
     if lines.size > 2:
-        width, left, right = lines[2::2] - lines[1:-1:2], g[1:-1:2], g[2::2]
+        width = lines[2::2] - lines[1:-1:2]
+        left = g[1:-1:2]
+        right = g[2::2]
         tilt[1:-1:2] = surface.facing(left, right, width)
         tilt[2::2] = surface.facing(right, left, width)
     return surface.lean(sides * ground.slope(lines, sides)) + tilt - surface.deficit
@@ -88,16 +95,21 @@ def state_of(lines, depth, ground, surface, scene):
         return NOTHING
     contacts = lines.reshape(-1, 2)
     x, weights = points(contacts, ground)
-    g, slope = depth - ground.height(x), np.asarray(ground.indenter.slope(x), float)
-    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    g = depth - ground.height(x)
+    slope = np.asarray(ground.indenter.slope(x), float)
+    k = scene.stiffness
+    gamma1 = scene.gamma1
+    w = scene.work_of_adhesion
     if scene.pattern is not None:
         w = w * scene.pattern.factor(x)
-    spring, held = k / 2 * g**2, gamma1 / 2 * slope**2 - w
+    spring = k / 2 * g**2
+    held = gamma1 / 2 * slope**2 - w
     if scene.slopes == "finite":
         root = np.sqrt(1 + slope**2)
         held = gamma1 * slope**2 / (1 + root) - w * root
     ends = depth - ground.height(lines)
-    area, free = [surface.tail_area(e) for e in ends[[0, -1]]], []
+    area = [surface.tail_area(e) for e in ends[[0, -1]]]
+    free = []
     free += [surface.tail_energy(e) for e in ends[[0, -1]]]
     for i in range(1, lines.size - 1, 2):
         gap = (float(ends[i]), float(ends[i + 1]), float(lines[i + 1] - lines[i]))
@@ -114,13 +126,15 @@ def state_of(lines, depth, ground, surface, scene):
 
 def points(contacts, ground):
     """Places and weights of Gauss's rule over the contacts, in panels without knots inside."""
-    x, weights = [], []
+    x = []
+    weights = []
     knots = np.union1d(ground.corners, np.asarray(ground.indenter.knots, float))
     for left, right in contacts.tolist():
         count = int(np.ceil((right - left) / ground.feature * PANEL)) + 1
         inside = knots[(knots > left) & (knots < right)]
         ends = np.union1d(np.linspace(left, right, count + 1), inside)
-        half, middle = np.diff(ends)[:, None] / 2, (ends[1:] + ends[:-1])[:, None] / 2
+        half = np.diff(ends)[:, None] / 2
+        middle = (ends[1:] + ends[:-1])[:, None] / 2
         x.append((middle + half * GAUSS[0]).ravel())
         weights.append((half * GAUSS[1]).ravel())
     return np.concatenate(x), np.concatenate(weights)

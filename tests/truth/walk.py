@@ -25,8 +25,10 @@ from .surfaces import Adhesion, breaks, surface_of
 
 MOVE = 1 / 4  # of the feature: the farthest a line moves before touching is looked for
 SINK = 0.6  # of δ₀: the farthest the depth grows at once
-ROUGHLY, CLOSELY = 1e-4, 1e-11  # of the feature: what counts as moved, on the way and at its end
-SLOW, PART = 0.6, 0.9  # ratio of moves that are slow, and the part of their rest gone at once
+ROUGHLY = 1e-4
+CLOSELY = 1e-11  # of the feature: what counts as moved, on the way and at its end
+SLOW = 0.6
+PART = 0.9  # ratio of moves that are slow, and the part of their rest gone at once
 ABOUT = 1e-7  # of what holds a line: by less it is about to move
 BEHIND = 0.05  # of how slow it is: by so much less some of them go
 LEAP = 1e-3  # of the feature: the farthest gone at once
@@ -43,14 +45,19 @@ class Walk:
         self.scene = scene
         self.surface = surface_of(scene)
         feature = min(feature, self.surface.length)
-        self.ground, self.feature = Ground(scene.indenter, feature, breaks(scene)), feature
+        self.ground = Ground(scene.indenter, feature, breaks(scene))
+        self.feature = feature
         self.adhesion = Adhesion(scene, self.ground)
         self.delta = scene.opened.critical_separation
         self.tie = TIE * (self.delta + abs(float(self.ground.heights.min())))
         self.free = Surfaces(self.ground, self.surface, self.tie)
         self.touch, self.first = self.ground.lowest(self.tie)
-        self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch
-        self._due, self.turns, self.most, self._close = [], 0, math.inf, False
+        self.lines = [x for x in self.first for _ in range(2)]
+        self.depth = self.touch
+        self._due = []
+        self.turns = 0
+        self.most = math.inf
+        self._close = False
         self._settle(+1, ROUGHLY)
 
     def to(self, depth):
@@ -69,11 +76,15 @@ class Walk:
 
     def put(self, lines, depth):
         """Go on from these lines, at rest at this depth."""
-        self.lines, self.depth, self._close = list(lines), depth, True
+        self.lines = list(lines)
+        self.depth = depth
+        self._close = True
 
     def _sink(self, depth):
         """Grow the depth with the lines fixed until something touches, then let it move."""
-        before, self.depth, self._close = self.depth, depth, False
+        before = self.depth
+        self.depth = depth
+        self._close = False
         everywhere = range(len(self.lines) // 2 + 1)
         some = [i for i in everywhere if any(v + self.tie < 0 for v, _ in self._dips(i))]
 
@@ -96,7 +107,9 @@ class Walk:
 
         clearance >= 0 at `good` and < 0 at `bad`; secants between the two, bisection in turn.
         """
-        size, high, low = max(abs(good), abs(bad)), clearance(good), clearance(bad)
+        size = max(abs(good), abs(bad))
+        high = clearance(good)
+        low = clearance(bad)
         for turn in range(200):
             if low >= -self.tie or abs(bad - good) <= 4e-16 * size:
                 break
@@ -104,9 +117,11 @@ class Walk:
             middle = bad + min(max(share, 1e-3), 0.999) * (good - bad)
             value = clearance(middle)
             if value >= 0:
-                good, high = middle, value
+                good = middle
+                high = value
             else:
-                bad, low = middle, value
+                bad = middle
+                low = value
         clearance(bad)
         return bad
 
@@ -134,9 +149,12 @@ class Walk:
 
         way: +1 outwards, -1 inwards. The facing line is due, and this one unless it rests.
         """
-        self._due, self.turns, moves = [True] * len(self.lines), 0, []
+        self._due = [True] * len(self.lines)
+        self.turns = 0
+        moves = []
         while any(self._due):
-            before, i = list(self.lines), 0
+            before = list(self.lines)
+            i = 0
             while i < len(self.lines):
                 if self._due[i]:
                     self._turn(i, way, least)
@@ -170,7 +188,8 @@ class Walk:
             SLOW < b / a < 1 / SLOW for a, b in itertools.pairwise(sizes)
         ):
             return False
-        rested, rate = list(self.lines), sizes[2] / sizes[1]
+        rested = list(self.lines)
+        rate = sizes[2] / sizes[1]
         part = min(PART * rate / max(abs(1 - rate), 1e-9), LEAP * self.feature / sizes[2])
         behind = np.ones(len(rested))  # the lines that moved last are at rest
         behind[::2] -= BEHIND * min(abs(1 - rate), 1.0)
@@ -185,13 +204,15 @@ class Walk:
 
     def about(self, i, way):
         """Whether a line is about to advance (way = 1) or to recede (-1): neither, if held."""
-        x, side = self.lines[i], 1 if i % 2 else -1
+        x = self.lines[i]
+        side = 1 if i % 2 else -1
         slack = ABOUT * float(self.adhesion.deficit(x, side * way, way))
         return float(self._drive(i, side, way)(x, 1)) < slack
 
     def _moves_on(self, i, way):
         """Whether a line would move on from where it is."""
-        x, side = self.lines[i], 1 if i % 2 else -1
+        x = self.lines[i]
+        side = 1 if i % 2 else -1
         return float(self._drive(i, side, way)(x, 1)) < 0
 
     def _insert(self, at):
@@ -213,15 +234,18 @@ class Walk:
 
     def _advance(self, i):
         """How far a line moves outwards: to its first rest, by MOVE, or until something touches."""
-        start, side = self.lines[i], 1 if i % 2 else -1
+        start = self.lines[i]
+        side = 1 if i % 2 else -1
         limit, facing = self._facing(i, side)
         if start == limit and facing is None:
             return 0.0
-        rest, met = limit, facing is not None
+        rest = limit
+        met = facing is not None
         if abs(limit - start) > MET * self.feature:
             rest, met = self._rest(i, side, start, limit, +1)
         if abs(rest - start) > MOVE * self.feature:
-            rest, met = start + side * MOVE * self.feature, False
+            rest = start + side * MOVE * self.feature
+            met = False
         if met:
             self._remove(min(i, i + side), max(i, i + side))
             return 0.0
@@ -236,7 +260,8 @@ class Walk:
 
         if facing is not None and self._movable(i + side, start):  # not before the other has moved
             while clearance(rest) < 0 and abs(rest - start) > BESIDE * self.feature:
-                rest, self._due[i] = (start + rest) / 2, True
+                rest = (start + rest) / 2
+                self._due[i] = True
         if clearance(rest) >= 0:
             return abs(rest - start)
         if clearance(start) >= 0:
@@ -246,7 +271,8 @@ class Walk:
 
     def _movable(self, i, facing):
         """Whether a line would advance if the one it faces were here."""
-        x, side = self.lines[i], 1 if i % 2 else -1
+        x = self.lines[i]
+        side = 1 if i % 2 else -1
         tilt = self.free.tilt_facing(facing, self.depth)(x)
         tilt += self.surface.lean(side * self.ground.slope(x, side))
         return float(tilt) < (1 - 1e-6) * float(self.adhesion.deficit(x, side, +1))
@@ -259,7 +285,8 @@ class Walk:
 
     def _recede(self, i):
         """Move one line inwards to its first rest; a contact that closes is gone: how far."""
-        start, side = self.lines[i], 1 if i % 2 else -1
+        start = self.lines[i]
+        side = 1 if i % 2 else -1
         limit = self.lines[i - side]
         rest, met = (start, True) if start == limit else self._rest(i, side, start, limit, -1)
         self.lines[i] = limit if met else rest
@@ -282,7 +309,9 @@ class Walk:
 
     def _drive(self, i, side, way):
         """drive(x, ahead) >= 0: a line does not move on from x, as it looks ahead (1) or back."""
-        ground, lean, tilt = self.ground, self.surface.lean, self.free.tilt_facing
+        ground = self.ground
+        lean = self.surface.lean
+        tilt = self.free.tilt_facing
         facing = tilt(self._facing(i, side)[1], self.depth)
 
         def drive(x, ahead):

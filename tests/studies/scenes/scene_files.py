@@ -26,7 +26,8 @@ HELD_FROM = 30  # lines
 
 def cheap(point):
     """Numbers that need all their digits; one point fails."""
-    x, y = point["x"], point["y"]
+    x = point["x"]
+    y = point["y"]
     if (x, y) == (2.0, 3.0):
         raise ValueError("no state\nhere")
     return {"sum": math.sqrt(x) + y / 3, "none": math.nan, "label": "µ"}

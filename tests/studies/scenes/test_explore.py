@@ -38,7 +38,8 @@ def test_the_window_can_be_drawn_into_a_file_and_needs_a_display_else(
     tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setenv("MPLBACKEND", "Agg")
-    scene, picture = str(SCENES / "gelatin_wedge.toml"), tmp_path / "window.png"
+    scene = str(SCENES / "gelatin_wedge.toml")
+    picture = tmp_path / "window.png"
     assert main(["explore", scene, "--picture", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert main(["explore", scene]) == 2

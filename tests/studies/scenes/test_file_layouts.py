@@ -228,7 +228,8 @@ def test_the_filter_passes_waves_as_the_standard_says(wave):
     assert body.z == pytest.approx(passed * np.cos(2 * np.pi * body.x / wave), abs=2e-4)
 
 
-def test_the_filter_keeps_straight_lines_and_takes_uneven_samples():
+def test_filter_of_straight_lines_and_uneven_samples():
+    """The filter keeps straight lines and takes uneven samples."""
     rng = np.random.default_rng(1)
     x = np.sort(rng.uniform(0, 20, 2000))
     body = Sampled(x, 3 * x - 2, "smooth").filtered(2.0)
@@ -343,7 +344,8 @@ def instrument(monkeypatch, metadata, **columns):
     monkeypatch.setitem(sys.modules, "afmformats", library)
 
 
-def test_a_spring_constant_supplies_or_replaces_that_of_an_instrument(tmp_path, monkeypatch):
+def test_spring_constant_supplied_or_replaced(tmp_path, monkeypatch):
+    """A spring constant supplies or replaces that of an instrument."""
     path = tmp_path / "a.jpk-force"
     path.write_bytes(b"\0")
     for stated in (None, 0.04):

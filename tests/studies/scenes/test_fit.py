@@ -37,7 +37,8 @@ def test_an_incompressible_layer_has_no_stiffness_to_fit():
 def test_the_intervals_hold_the_truth():
     found = [fit(WRONG, curve_of(SCENE, 14, 0.01, seed), ENERGIES, **FAST) for seed in range(5)]
     for i, name in enumerate(ENERGIES):
-        true, values = parameters_of(SCENE)[name], np.array([one[name].value for one in found])
+        true = parameters_of(SCENE)[name]
+        values = np.array([one[name].value for one in found])
         assert sum(one[name].interval[0] < true < one[name].interval[1] for one in found) >= 4
         assert sum(one.inside_profile(i, true) for one in found) >= 4
         spread = values.std(ddof=1) / true
@@ -48,7 +49,8 @@ def test_the_intervals_hold_the_truth():
 
 
 @pytest.mark.slow
-def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_nearly_linear():
+def test_profile_and_linearised_interval_agree():
+    """The profile agrees with the linearised interval where the model is nearly linear."""
     found = fit(SCENE, curve_of(SCENE, share=0.005), ENERGIES, alternatives=False)
     for i, estimate in enumerate(found.estimates):
         assert estimate.identifiable
@@ -105,7 +107,8 @@ def test_the_model_follows_the_load_path_and_goes_on_smoothly():
     force = load_path(SCENE, depths=depth).force
     model = Model.of(SCENE, ("w", "gamma1"), Data.of(Curve(depth, force)))
     assert np.abs(model.residuals(np.zeros(2))).max() < 1e-6 * np.abs(force).max()
-    x, first = np.array([math.log(0.9), 0.0]), np.array([1.0, 0.0])
+    x = np.array([math.log(0.9), 0.0])
+    first = np.array([1.0, 0.0])
     # lets go at -0.949 δ₀, before the last points
     below = np.array([model.residuals(x + t * first)[-1] for t in np.linspace(0, 0.12, 41)])
     bends = np.abs(np.diff(below, 2)).max() / np.abs(np.diff(below)).max()
@@ -113,7 +116,8 @@ def test_the_model_follows_the_load_path_and_goes_on_smoothly():
 
 
 def test_noise_contact_and_marks_are_read_from_the_curve():
-    clean, noisy = curve_of(SCENE, steps=60), curve_of(SCENE, steps=60, share=0.01)
+    clean = curve_of(SCENE, steps=60)
+    noisy = curve_of(SCENE, steps=60, share=0.01)
     sigma = 0.01 * np.abs(clean.force).max()
     assert noise(noisy.force) == pytest.approx(sigma, rel=0.35, abs=0)
     held = ~np.isnan(load_path(SCENE, depths=clean.depth).contacts[:, 0])

@@ -296,7 +296,8 @@ def test_loading_and_unloading_apart_are_called_viscoelastic_or_two_works():
 
 @pytest.mark.slow
 def test_a_folder_names_the_curves_that_failed(tmp_path, capsys):
-    scene, folder = tmp_path / "sphere.toml", tmp_path / "curves"
+    scene = tmp_path / "sphere.toml"
+    folder = tmp_path / "curves"
     scene.write_text(SPHERE, "utf-8")
     folder.mkdir()
     curve = sphere(n=50)

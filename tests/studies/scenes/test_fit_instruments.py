@@ -55,9 +55,8 @@ def sphere(stiffness=math.inf, seed=1, noise=20e-12, n=90, zero=0.0, level=0.0, 
     ],
 )
 @pytest.mark.parametrize("stiffness", [math.inf, 0.3, 0.03])
-def test_forces_read_off_a_depth_path_are_those_under_the_machine(
-    body, gamma1, opening, right, stiffness
-):
+def test_forces_off_a_depth_path_under_a_machine(body, gamma1, opening, right, stiffness):
+    """Forces read off a depth path are those under the machine."""
     opened = opening and SurfaceEnergies.from_work(gamma1, opening)
     surfaces = SurfaceEnergies.from_work(gamma1, 1e-4)
     scene = replace(SCENE, indenter=body, surfaces=surfaces, opening=opened)
@@ -68,11 +67,13 @@ def test_forces_read_off_a_depth_path_are_those_under_the_machine(
     assert (there is back) == (gamma1 > 0 and opening is None)
     read_off = [way.read(leg, stiffness) for way, leg in zip(found, legs, strict=True)]
     force = np.concatenate([force for force, _ in read_off])
-    drive, machine = np.concatenate(legs), {"machine_stiffness": stiffness}
+    drive = np.concatenate(legs)
+    machine = {"machine_stiffness": stiffness}
     history = load_path(
         scene, **({"depths": drive} if math.isinf(stiffness) else {"drives": drive} | machine)
     )
-    held, size = ~np.isnan(history.contacts[:, 0]), np.abs(history.force).max()
+    held = ~np.isnan(history.contacts[:, 0])
+    size = np.abs(history.force).max()
     assert held.sum() > 20
     assert np.abs(force - history.force)[held].max() < right * size
     lost = [event for event in history.events if event.kind in ("detachment", "pull-off")]
@@ -88,7 +89,8 @@ def test_beyond_its_end_a_branch_goes_on_straight():
     assert (np.diff(force) < 0).all()  # past the most tensile state
 
 
-def test_a_machine_too_soft_for_every_state_but_one_has_its_force():
+def test_machine_too_soft_for_all_states_but_one():
+    """A machine too soft for every state but one has its force."""
     (found,) = ways(SCENE, 0.0, 2e-8, (), 0.3)
     part = slice(-found.depth.size // 3, None)  # along which the pull falls
     last = replace(found, depth=found.depth[part], force=found.force[part])
@@ -99,7 +101,9 @@ def test_a_machine_too_soft_for_every_state_but_one_has_its_force():
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [math.inf, 0.03])
 def test_any_zero_a_tilted_line_and_a_soft_cantilever_are_fitted(stiffness):
-    zero, level, slope = 3.2e-6, 0.3e-9, 3e-3
+    zero = 3.2e-6
+    level = 0.3e-9
+    slope = 3e-3
     curve = sphere(stiffness, zero=zero, level=level, slope=slope)
     found = fit(START, curve, **FAST)
     assert found.quality.fits, found
@@ -111,7 +115,8 @@ def test_any_zero_a_tilted_line_and_a_soft_cantilever_are_fitted(stiffness):
         assert rigid.quality.times > 1.3 * found.quality.times
 
 
-def test_the_line_without_contact_is_found_and_nothing_else_taken_for_it():
+def test_line_without_contact_is_found():
+    """The line without contact is found and nothing else taken for it."""
     curve = sphere(level=0.3e-9, slope=3e-3)
     held = ~np.isnan(load_path(SCENE, depths=curve.depth).contacts[:, 0])
     free = free_parts(curve)
@@ -127,7 +132,8 @@ def test_the_line_without_contact_is_found_and_nothing_else_taken_for_it():
 
 
 def test_points_that_scatter_by_chance_are_still_on_a_line():
-    steps, curve = np.random.default_rng(5).standard_normal((60, 180)), sphere(noise=0.0)
+    steps = np.random.default_rng(5).standard_normal((60, 180))
+    curve = sphere(noise=0.0)
     for step in steps:
         free = free_parts(curve._replace(force=curve.force + 20e-12 * step))
         assert free[0] and free[-1]
@@ -185,7 +191,8 @@ def test_cases_of_the_self_test_are_what_they_are_called():
 
 
 @pytest.mark.slow
-def test_a_figure_for_each_name_and_a_status_that_says_whether_it_fits(tmp_path, capsys):
+def test_figures_and_exit_status(tmp_path, capsys):
+    """A figure for each name and a status that says whether it fits."""
     scene = tmp_path / "sphere.toml"
     scene.write_text(SPHERE, "utf-8")
     for name, sign in (("kc0.08.csv", 1), ("kc0.3.csv", -1)):
@@ -203,7 +210,8 @@ def test_a_figure_for_each_name_and_a_status_that_says_whether_it_fits(tmp_path,
 
 @pytest.mark.slow
 def test_a_folder_is_fitted_resumed_and_shares_a_parameter(tmp_path, capsys, monkeypatch):
-    scene, folder = tmp_path / "sphere.toml", tmp_path / "curves"
+    scene = tmp_path / "sphere.toml"
+    folder = tmp_path / "curves"
     scene.write_text(SPHERE, "utf-8")
     folder.mkdir()
     for seed in range(1, 4):
@@ -230,7 +238,8 @@ def test_a_folder_is_fitted_resumed_and_shares_a_parameter(tmp_path, capsys, mon
 
 
 def test_a_common_parameter_is_weighted_and_says_when_it_is_none():
-    values, reach = np.array([0.03, 0.031, 0.029, math.nan]), math.exp(1.96 * 0.03)
+    values = np.array([0.03, 0.031, 0.029, math.nan])
+    reach = math.exp(1.96 * 0.03)
     same = many.common("gamma1", values / reach, values * reach)
     assert same.value == pytest.approx(0.03, rel=0.01) and "may have it in common" in str(same)
     low, high = same.interval
@@ -245,7 +254,8 @@ def test_a_common_parameter_is_weighted_and_says_when_it_is_none():
 
 
 @pytest.mark.slow
-def test_a_plan_tells_what_noise_does_and_fits_scatter_as_foretold(tmp_path, capsys):
+def test_plan_predicts_the_scatter_of_fits(tmp_path, capsys):
+    """A plan tells what noise does and fits scatter as foretold."""
     scene = tmp_path / "sphere.toml"
     scene.write_text(SPHERE.replace("0.045", "0.03").replace("0.7e-4", "1e-4"), "utf-8")
     one = plan.Experiment(load(scene).scene, 10e-12, math.inf, 60, 50e-9)
@@ -304,9 +314,10 @@ def test_the_tutorial_shows_what_is_so(tmp_path, capsys, monkeypatch):
     assert (tmp_path / "sphere_curve_fit.png").stat().st_size > 10_000
 
 
-def test_what_straight_ends_hardly_tell_does_not_stay_where_they_led_it():
+def test_start_of_weakly_determined_parameters():
     """They lead γ₁ of this curve to 1e-4 of where it begins, for a gain of next to nothing."""
-    layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    layer = ElasticLayer(2.5e3, 0.3, 5e-6)
+    surfaces = SurfaceEnergies.from_work(0.07, 6e-5)
     scene = Scene(layer, surfaces, Parabola(0.02))
     depth = np.r_[np.linspace(0, 4e-7, 100), np.linspace(4e-7, -6e-7, 200)]
     force = load_path(scene, depths=depth).force

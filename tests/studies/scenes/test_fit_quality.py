@@ -27,7 +27,8 @@ def test_the_offset_of_the_depth_is_fitted_by_default():
     assert DEFAULT == ("w", "gamma1", "offset")
     curve = measured(SCENE, [-1.13, 1.1, -1.13], 0.005, seed=1)  # touches between two points
     found = fit(SCENE, Curve(curve.depth + 0.5 * LIFT, curve.force), **FAST)
-    w, offset = found["w"], found["offset"]
+    w = found["w"]
+    offset = found["offset"]
     assert w.value == pytest.approx(SCENE.work_of_adhesion, rel=0.03)
     assert offset.interval[0] < 0.5 * LIFT < offset.interval[1]
     assert found.quality.fits and 0.6 < found.quality.times < 1.4
@@ -69,7 +70,8 @@ def test_an_estimate_on_a_bound_is_called_so():
 
 @pytest.mark.slow
 def test_a_loop_has_two_works_of_adhesion():
-    names, w = ("w", "opening", "offset"), SCENE.work_of_adhesion
+    names = ("w", "opening", "offset")
+    w = SCENE.work_of_adhesion
     true, start = (
         replace(SCENE, opening=SurfaceEnergies.from_work(SCENE.gamma1, times * w))
         for times in (3.0, 1.8)
@@ -110,7 +112,8 @@ def test_runs_of_known_signs():
 
 
 def test_quality_of_known_residuals():
-    flat, none = np.array([1.0, -1.0] * 8), np.empty(0)
+    flat = np.array([1.0, -1.0] * 8)
+    none = np.empty(0)
     assert judged(flat, none, none, 16, 0.5).times == 2.0
     assert judged(flat, np.array([4.0, 4.0]), none, 12, 1.0).times == 2.0
     assert judged(flat, none, np.full(25, 0.5), 16, 1.0).zero == 2.5
@@ -150,9 +153,8 @@ def test_the_way_out_alone_is_a_contact():
 
 
 @pytest.mark.parametrize(("times", "near"), [(0.9, False), (1.1, True)])
-def test_the_minimum_beside_the_start_is_taken_only_if_the_other_is_hopeless(
-    times, near, monkeypatch
-):
+def test_minimum_beside_the_start(times, near, monkeypatch):
+    """The minimum beside the start is taken only if the other is hopeless."""
     model = Model.of(SCENE, ("w",), Data.of(measured(SCENE, [-1.1, 1.1, -1.1], 0.01)))
     noise = len(model.data.lines) * model.data.sigma**2
 
@@ -168,7 +170,8 @@ def test_the_minimum_beside_the_start_is_taken_only_if_the_other_is_hopeless(
 
 def test_every_contact_starts_from_a_touch():
     curve = measured(SCENE, [-0.3, 1.0, -1.2, 0.7, -1.2])
-    shift, forces = 80, []  # where it is farthest out
+    shift = 80
+    forces = []  # where it is farthest out
     second = Curve(curve.depth[shift:], curve.force[shift:])
     both, alone = (Model.of(SCENE, ("w", "offset"), Data.of(c)) for c in (curve, second))
     assert (len(both.data.contacts), len(alone.data.contacts)) == (2, 1)
@@ -195,9 +198,8 @@ def test_every_contact_starts_from_a_touch():
         ("offset", 1.1, 1.1, True, False),
     ],
 )
-def test_a_parameter_is_identifiable_with_both_intervals_short_and_no_bound(
-    name, reach, profile, bound, identifiable, monkeypatch
-):
+def test_identifiable_parameters(name, reach, profile, bound, identifiable, monkeypatch):
+    """A parameter is identifiable with both intervals short and no bound."""
     end = lambda model, best, i, reach: math.copysign(profile, reach)  # noqa: E731
     monkeypatch.setattr(fit_estimate, "_profile_end", end)
     model = SimpleNamespace(  # as much of a model and of its minimum as an estimate looks at

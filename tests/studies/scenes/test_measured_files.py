@@ -87,7 +87,8 @@ RIGHT = [  # name, text, encoding
 ]
 
 
-D, N = b"depth [m];force [N/m]\n", b"depth [m]\tforce [N/m]\n"
+D = b"depth [m];force [N/m]\n"
+N = b"depth [m]\tforce [N/m]\n"
 WRONG = [  # bytes, what is said
     (b" \r\n", "is empty; give a file with columns of numbers"),
     (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\1\2\3", "is no text"),
@@ -129,10 +130,13 @@ def test_what_is_not_clear_is_refused(tmp_path, data, told):
 
 def test_damaged_files_are_never_read_wrong(tmp_path):
     """A character of the numbers deleted, doubled or replaced: the other rows stay as they are."""
-    rng, path = np.random.default_rng(8), tmp_path / "curve.csv"
-    depth, force = np.linspace(-2, 2, 9) + 0.25, np.linspace(-1, 3, 9) - 0.125
+    rng = np.random.default_rng(8)
+    path = tmp_path / "curve.csv"
+    depth = np.linspace(-2, 2, 9) + 0.25
+    force = np.linspace(-1, 3, 9) - 0.125
     whole = [f"{d:.4f};{p:.4f}\n" for d, p in zip(depth, force, strict=True)]
-    text, refusals = D.decode() + "".join(whole).replace(".", ","), 0
+    text = D.decode() + "".join(whole).replace(".", ",")
+    refusals = 0
     for _ in range(300):
         at = int(rng.integers(len(D), len(text)))
         new = ["", text[at] * 2, *"; \t.,x\n"][rng.integers(9)]

@@ -13,7 +13,8 @@ from studies import __main__ as command_line
 from studies.scenes.curve_file import Reading, read_curve
 from studies.scenes.file import load
 
-X, Z = np.array([-2.0, -0.5, 1.0, 3.0]), np.array([4.0, 0.25, 1.0, 9.0])
+X = np.array([-2.0, -0.5, 1.0, 3.0])
+Z = np.array([4.0, 0.25, 1.0, 9.0])
 
 
 def test_arrays(tmp_path):
@@ -92,7 +93,9 @@ class Data(dict):
 
 
 def test_instrument_files_say_what_they_lack(tmp_path, monkeypatch):
-    path, given, held = tmp_path / "curve.jpk-force", Reading(width=0.5), []
+    path = tmp_path / "curve.jpk-force"
+    given = Reading(width=0.5)
+    held = []
     with refused(path, "is no file"):
         read_curve(path, given)
     path.write_bytes(b"")
@@ -134,7 +137,8 @@ skip = 1
 
 @pytest.mark.slow
 def test_scene_files_and_options_say_how_a_curve_is_read(tmp_path, capsys):
-    scene, data = tmp_path / "scene.toml", tmp_path / "kurve.csv"
+    scene = tmp_path / "scene.toml"
+    data = tmp_path / "kurve.csv"
     scene.write_text(FIT_SCENE + TABLE, "utf-8")
     curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.01)
     rows = [f"{1e6 * d:.9f};{1e3 * 0.01 * p:.9f}" for d, p in zip(*curve[:2], strict=True)]
@@ -177,7 +181,8 @@ def test_wrong_tables_of_measured_data_are_refused(tmp_path, old, new, told):
 
 
 def test_a_scene_file_takes_a_profile_from_a_file(tmp_path):
-    path, body = tmp_path / "scene.toml", 'shape = "sampled"\nfile = "scan.csv"\nkind = "smooth"'
+    path = tmp_path / "scene.toml"
+    body = 'shape = "sampled"\nfile = "scan.csv"\nkind = "smooth"'
     x = np.linspace(-1, 1, 9)
     rows = "\n".join(f"{a:.4f};{500 * a * a:.4f}" for a in x).replace(".", ",")
     (tmp_path / "scan.csv").write_text(f"Profil\nlateral;up\n{rows}\n", "utf-8")

@@ -173,7 +173,8 @@ def test_what_is_told_about_an_axis_is_in_newtons(written, tmp_path, capsys, cha
 def test_a_fit_finds_what_a_sphere_was_simulated_with(written, tmp_path, capsys):
     depths = ("[layer]", "depth = 0.0\n[layer]")
     path = load_path(load(written(ROUND, depths)).scene, depths=np.linspace(0, 4e-6, 30))
-    data, rows = tmp_path / "data.csv", zip(path.depth, 1e6 * path.force, strict=True)
+    data = tmp_path / "data.csv"
+    rows = zip(path.depth, 1e6 * path.force, strict=True)
     text = [f"{d:.17g},{p:.17g}" for d, p in rows]
     data.write_text("\n".join(["depth [m],force [µN]", *text]), "utf-8")
     start = written(ROUND, depths, ("w = 4e-4", "w = 3e-4"))

@@ -25,9 +25,11 @@ def written(tmp_path):
 
 
 def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
-    out, path = tmp_path / "new" / "folder", written()
+    out = tmp_path / "new" / "folder"
+    path = written()
     assert study.main([str(path), "--out", str(out)]) == 0
-    text, rows = (out / "tiny.csv").read_text("utf-8"), read(out / "tiny.csv")
+    text = (out / "tiny.csv").read_text("utf-8")
+    rows = read(out / "tiny.csv")
     for row, depth in zip(rows, (2e-6, 0.0, -4e-5), strict=True):
         state = minimise(by_hand(Parabola(0.017)), depth, rtol=1e-6)
         assert row.pop("label") == state.label
@@ -81,7 +83,8 @@ def test_the_worst_state_and_the_violations_are_those_in_contact(written):
     ],
 )
 def test_contacts_without_lines_or_width_are_drawn(indenter, depths):
-    film, surfaces = ElasticLayer(400.0, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 1e-4)
+    film = ElasticLayer(400.0, 0.31, 60e-6)
+    surfaces = SurfaceEnergies.from_work(0.05, 1e-4)
     scene = replace(by_hand(indenter), layer=film, surfaces=surfaces)
     given = replace(load(SHIPPED[0]), scene=scene, depths=np.array(depths), options={}, title="a")
     figure = study.plot(study.run(given))
@@ -165,7 +168,8 @@ def test_title_source_and_options_may_be_left_out(written):
 
 
 TOP = "title, source, depth, layer, surfaces, opening, indenter, path, measured, options"
-LAYER, STEPS = "E, nu, h, response", "from, to, steps, spacing"
+LAYER = "E, nu, h, response"
+STEPS = "from, to, steps, spacing"
 ENERGIES = "gamma1, gamma2, gamma12, w"
 PARABOLA = "shape, R, shifted, tilted"
 WEDGE = "shape, delta, delta_degrees, shifted, tilted"

@@ -104,9 +104,11 @@ if __name__ == "__main__":
 
 
 @pytest.mark.slow
-def test_a_sweep_killed_several_times_loses_nothing_and_leaves_no_process(tmp_path):
+def test_sweep_killed_several_times(tmp_path):
     """Each time it stops after 26 lines more, in the midst of its points, until it is killed."""
-    script, path, seen = tmp_path / "killed.py", tmp_path / "a.jsonl", [0]
+    script = tmp_path / "killed.py"
+    path = tmp_path / "a.jsonl"
+    seen = [0]
     script.write_text(KILLED)
 
     def kept():
@@ -189,7 +191,8 @@ def test_points_found_together_are_those_found_alone(shape, geometry, tmp_path):
         f'w = 6e-5\n[indenter]\nshape = {shape}\n[options]\ngeometry = "{geometry}"\n'
     )
     function = SolvedScene(path, read(path))
-    works, depths = (-1.0, 0.0, 3e-5, 9e-5), (-5e-7, -2e-7, 0.0, 6e-7)
+    works = (-1.0, 0.0, 3e-5, 9e-5)
+    depths = (-5e-7, -2e-7, 0.0, 6e-7)
     points = [{"surfaces.w": w, "depth": d} for w in works for d in depths]
     assert function.many(points) == [None] * 16  # -1.0 is no work of adhesion
     found = function.many(points[4:])
@@ -242,7 +245,8 @@ def test_an_unusable_axis_is_refused_by_file_and_key(written, tmp_path, old, new
 @pytest.mark.slow
 def test_run_sweeps_a_scene_and_writes_what_minimise_says(scene, tmp_path, capsys):
     assert run_study.main([str(scene), "--out", str(tmp_path)]) == 0
-    rows, content = table.read(tmp_path / "tiny_sweep.csv"), read(scene)
+    rows = table.read(tmp_path / "tiny_sweep.csv")
+    content = read(scene)
     assert len(rows) == 18
     for row in rows:
         point = {key: float(row[key]) for key in ("layer.E", "surfaces.w", "depth")}
@@ -295,7 +299,7 @@ def test_a_map_of_a_sweep_leaves_detached_states_out(written, tmp_path):
 
 
 @pytest.mark.parametrize(("depths", "lines"), [((1.0, 2.0, 3.0), 2), (tuple(range(9)), 7)])
-def test_the_figure_says_what_its_axes_are_and_what_it_leaves_out(depths, lines):
+def test_figure_of_a_sweep_axes_and_omissions(depths, lines):
     """Three axes: the longest along x, the second as lines or a map, of the third one value."""
     tensions = tuple(0.01 * n for n in range(1, lines + 1))
     axes = Axis("depth", depths), Axis("surfaces.gamma1", tensions), Axis("layer.h", (1e-6,) * 2)

@@ -20,7 +20,8 @@ from ..ground import Outside
 from ..totals import NOTHING
 from .depth_paths import Place
 
-LARGEST, SMALLEST = 1 / 8, 1 / 400  # of the depth scale: steps on the way
+LARGEST = 1 / 8
+SMALLEST = 1 / 400  # of the depth scale: steps on the way
 CLOSE = 1e-9  # of the depth scale: what happens at once
 KINK = 1e-6  # of the depth scale: where a line leaves a corner, or comes to one
 JUMPED = 1e-4  # of the feature: lines that move farther within that have jumped
@@ -71,10 +72,16 @@ class Reading:
     """
 
     def __init__(self, path, control, scale, finer=1.0, marks=()):
-        self.path, self.control, self.scale, self.finer = path, control, scale, finer
+        self.path = path
+        self.control = control
+        self.scale = scale
+        self.finer = finer
         self.marks = marks
-        self.value, self.place, self.close = -math.inf, Place(-math.inf), CLOSE * scale / finer
-        self.jumps, self.step = [], 0
+        self.value = -math.inf
+        self.place = Place(-math.inf)
+        self.close = CLOSE * scale / finer
+        self.jumps = []
+        self.step = 0
 
     def go(self, value, guess=None):
         """To the next value: the place there. guess: of the depth, not needed here."""
@@ -97,7 +104,8 @@ class Reading:
         if not self.place.lines:
             return []
         peek = Reading(self.path, self.control, self.scale, self.finer, self.marks)
-        peek.place, peek.value = self.place, value
+        peek.place = self.place
+        peek.value = value
         try:
             peek.go(value + window)
         except Outside:
@@ -137,13 +145,15 @@ class Reading:
                     self.place = self._root(here.place, there.place, goal, way)
                     return None
                 if there.height >= top.height:
-                    before, top = here, there
+                    before = here
+                    top = there
                 here = there
         return None
 
     def _record(self, value, before, after):
         """A jump, unless it is none."""
-        first, second = self.state(before), self.state(after)
+        first = self.state(before)
+        second = self.state(after)
         released = first.energy - second.energy
         released += self.control.potential(before.depth, value)
         released -= self.control.potential(after.depth, value)
@@ -162,7 +172,9 @@ class Reading:
 
     def _lost(self, top, here, there, way):
         """The contact closes before C comes back to its top."""
-        value, held, depth = way * top.height, here.place, there.place.depth
+        value = way * top.height
+        held = here.place
+        depth = there.place.depth
         while abs(held.depth - depth) > self.close:
             middle = self.path.moved(here.place, (held.depth + depth) / 2)
             held, depth = (middle, depth) if middle.lines else (held, middle.depth)
@@ -189,8 +201,10 @@ class Reading:
 
         Where a line leaves a corner, comes to one or jumps over one, samples crowd on both sides.
         """
-        a, b = here.place, there.place
-        alike, apart = self.path.passed(a) == self.path.passed(b), _apart(a.lines, b.lines)
+        a = here.place
+        b = there.place
+        alike = self.path.passed(a) == self.path.passed(b)
+        apart = _apart(a.lines, b.lines)
         least = KINK * self.scale if apart <= JUMPED * self.path.feature else self.close
         smooth = alike and apart <= SMOOTH * self.path.feature
         if smooth or abs(b.depth - a.depth) <= least:
@@ -227,11 +241,13 @@ class Reading:
 
     def _top(self, before, here, there, way):
         """The top of C between two samples, of which the one in between is higher."""
-        start, depth = before.place, here.place.depth
+        start = before.place
+        depth = here.place.depth
         ends = sorted((start.depth - depth, there.place.depth - depth))
         if abs(there.place.depth - here.place.depth) <= 2 * self.close:  # at once
             return Sample(*here)
-        tried, least = [here], here.height - self._rate(start) * (ends[1] - ends[0])
+        tried = [here]
+        least = here.height - self._rate(start) * (ends[1] - ends[0])
 
         def below(off):
             tried.append(self._sample(start, depth + off, way))
@@ -257,7 +273,8 @@ class Unique(Reading):
 
     def go(self, value, guess=None):
         """To a value: where it is guessed, or by roots."""
-        touch, self.value = self.path.touch, value
+        touch = self.path.touch
+        self.value = value
         self.step += 1
         off = value - self.control.value(touch, 0.0)
         if off < 0:

@@ -32,9 +32,11 @@ class Adhering:
     jumps = True
 
     def __init__(self, scene, feature):
-        self.scene, self.walk = scene, Walk(scene, feature)
+        self.scene = scene
+        self.walk = Walk(scene, feature)
         self.walk.most = TURNS
-        self.touch, self.feature = self.walk.touch, self.walk.feature
+        self.touch = self.walk.touch
+        self.feature = self.walk.feature
         self._first = tuple(self.walk.to(self.touch))
 
     def moved(self, place, depth):
@@ -52,7 +54,8 @@ class Adhering:
 
         With two works of adhesion also whether it is about to advance, and to recede.
         """
-        corners, found = self.walk.ground.corners, []
+        corners = self.walk.ground.corners
+        found = []
         if self.scene.opening is not None:
             self.walk.put(place.lines, place.depth)
             found = [self.walk.about(i, way) for i in range(len(place.lines)) for way in (1, -1)]
@@ -87,7 +90,9 @@ class Independent:
     jumps = False
 
     def __init__(self, scene, feature):
-        self.scene, self.ground, self.feature = scene, Ground(scene.indenter, feature), feature
+        self.scene = scene
+        self.ground = Ground(scene.indenter, feature)
+        self.feature = feature
         self.touch = self.ground.lowest(0.0)[0]
         self.held = scene.opened.critical_separation
 
@@ -138,8 +143,11 @@ class Hanging:
     jumps = False
 
     def __init__(self, scene, feature):
-        self.scene, self.length, hull = scene, scene.elastocapillary_length, Hull(scene, feature)
-        self.feature, self.touch = hull.ground.feature, hull.ground.lowest(0.0)[0]
+        self.scene = scene
+        self.length = scene.elastocapillary_length
+        hull = Hull(scene, feature)
+        self.feature = hull.ground.feature
+        self.touch = hull.ground.lowest(0.0)[0]
         self._at = functools.cache(hull.state)
 
     def moved(self, place, depth):

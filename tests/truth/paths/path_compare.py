@@ -20,13 +20,16 @@ from .controls import Control, reading_of
 from .depth_paths import depth_path_of
 from .path_scenes import path_case, programme
 
-EXACT, TOPS, BALANCED = 1e-7, 1e-4, 1e-10  # of the scales: states, tops of C, C after jumps
+EXACT = 1e-7
+TOPS = 1e-4
+BALANCED = 1e-10  # of the scales: states, tops of C, C after jumps
 AWAY = 1e-6  # of the range of the control: values so near to a jump are not asked for
 LOST = 1e-5  # of the energies: jumps that lose less are not asked for
 NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes looked at closer
 CLOSER = 8  # times as many nodes must then agree as well as NODES[1] should have: it converges
 SURER = (4.0, 16.0)  # times as many steps of the reference, where it differs
-FEWEST, FINEST = 10, 400  # nodes per least length that say something, and the most per l
+FEWEST = 10
+FINEST = 400  # nodes per least length that say something, and the most per l
 SECOND = 4.0  # times (spacing/length)², of the scales
 METHODS = ("fitted", "lattice")
 FIRST = 0.3  # times spacing/length: jumps on nodes, and lines at corners and edges between them
@@ -48,7 +51,8 @@ class Truth(NamedTuple):
 
 def path_verdicts(kind, seed, methods=METHODS):
     """{method: verdict} on a random path, judged by one reference."""
-    case, found = path_case(kind, seed), {}
+    case = path_case(kind, seed)
+    found = {}
     scene = case.scene
     several = scene.axisymmetric and (scene.pattern is not None or not scene.indenter.convex)
     if several or not scene.gamma1 or resolved(case, NODES[0]) < FEWEST:
@@ -68,7 +72,8 @@ def path_verdicts(kind, seed, methods=METHODS):
         truth = reference(case, values, guesses)
     except Outside as problem:
         return {m: Verdict("skipped", str(problem), None, None, 0.0, 0.0) for m in methods}
-    other, surer = time.process_time() - start - sum(a[-1] for a in answers.values()), 1.0
+    other = time.process_time() - start - sum(a[-1] for a in answers.values())
+    surer = 1.0
     for method, (history, word, why, seconds) in answers.items():
         nodes = nodes_of(case, method)
         faults = _faults(case, values, history, truth, nodes, nodes) if word == "right" else []
@@ -76,9 +81,11 @@ def path_verdicts(kind, seed, methods=METHODS):
             if faults and steps > surer:
                 jumps = [(e.before.depth, e.after.depth) for e in history.events]
                 marks = [at for one, other in jumps for at in (one, (one + other) / 2, other)]
-                truth, surer = reference(case, values, guesses, steps, marks), steps
+                truth = reference(case, values, guesses, steps, marks)
+                surer = steps
                 faults = differences(case, history, truth, nodes)
-        asked, told = resolved(case, NODES[1]), history.unresolved() if faults else ""
+        asked = resolved(case, NODES[1])
+        told = history.unresolved() if faults else ""
         if word == "warned":  # nodes this far apart do not resolve the profile: closer ones may
             told = why
             faults = [why]
@@ -117,7 +124,9 @@ def _reading(case, *given):
 
 def reference(case, values, guesses=None, *given):
     """What the reference makes of a programme. Outside if it leaves the profile."""
-    reading, places, turns = _reading(case, *given), [], []
+    reading = _reading(case, *given)
+    places = []
+    turns = []
     guesses = values * math.nan if guesses is None else guesses
     window = FIRST / NODES[0] * float(np.ptp(values))
     for i, (value, guess) in enumerate(zip(values, guesses.tolist(), strict=True)):
@@ -137,7 +146,8 @@ def least_length(case):
     """
     indenter = case.scene.indenter
     x = np.union1d(np.linspace(*indenter.extent, 4001), indenter.corners)
-    middle, near = (x[1:] + x[:-1]) / 2, np.diff(x) / 4
+    middle = (x[1:] + x[:-1]) / 2
+    near = np.diff(x) / 4
     rise = np.asarray(indenter.slope(middle + near)) - np.asarray(indenter.slope(middle - near))
     sharp = float((rise[near > 0] / (2 * near[near > 0])).max())
     wide = case.scale / (case.length * sharp) if sharp > 0 else math.inf
@@ -171,10 +181,13 @@ def answer(case, values, nodes):
 
 def differences(case, history, truth, nodes):
     """What is wrong with a path, in words."""
-    span, scene = float(np.ptp(truth.values)), case.scene
-    window, tolerance = AWAY * span, EXACT
+    span = float(np.ptp(truth.values))
+    scene = case.scene
+    window = AWAY * span
+    tolerance = EXACT
     if nodes:
-        window, tolerance = FIRST / nodes * span, SECOND / nodes**2
+        window = FIRST / nodes * span
+        tolerance = SECOND / nodes**2
         if len(scene.indenter.corners) or scene.pattern is not None:
             tolerance += FIRST / nodes
     end = _unsure(truth, window)
@@ -189,7 +202,8 @@ def differences(case, history, truth, nodes):
 
 def _unsure(truth, window):
     """The first step, where the programme turns or ends, so close to a jump that it may happen."""
-    values, end = truth.values, len(truth.values)
+    values = truth.values
+    end = len(truth.values)
     for i, beyond in truth.turns:
         if abs(beyond - values[i]) <= window:
             end = min(end, i)
@@ -205,7 +219,8 @@ def seen(case, spacing):
 
     None if there is no such corner. However close nodes are, a facet may hold longer than a corner.
     """
-    body, lattice = case.scene.indenter, Lattice.of(case.scene, spacing)
+    body = case.scene.indenter
+    lattice = Lattice.of(case.scene, spacing)
     spacing = lattice.spacing
     at = (np.asarray(body.corners, float) - lattice.origin) / spacing
     low = lattice.x(np.floor(at[np.abs(at - np.round(at)) > 1e-9]))
@@ -233,7 +248,9 @@ def seen(case, spacing):
 
 def _step(case, history, truth, i, tolerance, nodes):
     """What is wrong with one step."""
-    place, state, scene = truth.places[i], truth.states[i], case.scene
+    place = truth.places[i]
+    state = truth.states[i]
+    scene = case.scene
     held = not math.isnan(history.contacts[i, 0])
     if not place.lines:
         if held or history.depth[i] != place.depth:
@@ -268,7 +285,8 @@ def _jumps(case, history, truth, end, nodes):
     if nodes:
         window = FIRST / nodes * float(np.ptp(truth.values))
         bound = 3 * FIRST / nodes * largest * (1 + len(jumps))
-        own, other = sum(e.energy_released for e in events), sum(j.released for j in jumps)
+        own = sum(e.energy_released for e in events)
+        other = sum(j.released for j in jumps)
         if abs(own - other) > bound:  # of all, as one that is just lost may be two
             return [f"jumps release {own:.6g} instead of {other:.6g}"]
         return list(_missed(events, jumps, window))
@@ -291,7 +309,8 @@ def _unbalanced(case, history, bound):
     """Events, however small, after which the load does not balance."""
     for event in history.events:
         if not math.isnan(event.after.left):
-            depth, force = event.after.depth, event.after.force
+            depth = event.after.depth
+            force = event.after.force
             found = depth + force / case.stiffness if case.stiffness else force
             if not abs(found - event.control) <= bound:
                 yield f"jump at {event.control:.9g}: lands at {found:.9g}"

@@ -42,7 +42,8 @@ class PathCase(NamedTuple):
 
 def parabola(rng):
     """One tip, off the origin."""
-    R, shift = 10 ** rng.uniform(-0.5, 1.3), rng.uniform(-1, 1)
+    R = 10 ** rng.uniform(-0.5, 1.3)
+    shift = rng.uniform(-1, 1)
     return scenes.tip(R, shift, abs(shift) + math.sqrt(2 * R * HIGH), 1.0)
 
 
@@ -89,7 +90,8 @@ def _corners(R, at, top):
 
 def polygon(rng):
     """A measured profile of straight pieces."""
-    R, n = 10 ** rng.uniform(0.0, 0.7), int(rng.integers(8, 30))
+    R = 10 ** rng.uniform(0.0, 0.7)
+    n = int(rng.integers(8, 30))
     reach = math.sqrt(2 * R * (HIGH + 1))
     x = np.linspace(-reach, reach, n)
     x[1:-1] += rng.uniform(-0.3, 0.3, n - 2) * (x[1] - x[0])
@@ -115,11 +117,14 @@ def path_case(kind, seed):
     """The random load path of this class and seed."""
     rng = np.random.default_rng([100 + PATH_KINDS.index(kind), seed])
     hold, what = kind.split("_", 1)
-    unit, stress = 10 ** rng.choice([0.0, 0.0, 3.0, -3.0]), 10 ** rng.choice([0.0, 6.0, -6.0])
+    unit = 10 ** rng.choice([0.0, 0.0, 3.0, -3.0])
+    stress = 10 ** rng.choice([0.0, 6.0, -6.0])
     length = float(unit * rng.uniform(0.1, 3))
     layer = ElasticLayer(float(stress * rng.uniform(0.3, 3)), float(rng.choice([0.0, 0.3])), length)
-    k, alpha = layer.stiffness, float(10 ** rng.uniform(-2, -0.5))
-    gamma1, scale = k * length**2, alpha * length
+    k = layer.stiffness
+    alpha = float(10 ** rng.uniform(-2, -0.5))
+    gamma1 = k * length**2
+    scale = alpha * length
     w = gamma1 * alpha**2 / 2
     draw = SHAPES[rng.integers(len(SHAPES))]
     shape = draw(rng)
@@ -129,7 +134,8 @@ def path_case(kind, seed):
     if what == "edges":
         indenter += FlatPunch(scenes.ended(rng, shape) * length)
     surfaces = SurfaceEnergies.from_work
-    tension, held = gamma1 * (what != "no_tension"), w * (what != "no_adhesion")
+    tension = gamma1 * (what != "no_tension")
+    held = w * (what != "no_adhesion")
     scene = Scene(layer, surfaces(tension, held), indenter)
     if what == "opening" or (what == "edges" and rng.random() < 0.3):
         scene = replace(scene, opening=surfaces(gamma1, w * 10 ** rng.uniform(0.02, 0.7)))
@@ -156,18 +162,21 @@ def programme(case, reading):
 
     reading: of the case, before its path has begun.
     """
-    path, free = reading.path, reading.control.value(reading.path.touch, 0.0)
+    path = reading.path
+    free = reading.control.value(reading.path.touch, 0.0)
     deepest = path.moved(reading.place, path.touch + case.deep * case.scale)
     least = reading.control.value(0.1 * case.scale, 0.2 * case.scale * case.scene.stiffness
                                   * case.length)  # fmt: skip
-    top, low = max(reading.reached(deepest), free + least), free
+    top = max(reading.reached(deepest), free + least)
+    low = free
     place = deepest
     while place.lines and place.depth > path.touch - 3 * case.scale:
         low = min(low, reading.reached(place))
         place = path.moved(place, place.depth - case.scale / 10)
     back = top - case.back * (top - low)
     again = back + case.again * (top - back)
-    ends, values = (top, back, again, low - 0.15 * (top - low)), [free + 0.02 * (top - free)]
+    ends = (top, back, again, low - 0.15 * (top - low))
+    values = [free + 0.02 * (top - free)]
     for end, count in zip(ends, STEPS, strict=True):
         values += np.linspace(values[-1], end, count + 1)[1:].tolist()
     return np.array(values)
