@@ -37,8 +37,7 @@ _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 _ASIDE = 0.5  # margins of the depths of nodes: so far before a depth at which they fail is refined
 _BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
-_MOST_FAILURES = 12  # of nodes of any closeness, after which nothing more is refined: each costs
-# a walk and all of its events.
+_MOST_FAILURES = 4  # legs on nodes alone, after which all is left to nodes: each costs seconds
 _NOISE = 0.25  # of √(2w/γ₁): more noise of the slopes, and lines go from facet to facet by jumps.
 # With .16 (400 samples, noise of half a percent of δ₀) all is refined in 10 s, with .4 in 30 s.
 _NEAR_NODES = 4.0  # spacings: so near to those of nodes lines must rest to be refined again
@@ -138,8 +137,7 @@ class RefinedBranch(Branch):
     """Any number of contacts of a line contact with small slopes under a prescribed depth.
 
     refinements: on nodes of each closeness, as far as they have been needed; known: points of the
-    path, by depth and lines; on_nodes: first and last depths of what is not refined; failures:
-    depths at which nodes have failed, nan where that is not known; certified: lines and depths of
+    path, by depth and lines; on_nodes: first and last depths of what is not refined; certified: lines and depths of
     states that are known to be in equilibrium; noisy: whether the noise of the samples decides
     where lines rest, so that nothing is refined.
     """
@@ -151,7 +149,6 @@ class RefinedBranch(Branch):
     refinements: dict[int, Refinement] = field(default_factory=dict)
     known: dict[tuple[float, tuple[float, ...]], Point] = field(default_factory=dict)
     on_nodes: list[tuple[float, float]] = field(default_factory=list)
-    failures: list[float] = field(default_factory=list)
     noisy: bool = False
     certified: set[tuple[tuple[float, ...], float]] = field(default_factory=set)
 
@@ -263,34 +260,32 @@ class RefinedBranch(Branch):
         return known_lines(way.refinement.equations, free_surfaces(lines), depth)
 
     def _followed(self, point: Point, goal: float) -> Way | float:
-        """The route from a point to a depth, or as far as nodes lead, on nodes as close as needed.
+        """The route from a point to a depth, on nodes as close as needed, or as far as they lead.
 
-        Where nodes fail at a depth, the route ends before it. Next to that depth closer ones are
-        tried, which have to lead past it only. Where none do, the depth up to which the route is
-        left to nodes alone.
+        Where they lead nowhere, the depth up to which the route is left to nodes alone.
         """
         direction = 1 if goal >= point.depth else -1
+        failed = list[float]()
         start = None
-        if len(self.failures) < _MOST_FAILURES and not self.noisy:
+        if len(self.on_nodes) < _MOST_FAILURES and not self.noisy:
             start = self._start(point, direction)
         if start is None:
-            return self._passed(point, goal, math.nan)
-        target = goal
-        failed = math.nan
+            return self._passed(point, goal, [])
         for level in range(start.memory.level, len(CLOSER)):
             try:
-                return self._way(start, target, level)
+                return self._way(start, goal, level)
             except NotRefined as reason:
-                self.failures.append(reason.depth)
-                failed = reason.depth
-            before = failed - direction * _ASIDE * self.refinement(0).nodes.margin
-            if direction * (before - point.depth) > 0:
-                try:
-                    return self._way(start, before, level)
-                except NotRefined:
-                    pass
-            target = self._passed(point, goal, failed)
-        return target
+                failed.append(reason.depth)
+        beyond = [depth for depth in failed if not math.isnan(depth)]
+        for level in range(start.memory.level, len(CLOSER)):
+            before = self._before(point, beyond, direction)
+            if before is None:
+                break
+            try:
+                return self._way(start, before, level)
+            except NotRefined:
+                continue
+        return self._passed(point, goal, beyond)
 
     def _way(self, start: Point, goal: float, level: int) -> Way:
         """The route from a point on nodes of a closeness."""
@@ -313,12 +308,24 @@ class RefinedBranch(Branch):
                 raise NotRefined(f"no equilibrium beyond depth = {state[1]!r}", state[1])
         self.certified.update(states)
 
-    def _passed(self, point: Point, goal: float, failed: float) -> float:
-        """A depth beyond that at which nodes fail, if this is known, but not beyond the goal."""
+    def _before(self, point: Point, failed: list[float], direction: int) -> float | None:
+        """A depth before the furthest one at which nodes of some closeness fail; None if none."""
+        if not failed:
+            return None
+        furthest = max(failed, key=lambda depth: direction * depth)
+        before = furthest - direction * _ASIDE * self.refinement(0).nodes.margin
+        return before if direction * (before - point.depth) > 0 else None
+
+    def _passed(self, point: Point, goal: float, failed: list[float]) -> float:
+        """A depth beyond those at which nodes fail, but not beyond the goal."""
         direction = 1 if goal >= point.depth else -1
-        beyond = failed + direction * _BEYOND * self.refinement(0).nodes.margin
-        known = direction * (beyond - point.depth) > 0
-        return beyond if known and direction * (beyond - goal) < 0 else goal
+        beyond = goal
+        if failed:
+            first = min(failed, key=lambda depth: direction * depth)
+            beyond = first + direction * _BEYOND * self.refinement(0).nodes.margin
+        if direction * (beyond - goal) > 0 or direction * (beyond - point.depth) <= 0:
+            beyond = goal
+        return beyond
 
     def _start(self, point: Point, direction: int) -> Point | None:
         """A point from where the route can be refined; None where lines near nodes do not rest."""
