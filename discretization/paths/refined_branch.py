@@ -137,9 +137,9 @@ class RefinedBranch(Branch):
     """Any number of contacts of a line contact with small slopes under a prescribed depth.
 
     refinements: on nodes of each closeness, as far as they have been needed; known: points of the
-    path, by depth and lines; on_nodes: first and last depths of what is not refined; certified: lines and depths of
-    states that are known to be in equilibrium; noisy: whether the noise of the samples decides
-    where lines rest, so that nothing is refined.
+    path, by depth and lines; on_nodes: first and last depths of what is not refined; certified:
+    lines and depths of states that are known to be in equilibrium; noisy: whether the noise of the
+    samples decides where lines rest, so that nothing is refined.
     """
 
     scene: Scene
