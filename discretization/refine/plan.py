@@ -24,6 +24,7 @@ from energy.arrays import Array
 _TOGETHER = 1e-12  # of the size of depths: events so near to each other happen at once
 _FAR = 0.5  # of l
 _LATE = 1e-12  # of the size of depths: a surface may end that much before it is born
+_OVERLAP = 1e-6  # of l: lines of a contact that is lost as they meet are known far better
 
 
 @dataclass(eq=False)
@@ -143,6 +144,7 @@ class Refinement:
             if not now:
                 lost = self._lost(enclosed, happened, direction, goal)
                 if lost is None:
+                    self._demand_order(enclosed, direction, goal)
                     return happened
                 now = [self._at_once(*lost)]
                 happened = [event for event in happened if event is not lost[0]]
@@ -170,6 +172,19 @@ class Refinement:
             found.append(event)
             known.add(id(event))
         return found
+
+    def _demand_order(self, left: list[Happening], direction: int, goal: float) -> None:
+        """NotRefined if one of the events that are left comes before the goal.
+
+        Its surfaces are born at an event beyond the goal, so that the two come in another order
+        than on the nodes.
+        """
+        for event in left:
+            if direction * (event.depth - goal) <= 0:
+                raise NotRefined(
+                    f"events near depth = {event.depth!r} are not in the order of the nodes",
+                    event.depth,
+                )
 
     def _lost(
         self, events: list[Happening], before: list[Happening], direction: int, goal: float
@@ -344,6 +359,9 @@ class Refinement:
         for stretch in stretches:
             stretch.before = lines[: len(stretch.lives)]
             lines = lines[len(stretch.lives) :]
+            overlap = stretch.before[:-1, 1] - stretch.before[1:, 0]
+            if (overlap > _OVERLAP * self.equations.length).any():
+                raise NotRefined(f"lines have passed each other at {stretch.end!r}", stretch.end)
 
 
 def _place(lives: list[Life], event: Happening) -> int:

@@ -239,3 +239,55 @@ def test_closer_nodes_have_the_last_word_on_landings():
     known = load_path(case.scene, depths=[profile.touch], method="lattice", spacing=spacing)
     known = known.events[0].after.lines
     assert np.abs(np.subtract(contact_lines(lines), known)).max() <= 2 * spacing
+
+
+def crests(count, seed):
+    """Crests 2 l apart, of heights that vary, on a bowl: of about `count` contacts."""
+    alpha = 0.2
+    bowl = 2 * alpha / count**2
+    phases = np.random.default_rng(seed).uniform(0, 2 * math.pi, 3)
+    rates = math.pi * np.array([0.31, 0.17, 0.43])
+
+    def height(x):
+        x = np.asarray(x, float)
+        waves = [1 + np.cos(rate * x + phase) for rate, phase in zip(rates, phases, strict=True)]
+        return bowl * x**2 + 1.5 * alpha * (1 - np.cos(math.pi * x)) + 0.15 * alpha * sum(waves)
+
+    def slope(x):
+        x = np.asarray(x, float)
+        waves = [rate * np.sin(rate * x + phase) for rate, phase in zip(rates, phases, strict=True)]
+        rise = 1.5 * alpha * math.pi * np.sin(math.pi * x)
+        return 2 * bowl * x + rise - 0.15 * alpha * sum(waves)
+
+    return plain(Profile(height, slope, extent=(-count - 6, count + 6)), w=0.02)
+
+
+def test_events_in_another_order_than_on_nodes_do_not_depend_on_the_goal():
+    """Of two contacts that close one after the other nodes have the wrong one first.
+
+    A path that ended between the two depths kept a contact whose lines had passed each other.
+    """
+    scene = crests(10, 1)
+    lowest = float(scene.indenter.height(np.linspace(-10, 10, 9999)).min())
+    through = load_path(scene, depths=[lowest, lowest + 0.5, -0.1125, -0.2])
+    until = load_path(scene, depths=[lowest, lowest + 0.5, -0.1125])
+    assert [event.kind for event in through.events[-2:]] == ["closing", "detachment"]
+    assert until.events[-1].depth == pytest.approx(through.events[-2].depth, rel=1e-9, abs=0)
+    size = np.abs(through.force).max()
+    assert until.force[-1] == pytest.approx(through.force[2], rel=0, abs=1e-9 * size)
+    assert not until.on_nodes and not through.on_nodes
+
+
+@pytest.mark.parametrize("count", [3, 10])
+def test_a_loop_over_crests_loses_what_it_does_on_nodes(count):
+    """Within three error estimates of nodes, as in tests/paths/test_lattice_accuracy.py."""
+    scene = crests(count, 1)
+    lowest = float(scene.indenter.height(np.linspace(-count, count, 9999)).min())
+    depths = np.r_[lowest, np.linspace(lowest + 0.5, lowest - 0.3, 40)]
+    refined = load_path(scene, depths=depths)
+    nodes = load_path(scene, depths=depths, method="lattice", spacing=0.01)
+    assert [event.kind for event in refined.events] == [event.kind for event in nodes.events]
+    estimate = nodes.error_estimate["dissipated"]
+    assert estimate <= 5e-3
+    assert abs(refined.dissipated / nodes.dissipated - 1) <= 3 * estimate
+    assert refined.work() == pytest.approx(refined.dissipated, rel=1e-9, abs=0)
