@@ -18,7 +18,7 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies import fit, read_curve
 from studies.scenes.curve_file import Reading
 
-HERE = Path(__file__).parent
+HERE = Path(sys.argv[0]).parent  # the folder of this script
 
 # The film, the sphere, and energies to start from: a factor 1.5 to 2 off is near enough.
 film = ElasticLayer(E=30e3, nu=0.45, h=0.3e-6)  # Pa, 1, m
