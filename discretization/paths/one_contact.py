@@ -172,7 +172,7 @@ class OneContactBranch(Branch):
             left, right = self._there(lines, arcs, depth)
             return right - left
 
-        if lines[0] == lines[1] and len(arcs) == 2:
+        if lines[0] == lines[1]:
             lowest = float(self.scene.indenter.height(np.array(lines[0])))
             return (lowest, True) if end < lowest <= start else (end, end < lowest)
         if width(end) > 0:
