@@ -21,6 +21,9 @@ _NEAR = 1e-9  # of l: how far the equations of lines next to a fold may be from 
 _ROUNDS = 16  # of Newton's method
 _FAR = 0.1  # of l: how far lines may be from where they are drawn
 
+_JUST = 1e-12  # of the size of depths: by then a gap is about a millionth of l wide, and the force
+# that it carries, like the cube of its width, is 0 to rounding
+
 
 @dataclass(frozen=True, eq=False)
 class Way:
@@ -75,11 +78,29 @@ class Way:
         lost = np.asarray(~found.at_rest.reshape(guess.shape[:2]))
         if lost.any():
             lines[lost] = guess[lost]
+            self._close(lives, lines, all_depths, lost)
             self._demand_rest(lives, lines, all_depths, lost)
         return lines
 
+    def _close(self, lives: list[Life], lines: Array, depths: Array, lost: Mask) -> None:
+        """Close gaps that have just opened, or are about to close, where they are not settled.
+
+        Their lines are as near to each other as the root of the depth since then, which rounding
+        makes of it. Closed gaps are no longer `lost`.
+        """
+        least = _JUST * self.refinement.equations.size
+        for i, life in enumerate(lives):
+            for depth, ends in ((life.start, life.first), (life.end, life.last)):
+                if ends[0] != ends[1]:
+                    continue
+                closed = lost[i] & (np.abs(depths[i] - depth) <= least)
+                lines[i, closed] = ends
+                lost[i] &= ~closed
+
     def _demand_rest(self, lives: list[Life], lines: Array, depths: Array, lost: Mask) -> None:
         """NotRefined unless lines that Newton's method did not settle are at rest, to rounding."""
+        if not lost.any():
+            return
         row, column = np.nonzero(lost)
         directions = np.array([float(lives[i].direction) for i in row])
         equations = self.refinement.equations
