@@ -73,34 +73,15 @@ def check(figure, name):
 
 # What the engine of paths of several contacts, which finds them on nodes, does not do yet
 # and its predecessor did: each is a fault to be mended, and fails here until it is.
-_OVER_A_PATTERN = (
-    "several contacts over a pattern about an axis are not followed on the mesh any more"
-)
-_EVENT_MISSING = "about an axis without adhesion the loss of contact is no event of the path"
 _NOT_LEFT_TO_NODES = "a part that is not refined raises, or warns, instead of being right"
 _WRONG = "a depth is off by 8.6e-5 of its range without a warning"
-_TURN = "tests/paths/test_depth_paths.py::"
 _ONCE = "tests/truth/test_cases.py::test_paths_that_were_wrong"
 KNOWN_FAULTS = {
     "tests/paths/test_balance.py::test_the_state_of_a_depth_is_the_hull_however_it_was_reached"
     "[punches-0]": _NOT_LEFT_TO_NODES,
-    "tests/paths/test_controls.py::test_wavy_turned_profile_without_adhesion": _EVENT_MISSING,
-    f"{_TURN}test_gap_closed_like_that_of_a_weak_patch[one]": _OVER_A_PATTERN,
-    f"{_TURN}test_gap_closed_like_that_of_a_weak_patch[both]": _OVER_A_PATTERN,
-    f"{_TURN}test_gap_closed_like_that_of_a_weak_patch[cone]": _OVER_A_PATTERN,
-    f"{_TURN}test_a_tip_that_does_not_adhere_is_that_of_one_contact[axisymmetric-small-more0]": (
-        _EVENT_MISSING
-    ),
-    f"{_TURN}test_a_tip_that_does_not_adhere_is_that_of_one_contact[axisymmetric-small-more1]": (
-        _EVENT_MISSING
-    ),
     f"{_ONCE}[machine_opening-20418]": _WRONG,
     f"{_ONCE}[load_opening-20189]": _NOT_LEFT_TO_NODES,
-    f"{_ONCE}[machine_no_adhesion-62]": _NOT_LEFT_TO_NODES,
     f"{_ONCE}[machine_no_adhesion-30]": _NOT_LEFT_TO_NODES,
-    f"{_ONCE}[load_no_adhesion-322]": _NOT_LEFT_TO_NODES,
-    f"{_ONCE}[machine_no_adhesion-20033]": _NOT_LEFT_TO_NODES,
-    "tests/truth/test_cases.py::test_depth_paths_that_turn[load_pattern]": _OVER_A_PATTERN,
 }
 
 

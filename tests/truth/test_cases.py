@@ -227,7 +227,7 @@ def test_paths_that_were_wrong(kind, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["load_small", "load_opening", "load_pattern", "load_no_tension"])
+@pytest.mark.parametrize("kind", ["load_small", "load_opening", "load_no_tension"])
 def test_depth_paths_that_turn(kind):
     """What the readings are read off, against paths under imposed depth."""
     case = path_case(kind, 0)
