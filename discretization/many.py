@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted.alone import Alone, lowest_point
 from discretization.fitted.many_lines import States
 from discretization.fitted.many_states import ManyFound, solved
 from discretization.fitted.rest_depths import surfaces_of
+from discretization.fitted.single_contact import SingleContact, lowest_point
 from discretization.fitted.states import on_one_contact
 from discretization.paths.springs import on_springs
 from discretization.routes import usable, vectorised
@@ -200,12 +200,12 @@ def _check_angles(states: States, shape: tuple[int, ...]) -> None:
 def _found(scene: Scene, states: States, shape: tuple[int, ...]) -> ManyFound:
     """All states, certified, in parts of some thousand."""
     apex, touch = _lowest(scene)
-    alone = Alone(scene, surfaces_of(scene), apex, touch)
+    contact = SingleContact(scene, surfaces_of(scene), apex, touch)
     count, together = states.depth.size, _TOGETHER[scene.slopes]
     found = ManyFound.detached(count)
     for start in range(0, count, together):
         own = np.arange(start, min(start + together, count))
-        part = solved(alone, states.of(own))
+        part = solved(contact, states.of(own))
         found.put(own, part)
         if part.lost.any():
             i = start + int(part.lost.argmax())

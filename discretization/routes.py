@@ -13,7 +13,7 @@ from energy.checks import finite, option, positive
 
 LOWEST = ("shortest_path", "oracle")  # methods that search for the lowest contacts
 ON_NODES = ("lattice", *LOWEST)
-# turned about an axis, of these the line has one stable place (fitted/alone.py)
+# turned about an axis, of these the line has one stable place (fitted/single_contact.py)
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 
 

@@ -28,9 +28,9 @@ import numpy as np
 
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted.alone import Alone
-from discretization.fitted.motion import Lines, Motion
+from discretization.fitted.contact_lines import ContactLines, Lines
 from discretization.fitted.rest_depths import displacement_scale
+from discretization.fitted.single_contact import SingleContact
 from discretization.quadrature import Interval, refined
 from discretization.surfaces.protocol import Free, LinePosition, LineState
 from energy import Scene
@@ -54,7 +54,7 @@ class Contacts:
         [length].
     """
 
-    motion: Motion | Alone
+    contact_lines: ContactLines | SingleContact
     lines: Lines
     depth: float
 
@@ -66,7 +66,7 @@ class Contacts:
     @functools.cached_property
     def pinned(self) -> Mask:
         """Which lines are held, as the end at an axis is (m, 2)."""
-        of_lines = [not line.free for line in self.felt]
+        of_lines = [not line.free for line in self.line_states]
         at_axis = [True] * (self.x.size - len(of_lines))
         return np.array(at_axis + of_lines).reshape(-1, 2)
 
@@ -79,38 +79,38 @@ class Contacts:
         ValueError
             If one would turn over.
         """
-        f = np.asarray(self.motion.scene.indenter.height(self.x), float)
+        f = np.asarray(self.contact_lines.scene.indenter.height(self.x), float)
         ends = [None, *map(LinePosition, self.lines, f.ravel().tolist()), None]
-        solve = self.motion.surfaces.solve
+        solve = self.contact_lines.surfaces.solve
         return [
             solve(left, right, self.depth)
             for left, right in zip(ends[::2], ends[1::2], strict=True)
         ]
 
     @functools.cached_property
-    def felt(self) -> list[LineState]:
+    def line_states(self) -> list[LineState]:
         """Evidence for the certificate, of every line."""
-        return self.motion.felt(self.lines, self.depth)
+        return self.contact_lines.line_states(self.lines, self.depth)
 
     @property
     def size(self) -> float:
         """The terms that cancel in D - d, at most [length]."""
-        return max(line.size for line in self.felt)
+        return max(line.size for line in self.line_states)
 
     @property
     def neutral(self) -> bool:
         """Whether a line at an edge of the body costs nothing to move inwards."""
-        scene = self.motion.scene
+        scene = self.contact_lines.scene
         walls = scene.indenter.walls
         if not (scene.work_of_adhesion and walls):
             return False
-        distances = [abs(line.opening - self.depth) for line in self.felt if line.x in walls]
+        distances = [abs(line.opening - self.depth) for line in self.line_states if line.x in walls]
         return min(distances, default=math.inf) <= 2 * ROUNDING * self.size
 
     def totals(self) -> Interval:
         """Energy and force, with the features that the samples of the profile have missed."""
-        profile = self.motion.profile
-        return refined(self.motion.scene, self.depth, self.x, self.surfaces, profile)
+        profile = self.contact_lines.profile
+        return refined(self.contact_lines.scene, self.depth, self.x, self.surfaces, profile)
 
 
 def estimated(
@@ -186,9 +186,9 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
     ValueError
         If a free surface would turn over.
     """
-    scene = contacts.motion.scene
+    scene = contacts.contact_lines.scene
     depth = contacts.depth
-    lines = contacts.felt
+    lines = contacts.line_states
     scale = displacement_scale(scene, depth, contacts.size)
     if scale * scene.elastocapillary_length == 0:
         return Certificate.undeformed()
@@ -201,7 +201,7 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
     # What is rounding where the line is judged with adhesion is rounding without it.
     rests = advances <= ROUNDING * contacts.size
     through = advances if rests else passes_through
-    penetration = contacts.motion.penetration(contacts.lines, depth)
+    penetration = contacts.contact_lines.penetration(contacts.lines, depth)
 
     # Stable is any line that another work of adhesion holds than moves it, and any of a convex
     # energy.
@@ -219,7 +219,7 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
 
 def _steepest(contacts: Contacts) -> float:
     """l |f'| at the lines, with finite slopes l |sin β| [length]."""
-    scene = contacts.motion.scene
+    scene = contacts.contact_lines.scene
     beside = (-1, 1) if len(scene.indenter.corners) else 0
     slopes = scene.indenter.slope_beside(contacts.x[..., None], beside)
     if scene.slopes == "finite":
@@ -229,8 +229,8 @@ def _steepest(contacts: Contacts) -> float:
 
 def _opening(contacts: Contacts, scale: float) -> float:
     """Largest force that would open a contact, over klδ with the depth δ that sets the scale."""
-    scene = contacts.motion.scene
-    forces = contacts.motion.opening(contacts.lines, contacts.depth)
+    scene = contacts.contact_lines.scene
+    forces = contacts.contact_lines.opening(contacts.lines, contacts.depth)
     forces += _pulls_on_points(contacts)
     unit = scene.stiffness * scene.elastocapillary_length
     return max([0.0, *forces]) / (unit * scale)
@@ -243,10 +243,10 @@ def _pulls_on_points(contacts: Contacts) -> list[float]:
     a point has no length.
     """
     x = contacts.x
-    measure = contacts.motion.scene.measure(x[:, 0])
+    measure = contacts.contact_lines.scene.measure(x[:, 0])
     points = (x[:, 0] == x[:, 1]) & (measure > 0)
     if points.any():
-        points &= ~np.array([contacts.motion.pointed(left) for left in x[:, 0].tolist()])
+        points &= ~np.array([contacts.contact_lines.pointed(left) for left in x[:, 0].tolist()])
     if not points.any():
         return []
     pulls_at_lines = np.ravel([each.pulls for each in contacts.surfaces])[1:-1].reshape(-1, 2)
@@ -268,10 +268,10 @@ def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
         As of `estimated`.
     """
     off = ROUNDING * contacts.size + found.rounding
-    moves = [_line_error(line, off) for line in contacts.felt]
+    moves = [_line_error(line, off) for line in contacts.line_states]
     at_axis = [0.0] * (contacts.x.size - len(moves))
     all_moves = np.reshape(at_axis + moves, contacts.x.shape)
-    return estimated(contacts.motion.scene, contacts.depth, contacts.x, all_moves, found)
+    return estimated(contacts.contact_lines.scene, contacts.depth, contacts.x, all_moves, found)
 
 
 def _line_error(line: LineState, off: float) -> float:

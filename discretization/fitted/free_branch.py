@@ -4,7 +4,7 @@ Where a line rests is the depth D(a), a function of the half-width a; so is the 
 of depths has to find a for each depth, and where the contact is lost. Here a is chosen: D, P and
 the certificate follow for all states at once. Of a convex profile D grows with a from a = 0 on;
 about an axis it falls to its least value, where the contact is lost, and grows from there on
-(alone.py).
+(single_contact.py).
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
-from discretization.fitted.alone import Alone
 from discretization.fitted.many_lines import ManyLines, States
 from discretization.fitted.many_states import ManyContacts, ManyFound
+from discretization.fitted.single_contact import SingleContact
 from discretization.routes import vectorised
 from energy import Scene
 from energy.arrays import Array
@@ -84,11 +84,11 @@ def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
     NotCertifiedError
         If one of the states is no equilibrium.
     """
-    alone = Alone.of(scene)
+    contact = SingleContact.of(scene)
 
     def rest_depth(a: Array) -> Array:
         states = _of_scene(scene, np.zeros_like(a))
-        return ManyLines.tense(alone, states).rest_depth(1, a, np.arange(a.size))
+        return ManyLines.tense(contact, states).rest_depth(1, a, np.arange(a.size))
 
     places = scene.elastocapillary_length * _LOOKED_AT
     places = places[places < scene.indenter.extent[1]]
@@ -97,7 +97,7 @@ def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
     if spread is None:
         return None
     a, depth = spread
-    found = _states(alone, a, depth)
+    found = _states(contact, a, depth)
     if found.lost.any():
         return None
     at_rest = found.residual <= TOLERANCE
@@ -213,11 +213,11 @@ def _least_of_parabola(places: tuple[float, float], values: list[float]) -> floa
     return (inner + outer) / 2 + shift * (outer - inner) / 2
 
 
-def _states(alone: Alone, a: Array, depth: Array) -> ManyFound:
+def _states(contact: SingleContact, a: Array, depth: Array) -> ManyFound:
     """The states of these half-widths and depths, and what judges their lines."""
-    states = _of_scene(alone.scene, depth)
-    left = np.zeros_like(a) if alone.scene.axisymmetric else -a
-    return ManyContacts(ManyLines.tense(alone, states), states, left, a).found
+    states = _of_scene(contact.scene, depth)
+    left = np.zeros_like(a) if contact.scene.axisymmetric else -a
+    return ManyContacts(ManyLines.tense(contact, states), states, left, a).found
 
 
 def _of_scene(scene: Scene, depth: Array) -> States:

@@ -1,8 +1,8 @@
 """The contact lines of many states at once, each of one contact of the same indenter.
 
-The search is that of one state (alone.py): a line rests where D = d, or is pinned at the corner at
-which D jumps past d. D is the rest depth of the same free surfaces (../surfaces), read for arrays
-of states; every state has its own l, w/γ₁ and depth.
+The search is that of one state (single_contact.py): a line rests where D = d, or is pinned at the
+corner at which D jumps past d. D is the rest depth of the same free surfaces (../surfaces), read
+for arrays of states; every state has its own l, w/γ₁ and depth.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import ROUNDING
-from discretization.fitted.alone import Alone
+from discretization.fitted.single_contact import SingleContact
 from discretization.profile import past_wall
 from discretization.roots import crossings
 from energy.arrays import Array, Indices, Mask
@@ -103,7 +103,7 @@ class ManyLines:
         A goal below which no line rests [length].
     """
 
-    alone: Alone
+    contact: SingleContact
     goal: Array
     length: Array
     ratio: Array
@@ -112,40 +112,40 @@ class ManyLines:
     lowest: Array
 
     @classmethod
-    def tense(cls, alone: Alone, states: States) -> ManyLines:
+    def tense(cls, contact: SingleContact, states: States) -> ManyLines:
         """Lines of states with γ₁ > 0."""
         length = states.length
         separation = states.separation
-        size = np.maximum(np.abs(states.depth), abs(alone.touch)) + separation
+        size = np.maximum(np.abs(states.depth), abs(contact.touch)) + separation
         size[size == 0] = 1.0  # a touch without adhesion: nothing is displaced
         ratio = states.work / states.gamma1
         lowest = np.full_like(size, -math.inf)
-        if alone.scene.axisymmetric:
-            lowest = alone.touch - _HOLDS * separation
-        return cls(alone, states.depth, length, ratio, size, length, lowest)
+        if contact.scene.axisymmetric:
+            lowest = contact.touch - _HOLDS * separation
+        return cls(contact, states.depth, length, ratio, size, length, lowest)
 
     @classmethod
-    def slack(cls, alone: Alone, states: States) -> ManyLines:
+    def slack(cls, contact: SingleContact, states: States) -> ManyLines:
         """Lines of states without tension: springs are in contact up to a level of the profile.
 
         Each attaches on touching and lets go at u = -δ₀: the level is min(max(d, min f), d + δ₀).
         """
         depth = states.depth
         separation = states.separation
-        level = np.minimum(np.maximum(depth, alone.touch), depth + separation)
-        size = np.maximum(np.abs(depth), abs(alone.touch)) + separation
+        level = np.minimum(np.maximum(depth, contact.touch), depth + separation)
+        size = np.maximum(np.abs(depth), abs(contact.touch)) + separation
         size[size == 0] = 1.0  # a touch without adhesion: nothing is displaced
-        attached = level >= alone.touch - _TIE * size
-        goal = np.where(attached, np.maximum(level, alone.touch), level)
+        attached = level >= contact.touch - _TIE * size
+        goal = np.where(attached, np.maximum(level, contact.touch), level)
         none = np.zeros_like(depth)
-        step = np.maximum(size, alone.scene.layer.h)
+        step = np.maximum(size, contact.scene.layer.h)
         lowest = np.where(attached, -math.inf, math.inf)
-        return cls(alone, goal, none, none, size, step, lowest)
+        return cls(contact, goal, none, none, size, step, lowest)
 
     def of(self, own: Indices) -> ManyLines:
         """The lines of these numbers."""
         arrays = (self.goal, self.length, self.ratio, self.size, self.step, self.lowest)
-        return ManyLines(self.alone, *(values[own] for values in arrays))
+        return ManyLines(self.contact, *(values[own] for values in arrays))
 
     def rest_depth(self, side: int, x: Array, own: Any, beside: int = 0) -> Array:
         """Depths D at which lines would rest.
@@ -167,8 +167,8 @@ class ManyLines:
         ndarray
             [length], in the shape of x.
         """
-        indenter = self.alone.scene.indenter
-        surfaces = self.alone.surfaces
+        indenter = self.contact.scene.indenter
+        surfaces = self.contact.surfaces
         height = np.asarray(indenter.height(x), float)
         length = self.length[own]
         if length.any():
@@ -214,8 +214,8 @@ class ManyLines:
         found = np.full(count, math.nan)
         lost = np.zeros(count, bool)
         pulled = np.zeros(count, bool)
-        if self.alone.scene.axisymmetric:
-            pulled = self.goal < self.alone.touch
+        if self.contact.scene.axisymmetric:
+            pulled = self.goal < self.contact.touch
         for which, search in ((~pulled, self._advanced), (pulled, self._pulled)):
             own = np.flatnonzero(which & (self.goal >= self.lowest))
             if own.size:
@@ -224,8 +224,8 @@ class ManyLines:
 
     def _places(self, side: int) -> Array:
         """The apex and the corners outwards of it."""
-        apex = self.alone.apex
-        corners = np.asarray(self.alone.scene.indenter.corners, float)
+        apex = self.contact.apex
+        corners = np.asarray(self.contact.scene.indenter.corners, float)
         outer = corners[side * corners > side * apex]
         return np.append(apex, outer[::side])
 
@@ -299,7 +299,7 @@ class ManyLines:
         outer = start.copy()
         low = value.copy()
         high = value.copy()
-        limit = float(self.alone.scene.indenter.extent[0 if side < 0 else 1])
+        limit = float(self.contact.scene.indenter.extent[0 if side < 0 else 1])
         gone = np.zeros(own.size, bool)
         span = self.step[own].copy()
         left = np.arange(own.size)
@@ -389,7 +389,7 @@ class ManyLines:
             pinned = self.off(side, edge, own, -1) <= _TIE
             found[pinned] = edge[pinned]
             return found, np.zeros(own.size, bool)
-        touch = np.full(own.size, self.alone.touch)
+        touch = np.full(own.size, self.contact.touch)
         axis = np.zeros(own.size)
         at_axis = np.zeros(own.size)  # D is the depth of touching there
         _, outer, _, high, lost = self._outwards(side, own, axis, touch, at_axis)

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.certificate import ROUNDING
-from discretization.fitted.alone import Alone
 from discretization.fitted.many_lines import ManyLines, States
-from discretization.fitted.rest_depths import DIFFERENCE, FELT, FLAT, LEAST
+from discretization.fitted.rest_depths import DIFFERENCE, DIFFERENCE_ULPS, FLAT, LEAST
+from discretization.fitted.single_contact import SingleContact
 from discretization.quadrature import densities, summed_each
 from discretization.surfaces import menisci
 from discretization.surfaces.menisci import MeniscusSurfaces
@@ -86,7 +86,7 @@ class ManyFound(NamedTuple):
             mine[own] = values
 
 
-def solved(alone: Alone, states: States) -> ManyFound:
+def solved(contact: SingleContact, states: States) -> ManyFound:
     """States at all depths, those with surface tension and those without each by themselves.
 
     Parameters
@@ -105,15 +105,15 @@ def solved(alone: Alone, states: States) -> ManyFound:
         own = np.flatnonzero(which)
         if own.size:
             part = states.of(own)
-            found.put(own, _of_lines(lines_of(alone, part), part))
+            found.put(own, _of_lines(lines_of(contact, part), part))
     return found
 
 
 def _of_lines(lines: ManyLines, states: States) -> ManyFound:
     """States with their contact lines brought to rest."""
-    alone = lines.alone
+    contact = lines.contact
     left, right, lost = _both(lines)
-    touches = (left < right) | ((left == right) & (lines.goal >= alone.touch))
+    touches = (left < right) | ((left == right) & (lines.goal >= contact.touch))
     touches &= ~lost
     found = ManyFound.detached(states.depth.size)
     own = np.flatnonzero(touches)
@@ -123,27 +123,27 @@ def _of_lines(lines: ManyLines, states: States) -> ManyFound:
     found.lost[lost] = True
 
     apart = np.flatnonzero(~(touches | lost))
-    found.residual[apart] = _penetration(alone, states, apart)
-    if alone.scene.slopes == "finite" and not alone.scene.axisymmetric and lines.length.any():
-        apex = np.full(apart.size, alone.apex)
+    found.residual[apart] = _penetration(contact, states, apart)
+    if contact.scene.slopes == "finite" and not contact.scene.axisymmetric and lines.length.any():
+        apex = np.full(apart.size, contact.apex)
         near = apart[np.abs(lines.off(1, apex, apart)) <= _UNDECIDED]
-        u = (states.depth[near] - alone.touch) / lines.length[near]
-        found.lost[near] = _turned(alone.surfaces, np.zeros(near.size), u)
+        u = (states.depth[near] - contact.touch) / lines.length[near]
+        found.lost[near] = _turned(contact.surfaces, np.zeros(near.size), u)
     return found
 
 
-def _penetration(alone: Alone, states: States, apart: Indices) -> Array:
+def _penetration(contact: SingleContact, states: States, apart: Indices) -> Array:
     """How far the profile sticks through the flat surface of states, over their depths."""
     size = np.maximum(np.abs(states.depth[apart]), states.separation[apart])
-    through = np.maximum(states.depth[apart] - alone.touch, 0.0)
+    through = np.maximum(states.depth[apart] - contact.touch, 0.0)
     return np.divide(through, size, out=np.zeros_like(size), where=size > 0)
 
 
 def _both(lines: ManyLines) -> tuple[Array, Array, Mask]:
     """Both ends of the contacts, 0 at the axis; and which leave the known profile."""
     right, lost = lines.find(1)
-    scene = lines.alone.scene
-    apex = lines.alone.apex
+    scene = lines.contact.scene
+    apex = lines.contact.apex
     if scene.axisymmetric:
         return np.zeros_like(right), right, lost
     if scene.indenter.symmetric and apex == 0:
@@ -212,10 +212,10 @@ class ManyContacts:
     @property
     def found(self) -> ManyFound:
         """Energies, forces, angles and what judges the lines."""
-        scene = self.lines.alone.scene
+        scene = self.lines.contact.scene
         sides = [self._beside(1, self.right)]
         if not scene.axisymmetric:
-            mirrored = scene.indenter.symmetric and self.lines.alone.apex == 0
+            mirrored = scene.indenter.symmetric and self.lines.contact.apex == 0
             sides.append(sides[0] if mirrored else self._beside(-1, self.left))
         deficit = np.mean([side.deficit for side in sides], axis=0)
         width = self.right - self.left
@@ -235,7 +235,7 @@ class ManyContacts:
 
     def _beside(self, side: int, x: Array) -> Beside:
         """The contact from the apex to a line, and the free surface beyond it."""
-        scene = self.lines.alone.scene
+        scene = self.lines.contact.scene
         states = self.states
         length = states.length
         pinned = np.isin(x, scene.indenter.corners)
@@ -271,7 +271,7 @@ class ManyContacts:
 
     def _displacement(self, x: Array) -> Array:
         """d - f at lines [length]."""
-        return self.states.depth - np.asarray(self.lines.alone.scene.indenter.height(x), float)
+        return self.states.depth - np.asarray(self.lines.contact.scene.indenter.height(x), float)
 
     def _moves(self, x: Array, pinned: Mask, rate: Array) -> Array:
         """How far lines may be off: rounding times their condition, as for one state."""
@@ -284,7 +284,7 @@ class ManyContacts:
 
         A line without a condition may be as far off as it is from the apex at 0.
         """
-        scene = self.lines.alone.scene
+        scene = self.lines.contact.scene
         slope = np.nan_to_num(np.asarray(scene.indenter.slope(x), float))
         steep = self.states.length * np.abs(slope)
         displacement = np.abs(self._displacement(x)) + steep
@@ -298,8 +298,8 @@ class ManyContacts:
         """
         states = self.states
         k = states.stiffness
-        width, g, square, stretched, area = integrals(self.lines.alone, side, x)
-        d = states.depth - self.lines.alone.touch
+        width, g, square, stretched, area = integrals(self.lines.contact, side, x)
+        d = states.depth - self.lines.contact.touch
         springs = np.array([k / 2 * d * d * width, k * d * g, k / 2 * square])
         surface = states.gamma1 * stretched
         adhesion = states.work * area
@@ -311,7 +311,7 @@ class ManyContacts:
 
     def _free_surface(self, s: Array, u: Array) -> tuple[Array, Array, Mask]:
         """F and S in units of l and γ₁, and which surfaces turn over or are not resolved."""
-        surfaces = self.lines.alone.surfaces
+        surfaces = self.lines.contact.surfaces
         lost = np.zeros(s.size, bool)
         if isinstance(surfaces, MeniscusSurfaces):
             lost = (s > 0) & (s < menisci.LEAST[1])
@@ -328,7 +328,7 @@ class ManyContacts:
         At a corner f' is taken on the contact's side; at a lone tip on the outer side. S is γ₁u',
         or with finite slopes the sine of the inclination, per length of the line.
         """
-        scene = self.lines.alone.scene
+        scene = self.lines.contact.scene
         own = np.where(pinned, np.where(self.lone, side, -side), 0)
         steep = side * np.asarray(scene.indenter.slope_beside(x, own), float)
         if scene.axisymmetric:
@@ -357,7 +357,7 @@ class ManyContacts:
 
     def _steepest(self, x: Array) -> Array:
         """|f'| at lines, at corners on either side; with finite slopes the sine of its angle."""
-        scene = self.lines.alone.scene
+        scene = self.lines.contact.scene
         sides = [-1, 1] if len(scene.indenter.corners) else [0]
         beside = [scene.indenter.slope_beside(x, np.full(x.size, side)) for side in sides]
         slopes = np.abs(beside)
@@ -371,7 +371,7 @@ class ManyContacts:
         By a central difference that crosses no corner; without tension D is the height.
         """
         lines = self.lines
-        scene = lines.alone.scene
+        scene = lines.contact.scene
         if not lines.length.any():
             rate = side * np.asarray(scene.indenter.slope_beside(x, np.zeros(x.size)), float)
             return np.nan_to_num(rate), np.ones(x.size, bool)
@@ -391,8 +391,8 @@ class ManyContacts:
 
         span: the length over which D varies.
         """
-        indenter = self.lines.alone.scene.indenter
-        step = np.maximum(DIFFERENCE * span, FELT * np.spacing(np.abs(x)))
+        indenter = self.lines.contact.scene.indenter
+        step = np.maximum(DIFFERENCE * span, DIFFERENCE_ULPS * np.spacing(np.abs(x)))
         low = x - step
         high = x + step
         corners = np.asarray(indenter.corners, float)
@@ -405,7 +405,7 @@ class ManyContacts:
         return np.clip(low, *indenter.extent), np.clip(high, *indenter.extent)
 
 
-def integrals(alone: Alone, side: int, x: Array) -> Array:
+def integrals(contact: SingleContact, side: int, x: Array) -> Array:
     """∫1, ∫g, ∫g², ∫ψ(f') and ∫s(f') from the apex to lines, of g = min f - f.
 
     Up to the last corner or knot before x they are sums over the panels between those, which all
@@ -423,11 +423,11 @@ def integrals(alone: Alone, side: int, x: Array) -> Array:
     -------
     ndarray (5, n)
     """
-    unit = _of_unit_tension(alone.scene)
-    density = functools.partial(densities, unit, alone.touch)
+    unit = _of_unit_tension(contact.scene)
+    density = functools.partial(densities, unit, contact.touch)
     smooth = unit.indenter.complete
     breaks = np.unique(unit.indenter.breaks())[::side]
-    places = np.append(alone.apex, breaks[side * breaks > side * alone.apex])
+    places = np.append(contact.apex, breaks[side * breaks > side * contact.apex])
     number = np.maximum(np.searchsorted(side * places, side * x) - 1, 0)
     found = summed_each(density, np.sort([places[number], x], axis=0), smooth=smooth)
     last = int(number.max())

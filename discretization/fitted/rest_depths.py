@@ -31,13 +31,13 @@ SIDES = np.array([1, -1])  # of the left and the right line of a free surface
 # Central differences of D.
 DIFFERENCE = 1e-6  # of the room between two lines, or of l: near the cube root of rounding
 _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
-FELT = 2.0**10  # roundings of a position: a step that is off by a thousandth at most
+DIFFERENCE_ULPS = 2.0**10  # roundings of a position: a step that is off by a thousandth at most
 LEAST = 1e-9  # of l: about an axis smaller radii have the step of this one
 _SMALL = 1e-6  # of l: the rounding of positions beside 0 is that of this one
 
 # When a line is stable.
 # Of the size of depths over l, or over the radius of a single contact about an axis if that is less
-# (alone.py): dD/dx that is rounding, where D is least.
+# (single_contact.py): dD/dx that is rounding, where D is least.
 FLAT = 1e-7
 _FALLING = 1e-9  # of the steepest dD/dx of both lines: what may be rounding of one that is 0
 _GROWING = np.diag([1.0, -1.0])  # dD/dx of two lines with both, if they grow outwards alone
@@ -352,7 +352,9 @@ class RestDepths:
         furthest = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
         if self.scene.axisymmetric:
             width = np.minimum(width, np.maximum(furthest, LEAST * self.length))
-        least = np.minimum(FELT * np.spacing(furthest), width / 4)  # where l is none beside x
+        least = np.minimum(
+            DIFFERENCE_ULPS * np.spacing(furthest), width / 4
+        )  # where l is none beside x
         return np.asarray(np.maximum(part * np.minimum(width, self.length), least))
 
 

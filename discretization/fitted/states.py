@@ -1,12 +1,12 @@
 """States of the fitted mesh, with one contact or any number.
 
-Where there can be only one contact its lines are bracketed at once (alone.py), and only what is
-next to them is judged. Any other profile is resolved on its own scale first. Line contacts with
-small slopes are found on nodes (../refine/states.py). Of others, around an axis, with finite slopes
-or under a pattern, "adhered" is the end of the path from first touch (motion.py), and around an
-axis "global" what has the least energy of: the lowest rings of a lattice, moved to rest on the
-fitted mesh, the adhered state, and none. Lattices are halved until two of them lead to the same
-state.
+Where there can be only one contact its lines are bracketed at once (single_contact.py), and only
+what is next to them is judged. Any other profile is resolved on its own scale first. Line contacts
+with small slopes are found on nodes (../refine/states.py). Of others, around an axis, with finite
+slopes or under a pattern, "adhered" is the end of the path from first touch (contact_lines.py), and
+around an axis "global" what has the least energy of: the lowest rings of a lattice, moved to rest
+on the fitted mesh, the adhered state, and none. Lattices are halved until two of them lead to the
+same state.
 """
 
 import math
@@ -17,9 +17,9 @@ import numpy as np
 
 from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.alone import Alone
+from discretization.fitted.contact_lines import ContactLines, Lines
 from discretization.fitted.contacts import Contacts, certify, errors
-from discretization.fitted.motion import Lines, Motion
+from discretization.fitted.single_contact import SingleContact
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
 from discretization.profile import LOOKS, resolve, warn_hidden
@@ -68,18 +68,18 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     ValueError
         If the contact leaves the known profile, or a surface would turn over.
     """
-    alone = Alone.of(scene)
-    lines = alone.lines(depth)
+    contact = SingleContact.of(scene)
+    lines = contact.lines(depth)
     if lines:
-        state = state_of(alone, lines, depth, branch)
-        if branch != "global" or state.energy <= 0 or depth > alone.touch:
+        state = state_of(contact, lines, depth, branch)
+        if branch != "global" or state.energy <= 0 or depth > contact.touch:
             return state
     else:
-        size = alone.size(depth) or 1.0
-        distance = abs(float(alone.rest_depth(1, alone.apex)) - depth)
+        size = contact.size(depth) or 1.0
+        distance = abs(float(contact.rest_depth(1, contact.apex)) - depth)
         if distance <= _UNDECIDED * size:
-            alone.solve(1, alone.apex, depth)  # raises where the surface would turn over
-    return state_of(alone, (), depth, branch)
+            contact.solve(1, contact.apex, depth)  # raises where the surface would turn over
+    return state_of(contact, (), depth, branch)
 
 
 def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
@@ -111,8 +111,8 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     """
     missed = np.empty(0)
     for _ in range(LOOKS):
-        motion = Motion.of(scene, resolve(scene, depth, missed), depth)
-        adhered, hidden = judged(motion, motion.adhered(depth), depth, branch)
+        contact_lines = ContactLines.of(scene, resolve(scene, depth, missed), depth)
+        adhered, hidden = judged(contact_lines, contact_lines.adhered(depth), depth, branch)
         if not hidden.size:
             break
         missed = np.union1d(missed, hidden)
@@ -121,16 +121,18 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     if branch == "adhered" or not scene.work_of_adhesion:
         return adhered
     if scene.axisymmetric and scene.indenter.convex:
-        return _lowest_of_discs(motion, adhered)
-    return _lowest_on_lattices(motion, adhered)
+        return _lowest_of_discs(contact_lines, adhered)
+    return _lowest_on_lattices(contact_lines, adhered)
 
 
-def _lowest_of(motion: Motion, candidates: set[Lines], adhered: Equilibrium) -> Equilibrium:
+def _lowest_of(
+    contact_lines: ContactLines, candidates: set[Lines], adhered: Equilibrium
+) -> Equilibrium:
     """The state of least energy: the adhered one, or one of these that is an equilibrium."""
     states = [adhered]
     for lines in candidates:
         try:
-            state, hidden = judged(motion, lines, adhered.depth, adhered.branch)
+            state, hidden = judged(contact_lines, lines, adhered.depth, adhered.branch)
         except NotCertifiedError:
             continue
         if hidden.size:
@@ -139,12 +141,12 @@ def _lowest_of(motion: Motion, candidates: set[Lines], adhered: Equilibrium) -> 
     return min(states, key=lambda state: state.energy)
 
 
-def _lowest_of_discs(motion: Motion, adhered: Equilibrium) -> Equilibrium:
+def _lowest_of_discs(contact_lines: ContactLines, adhered: Equilibrium) -> Equilibrium:
     """The state of least energy of a convex profile about an axis."""
-    return _lowest_of(motion, _discs(motion, adhered.depth), adhered)
+    return _lowest_of(contact_lines, _discs(contact_lines, adhered.depth), adhered)
 
 
-def _lowest_on_lattices(motion: Motion, adhered: Equilibrium) -> Equilibrium:
+def _lowest_on_lattices(contact_lines: ContactLines, adhered: Equilibrium) -> Equilibrium:
     """The state of least energy to which finer and finer lattices lead.
 
     They are halved until two of them lead to the same state, with as many contacts as the lattice
@@ -152,8 +154,8 @@ def _lowest_on_lattices(motion: Motion, adhered: Equilibrium) -> Equilibrium:
     """
     found: list[Equilibrium] = []
     same = False
-    for candidates, contacts_on_lattice in _lowest(motion, adhered.depth):
-        found.append(_lowest_of(motion, candidates, adhered))
+    for candidates, contacts_on_lattice in _lowest(contact_lines, adhered.depth):
+        found.append(_lowest_of(contact_lines, candidates, adhered))
         same = len(found) > 1 and _alike(*found[-2:])
         if same and len(found[-2].contacts) == contacts_on_lattice:
             break
@@ -175,14 +177,14 @@ def _alike(one: Equilibrium, other: Equilibrium) -> bool:
     return abs(one.energy - other.energy) <= _SAME * other.scales["energy"]
 
 
-def _lowest(motion: Motion, depth: float) -> Iterator[tuple[set[Lines], int]]:
+def _lowest(contact_lines: ContactLines, depth: float) -> Iterator[tuple[set[Lines], int]]:
     """The lowest rings of finer and finer lattices, moved to rest, and how many there were.
 
     Those of depths a little less and more are among them: two states may have so nearly the same
     energy that a lattice takes one for the other.
     """
-    scene = motion.scene
-    profile = motion.profile
+    scene = contact_lines.scene
+    profile = contact_lines.profile
     noticed = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
     turns = slope_turns(profile.x, profile.slope, noticed)
     waves = turns[2:] - turns[:-2]
@@ -196,11 +198,11 @@ def _lowest(motion: Motion, depth: float) -> Iterator[tuple[set[Lines], int]]:
         for at in (depth - aside, depth + aside, depth):
             nodes = lowest_contacts(lattice.seen(scene), at, lattice)
             lines = np.clip(lattice.x(nodes.astype(float).ravel()), *scene.indenter.extent)
-            found.add(motion.settled(tuple(lines.tolist()), depth))
+            found.add(contact_lines.settled(tuple(lines.tolist()), depth))
         yield found, len(nodes)
 
 
-def _discs(motion: Motion, depth: float) -> set[Lines]:
+def _discs(contact_lines: ContactLines, depth: float) -> set[Lines]:
     """No contact, and all contacts around the axis whose line is at rest; of a convex profile.
 
     The lowest state of that is one of them. A gap a < r < b in a contact would cost energy: filled,
@@ -208,16 +210,18 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
     than 0 where |g| <= δ₀; and beyond r = b, where g is less still, every contact with |g| > δ₀
     costs more than the surface that is free there.
     """
-    x = motion.profile.x
+    x = contact_lines.profile.x
     no_line = np.full(x.size, math.inf)
-    rest_depths = motion.rests.ahead(np.column_stack([x, no_line]), 1)[:, 0]
+    rest_depths = contact_lines.rests.ahead(np.column_stack([x, no_line]), 1)[:, 0]
     rests_between = (rest_depths[:-1] < depth) & (rest_depths[1:] >= depth)
     ends = x[1:][rests_between]
-    found = {motion.settled((0.0, end), depth) for end in ends.tolist()}
+    found = {contact_lines.settled((0.0, end), depth) for end in ends.tolist()}
     return {(), *found}
 
 
-def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) -> Equilibrium:
+def state_of(
+    contact_lines: ContactLines | SingleContact, lines: Lines, depth: float, branch: str
+) -> Equilibrium:
     """The certified state with these lines.
 
     Parameters
@@ -247,14 +251,14 @@ def state_of(motion: Motion | Alone, lines: Lines, depth: float, branch: str) ->
     AccuracyWarning
         Where there are features that the samples of the profile have missed.
     """
-    state, hidden = judged(motion, lines, depth, branch)
+    state, hidden = judged(contact_lines, lines, depth, branch)
     if hidden.size:
         warn_hidden(hidden, stacklevel=4)
     return state
 
 
 def judged(
-    motion: Motion | Alone, lines: Lines, depth: float, branch: str
+    contact_lines: ContactLines | SingleContact, lines: Lines, depth: float, branch: str
 ) -> tuple[Equilibrium, Array]:
     """The certified state, and places of features that the samples of the profile have missed.
 
@@ -276,9 +280,9 @@ def judged(
     ValueError
         If the surface would turn over.
     """
-    scene = motion.scene
+    scene = contact_lines.scene
     if lines:
-        contacts = Contacts(motion, lines, depth)
+        contacts = Contacts(contact_lines, lines, depth)
         found = contacts.totals()
         hidden = found.hidden
         state = Equilibrium(
@@ -287,7 +291,7 @@ def judged(
             branch,
             "fitted",
             certify(contacts, found),
-            motion.surfaces,
+            contact_lines.surfaces,
             contacts=contacts.x,
             nodes=contacts.x,
             pinned=contacts.pinned,
@@ -298,9 +302,9 @@ def judged(
     else:
         hidden = np.empty(0)
         scale = max(abs(depth), scene.opened.critical_separation) or 1.0
-        penetration = motion.penetration(lines, depth) / scale
+        penetration = contact_lines.penetration(lines, depth) / scale
         certificate = Certificate.undeformed(penetration)
-        state = detached(scene, depth, branch, motion.surfaces, certificate)
+        state = detached(scene, depth, branch, contact_lines.surfaces, certificate)
     name = f"the state at depth = {depth!r} with {len(state.contacts)} contacts"
     state.certificate.demand(name, "try another depth: this one may be that of an event")
     return state, hidden

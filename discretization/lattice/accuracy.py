@@ -113,8 +113,8 @@ def _uneven(fine: Equilibrium, closer: Equilibrium) -> bool:
     own = fine.contacts
     there = closer.contacts
     met = (own[:, None, 0] <= there[:, 1]) & (there[:, 0] <= own[:, None, 1])
-    alone = (met.sum(axis=1, keepdims=True) == 1) & (met.sum(axis=0) == 1)
-    one, other = np.nonzero(met & alone)
+    unpaired = (met.sum(axis=1, keepdims=True) == 1) & (met.sum(axis=0) == 1)
+    one, other = np.nonzero(met & unpaired)
     widths = np.diff(own)[:, 0]
     change = widths[one] - np.diff(there)[other, 0]
     return bool(np.abs(change).sum() > UNEVEN * widths.sum())

@@ -10,7 +10,7 @@ import numpy as np
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
 from discretization.layer.body import Body
-from discretization.surfaces.protocol import LinePosition, alone
+from discretization.surfaces.protocol import LinePosition, only_line
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 from energy.arrays import Array
@@ -43,7 +43,7 @@ class FreeSurface(ABC):
             [length] and du/dz.
         """
         side = 1 if left is not None else -1
-        u, slope = self.displaced(side * (z - alone(left, right).x))
+        u, slope = self.displaced(side * (z - only_line(left, right).x))
         return u, side * slope
 
 

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
-from discretization.fitted.alone import Alone
+from discretization.fitted.contact_lines import ContactLines, free_parts
 from discretization.fitted.contacts import Contacts, certify
-from discretization.fitted.motion import Motion, free_parts
 from discretization.fitted.rest_depths import LEAST, TIE
+from discretization.fitted.single_contact import SingleContact
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.paths.lone import LoneTrack
 from discretization.paths.single_line import Arc, SingleLine
@@ -36,7 +36,7 @@ Lines = tuple[float, ...]
 
 @dataclass(eq=False)
 class OneContactLeg(Leg):
-    """A leg on which every line moves one way or stays; or that of a contact that is alone."""
+    """A leg on which every line moves one way or stays; or that of a single contact."""
 
     arcs: tuple[Arc, ...] = ()
     lone: LoneTrack | None = None
@@ -59,19 +59,24 @@ class OneContactLeg(Leg):
 
 @dataclass(frozen=True, eq=False)
 class OneContactBranch(Branch):
-    """One contact under a prescribed depth; alone: what finds it where there can be no other."""
+    """One contact under a prescribed depth.
+
+    single_contacts: what finds it where there can be no other, pressed (1) and retracted (-1).
+    """
 
     scene: Scene
-    motion: Motion
-    alone: dict[int, Alone]
+    contact_lines: ContactLines
+    single_contacts: dict[int, SingleContact]
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> OneContactBranch:
         """deepest: the largest depth of the programme."""
-        alone = {}
+        single_contacts = {}
         if one_contact(scene) and scene.pattern is None:
-            alone = {1: Alone.of(scene), -1: Alone.of(scene.opened)}
-        branch = cls(scene, Motion.of(scene, resolve(scene, deepest), deepest), alone)
+            single_contacts = {1: SingleContact.of(scene), -1: SingleContact.of(scene.opened)}
+        branch = cls(
+            scene, ContactLines.of(scene, resolve(scene, deepest), deepest), single_contacts
+        )
         if not (scene.indenter.convex or scene.indenter.complete):
             hidden = branch.integrals.hidden
             if hidden.size:
@@ -83,14 +88,14 @@ class OneContactBranch(Branch):
         """The length by which lines may be off, by rounding."""
         return _FELT * self.scene.elastocapillary_length
 
-    touch = property(lambda self: self.motion.profile.touch)
+    touch = property(lambda self: self.contact_lines.profile.touch)
 
     @functools.cached_property
     def integrals(self) -> Integrals:
         """What contacts cost up to a line."""
-        rests = self.motion.rests
+        rests = self.contact_lines.rests
         level = rests.size + max(rests.size, self.touch)
-        return Integrals.of(self.scene, self.motion.profile, level)
+        return Integrals.of(self.scene, self.contact_lines.profile, level)
 
     def moving(self, lines: Lines) -> list[tuple[int, SingleLine]]:
         """Which lines of a contact move, of a disc only the right one, and how."""
@@ -100,35 +105,38 @@ class OneContactBranch(Branch):
     @functools.cached_property
     def both(self) -> list[tuple[int, SingleLine]]:
         """The left and the right line of a contact."""
-        return [(0, SingleLine(self.motion.rests, -1)), (1, SingleLine(self.motion.rests, 1))]
+        return [
+            (0, SingleLine(self.contact_lines.rests, -1)),
+            (1, SingleLine(self.contact_lines.rests, 1)),
+        ]
 
     @functools.cached_property
     def first(self) -> Point:
         """The contact at first touch."""
-        lowest = self.motion.profile.lowest
+        lowest = self.contact_lines.profile.lowest
         lines = self._landed((lowest, lowest), self.touch, 1)
         assert lines is not None, "a line that is pressed rests somewhere"
-        if alone := self._beside_apex(lines):
-            lines = alone.lines(self.touch)
+        if contact := self._beside_apex(lines):
+            lines = contact.lines(self.touch)
         self._refuse_others(lines, self.touch)
         return Point(self.touch, lines)
 
-    def _beside_apex(self, lines: Lines) -> Alone | None:
+    def _beside_apex(self, lines: Lines) -> SingleContact | None:
         """What finds lines closer to the apex of a lone contact than the samples of the profile."""
-        alone, near = self.alone.get(1), LEAST * self.scene.elastocapillary_length
-        if alone is None or not alone.tip or not lines:
+        contact, near = self.single_contacts.get(1), LEAST * self.scene.elastocapillary_length
+        if contact is None or not contact.tip or not lines:
             return None
-        return alone if max(abs(x - alone.apex) for x in lines) <= near else None
+        return contact if max(abs(x - contact.apex) for x in lines) <= near else None
 
     def leg(self, point: Point, goal: float) -> OneContactLeg:
         """The route from a point to another depth, up to where a line jumps or becomes pinned."""
         lines = point.lines or ()
         way = 1 if goal >= point.depth else -1
-        alone = self.alone.get(way)
-        if alone and (track := LoneTrack.of(alone, lines, point.depth, goal)):
+        contact = self.single_contacts.get(way)
+        if contact and (track := LoneTrack.of(contact, lines, point.depth, goal)):
             there = (0.0, *track.last.tolist())[-2:]
             after = None if track.end == goal else Point(track.end, None)
-            jumps = after is not None and not self.motion.gradual
+            jumps = after is not None and not self.contact_lines.gradual
             return OneContactLeg(self, point, Point(track.end, there), after, jumps, lone=track)
         moving = self.moving(lines)
         arcs = [line.arc(lines[column], point.depth, goal) for column, line in moving]
@@ -144,9 +152,9 @@ class OneContactBranch(Branch):
                 wider = [math.nextafter(x, before) for x, before in zip(there, lines, strict=True)]
                 leg.end = Point(end, (wider[0], wider[1]))
             leg.after = Point(end, None)
-            leg.jumps = not self.motion.gradual
+            leg.jumps = not self.contact_lines.gradual
             return leg
-        tie = TIE * self.motion.rests.size
+        tie = TIE * self.contact_lines.rests.size
         jumping = [arc.how == "jump" and abs(arc.last - end) <= tie for arc in arcs]
         self._refuse_others(there, end)
         if any(jumping):
@@ -210,10 +218,10 @@ class OneContactBranch(Branch):
         """NotCertifiedError where there are contacts besides these lines, or it opens inside."""
         if self.scene.indenter.convex and self.scene.pattern is None:
             return
-        scale = TOLERANCE * self.motion.rests.size
+        scale = TOLERANCE * self.contact_lines.rests.size
         unit = self.scene.stiffness * self.scene.elastocapillary_length
-        torn = max([0.0, *self.motion.opening(lines, depth)]) > unit * scale
-        if torn or self.motion.penetration(lines, depth) > scale:
+        torn = max([0.0, *self.contact_lines.opening(lines, depth)]) > unit * scale
+        if torn or self.contact_lines.penetration(lines, depth) > scale:
             what = "a gap opens inside the contact" if torn else "another contact begins"
             remedy = "use other depths, or a line contact with slopes='small'"
             if not self.scene.axisymmetric and self.scene.slopes == "small":
@@ -225,8 +233,8 @@ class OneContactBranch(Branch):
 
     def pinned(self, point: Point) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""
-        tip, held = self.motion.profile.lowest, super().pinned(point)
-        if not self.motion.gradual or tip not in self.scene.indenter.corners:
+        tip, held = self.contact_lines.profile.lowest, super().pinned(point)
+        if not self.contact_lines.gradual or tip not in self.scene.indenter.corners:
             return held
         first, last = (edge or "tip" * (x == tip) for edge, x in zip(held, point.ends, strict=True))
         return first, last
@@ -234,10 +242,10 @@ class OneContactBranch(Branch):
     def _jumps(self, before: Point, after: Point) -> bool:
         """Whether lines jump; not by what the energy changes within the rounding of a depth."""
         if not after.lines or not before.lines:
-            return not self.motion.gradual
+            return not self.contact_lines.gradual
         apart = np.abs(np.subtract(before.lines, after.lines)).max()
         energy, force = self.totals([before, after])
-        noise = TIE * self.motion.rests.size * float(np.abs(force).sum())
+        noise = TIE * self.contact_lines.rests.size * float(np.abs(force).sum())
         far = apart > _SHORT * self.scene.elastocapillary_length
         return bool(far and energy[0] - energy[1] > noise)
 
@@ -250,9 +258,9 @@ class OneContactBranch(Branch):
             line = lines[:, column, 1 - column]
             contact = self.integrals.contact(line, depths, self.scene.work_of_adhesion)
             total += sign * contact[::2]
-            at = self.motion.rests.at(line)
+            at = self.contact_lines.rests.at(line)
             left, right = (None, at) if column == 0 else (at, None)
-            total += np.array(self.motion.surfaces.stored(left, right, depths))
+            total += np.array(self.contact_lines.surfaces.stored(left, right, depths))
         return total
 
     def opened(self, before: Point, after: Point) -> float:
@@ -266,7 +274,9 @@ class OneContactBranch(Branch):
         """NotCertifiedError unless the contacts are in equilibrium."""
         if not point.lines:
             return
-        judge = self._beside_apex(point.lines) or self.motion  # by the sizes of the whole path
+        judge = (
+            self._beside_apex(point.lines) or self.contact_lines
+        )  # by the sizes of the whole path
         contacts = Contacts(judge, point.lines, point.depth)
         certify(contacts, contacts.totals()).demand(
             f"the state at depth = {point.depth!r}",

@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.motion import Motion
+from discretization.fitted.contact_lines import ContactLines
 from discretization.fitted.rest_depths import TIE
 from discretization.nodes import row
 from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, snapshot_of
 from discretization.paths.lattice_branch import LatticeBranch, Links
 from discretization.profile import Resolved, resolve, warn_hidden
-from discretization.refine.equations import contact_lines, free_surfaces
+from discretization.refine.equations import free_surfaces, lines_of_surfaces
 from discretization.refine.events import NotRefined
 from discretization.refine.judged import Judge
 from discretization.refine.plan import Refinement
@@ -77,7 +77,7 @@ class RefinedLeg(Leg):
         lines = self.lines(depths).transpose(1, 0, 2)
         place = Place(self.way, self.index)
         return [
-            Point(depth, contact_lines(each), place)
+            Point(depth, lines_of_surfaces(each), place)
             for depth, each in zip(depths.tolist(), lines, strict=True)
         ]
 
@@ -144,7 +144,7 @@ class RefinedBranch(Branch):
 
     scene: Scene
     profile: Resolved
-    motion: Motion
+    contact_lines: ContactLines
     deepest: float
     refinements: dict[int, Refinement] = field(default_factory=dict)
     known: dict[tuple[float, tuple[float, ...]], Point] = field(default_factory=dict)
@@ -157,7 +157,11 @@ class RefinedBranch(Branch):
         """deepest: the largest depth of the programme."""
         profile = resolve(scene, deepest)
         branch = cls(
-            scene, profile, Motion.of(scene, profile, deepest), deepest, noisy=_is_noisy(scene)
+            scene,
+            profile,
+            ContactLines.of(scene, profile, deepest),
+            deepest,
+            noisy=_is_noisy(scene),
         )
         hidden = branch.refinement(0).totals.integrals.hidden
         if hidden.size:
@@ -232,13 +236,13 @@ class RefinedBranch(Branch):
             end = goal
         if end != stretch.end:
             return RefinedLeg(self, point, self._at(way, index, end), None, False, way, index)
-        before = contact_lines(stretch.before)
+        before = lines_of_surfaces(stretch.before)
         last = Point(end, self._known(way, before, end), Place(way, index))
         if stretch.after is None:
             return RefinedLeg(self, point, last, None, False, way, index)
         after = Point(end, None)
         if len(stretch.after):
-            lines = self._known(way, contact_lines(stretch.after), end)
+            lines = self._known(way, lines_of_surfaces(stretch.after), end)
             after = Point(end, lines, Place(way, index + 1))
         return RefinedLeg(self, point, last, after, self._jumps(last, after), way, index)
 
@@ -254,7 +258,7 @@ class RefinedBranch(Branch):
             lines = way.lines(index, np.array([depth]))[:, 0]
         except NotRefined as reason:
             raise NotCertifiedError(f"{reason}; try other depths, or method='lattice'") from reason
-        return Point(depth, self._known(way, contact_lines(lines), depth), Place(way, index))
+        return Point(depth, self._known(way, lines_of_surfaces(lines), depth), Place(way, index))
 
     def _known(self, way: Way, lines: tuple[float, ...], depth: float) -> tuple[float, ...]:
         return known_lines(way.refinement.equations, free_surfaces(lines), depth)
@@ -301,7 +305,7 @@ class RefinedBranch(Branch):
         states = list[tuple[tuple[float, ...], float]]()
         for stretch in way.stretches:
             if stretch.after is not None and len(stretch.after):
-                lines = self._known(way, contact_lines(stretch.after), stretch.end)
+                lines = self._known(way, lines_of_surfaces(stretch.after), stretch.end)
                 states.append((lines, stretch.end))
         for state, certificate in zip(states, self._judge.certificates(states), strict=True):
             if not certificate.ok:
@@ -342,7 +346,7 @@ class RefinedBranch(Branch):
         found = settle(equations, rows, np.full(count, point.depth), directions, reach=reach)
         if not found.at_rest.all() or (found.lines[:-1, 1] >= found.lines[1:, 0]).any():
             return None
-        lines = contact_lines(found.lines)
+        lines = lines_of_surfaces(found.lines)
         (certificate,) = self._judge.certificates([(lines, point.depth)])
         if not certificate.ok:
             return None
@@ -385,7 +389,7 @@ class RefinedBranch(Branch):
     def pinned(self, point: Point) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""
         tip, held = self.profile.lowest, super().pinned(point)
-        if not self.motion.gradual or tip not in self.scene.indenter.corners:
+        if not self.contact_lines.gradual or tip not in self.scene.indenter.corners:
             return held
         first, last = (edge or "tip" * (x == tip) for edge, x in zip(held, point.ends, strict=True))
         return first, last
@@ -393,12 +397,12 @@ class RefinedBranch(Branch):
     def _jumps(self, before: Point, after: Point) -> bool:
         """Whether lines jump; not by what the energy changes within the rounding of a depth."""
         if not after.lines or not before.lines:
-            return not self.motion.gradual
+            return not self.contact_lines.gradual
         if len(before.lines) != len(after.lines):
             return True
         apart = np.abs(np.subtract(before.lines, after.lines)).max()
         energy, force = self.totals([before, after])
-        noise = TIE * self.motion.rests.size * float(np.abs(force).sum())
+        noise = TIE * self.contact_lines.rests.size * float(np.abs(force).sum())
         far = apart > _SHORT * self.scene.elastocapillary_length
         return bool(far and energy[0] - energy[1] > noise)
 
@@ -454,7 +458,7 @@ class RefinedBranch(Branch):
 
     @functools.cached_property
     def _judge(self) -> Judge:
-        return Judge(self.refinement(0).equations, self.motion)
+        return Judge(self.refinement(0).equations, self.contact_lines)
 
     def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
         """Points beside events."""

@@ -217,6 +217,6 @@ def free_surfaces(lines: tuple[float, ...]) -> Array:
     return np.array([-math.inf, *lines, math.inf]).reshape(-1, 2)
 
 
-def contact_lines(surfaces: Array) -> tuple[float, ...]:
+def lines_of_surfaces(surfaces: Array) -> tuple[float, ...]:
     """The lines of contacts from left to right, of their free surfaces (m + 1, 2)."""
     return tuple(surfaces.ravel()[1:-1].tolist())

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.certificate import ROUNDING, Certificate
+from discretization.fitted.contact_lines import ContactLines
 from discretization.fitted.contacts import Contacts, certify
-from discretization.fitted.motion import Motion
 from discretization.fitted.rest_depths import displacement_scale
 from discretization.refine.clearance import least_gaps
 from discretization.refine.equations import Equations, free_surfaces
@@ -26,14 +26,14 @@ class Judge:
     """What judges states with small slopes by the sizes of the whole path."""
 
     equations: Equations
-    motion: Motion
+    contact_lines: ContactLines
 
     def certificates(self, states: Sequence[tuple[Lines, float]]) -> list[Certificate]:
         """Of the contacts with these lines, at least two of each, and depths."""
         if not states:
             return []
-        if not self.motion.scene.opened.work_of_adhesion:
-            found = [Contacts(self.motion, *state) for state in states]
+        if not self.contact_lines.scene.opened.work_of_adhesion:
+            found = [Contacts(self.contact_lines, *state) for state in states]
             return [certify(contacts, contacts.totals()) for contacts in found]
         surfaces = [free_surfaces(lines) for lines, _ in states]
         counts = np.array([len(rows) for rows in surfaces])
@@ -49,26 +49,26 @@ class Judge:
 
         depths (n,); of_state: the same of each state.
         """
-        scene = self.motion.scene
-        size = self.motion.rests.size
+        scene = self.contact_lines.scene
+        size = self.contact_lines.rests.size
         scale = np.array([displacement_scale(scene, depth, size) for depth in of_state.tolist()])
         points = self._points(rows, first)
-        felt = self.motion.felt_by(rows, points)
+        line_states = self.contact_lines.line_state_rows(rows, points)
         at = np.where(np.isfinite(rows), depths[:, None], -np.inf)
 
         def worst(values: Array) -> Array:
             """Of each state, of values (n, 2) of its lines."""
             return np.asarray(np.maximum.reduceat(values.max(axis=1), first))
 
-        closing = worst(at - felt.closing)
-        bare = worst(at - felt.bare)
-        opening = worst(np.where(np.isfinite(rows), felt.opening - depths[:, None], -np.inf))
+        closing = worst(at - line_states.closing)
+        bare = worst(at - line_states.bare)
+        opening = worst(np.where(np.isfinite(rows), line_states.opening - depths[:, None], -np.inf))
         through = np.where(closing > ROUNDING * size, bare, closing)
         terms = scale + worst(self._steepness(rows))
         beyond = np.maximum.reduceat(-least_gaps(self.equations, rows, depths), first)
         # pinned by another work of adhesion than what moves them, or the energy is convex
         kept = scene.hysteretic or not scene.work_of_adhesion
-        firm = np.logical_and.reduceat(felt.stable | kept, first)
+        firm = np.logical_and.reduceat(line_states.stable | kept, first)
         neighbours = np.maximum(np.maximum(closing, opening) / terms, ~firm)
         columns = (
             np.maximum(through / terms, beyond / scale),
@@ -92,8 +92,8 @@ class Judge:
         """l |f'| at lines (n, 2), at corners the larger one."""
         line = np.isfinite(rows)
         at = np.where(line, rows, self.equations.profile.lowest)
-        beside = (-1, 1) if len(self.motion.scene.indenter.corners) else 0
-        slopes = self.motion.scene.indenter.slope_beside(at[..., None], beside)
+        beside = (-1, 1) if len(self.contact_lines.scene.indenter.corners) else 0
+        slopes = self.contact_lines.scene.indenter.slope_beside(at[..., None], beside)
         steep = np.abs(slopes).reshape(*rows.shape, -1).max(axis=2)
         return np.where(line, self.equations.length * steep, -np.inf)
 
@@ -103,8 +103,8 @@ class Judge:
         lone = np.where(points[:-1, 1], -(pulls[:-1, 1] + pulls[1:, 0]), 0.0)
         found = np.maximum.reduceat(np.append(lone, 0.0), first)
         corners = self.equations.profile.corners
-        over = self.motion.torn(corners)
-        unit = self.motion.scene.stiffness * self.equations.length
+        over = self.contact_lines.torn(corners)
+        unit = self.contact_lines.scene.stiffness * self.equations.length
         for corner, force in zip(corners[over > 0], over[over > 0], strict=True):
             inside = np.append(rows[:-1, 1], np.inf) < corner
             inside &= corner < np.append(rows[1:, 0], -np.inf)

@@ -16,7 +16,7 @@ import numpy as np
 
 from discretization.lattice.walk import End, paired
 from discretization.nodes.row import Contacts
-from discretization.refine.equations import contact_lines
+from discretization.refine.equations import lines_of_surfaces
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.lives import CREEPING, Happening, Pair, pairs
 from discretization.refine.nodes import FoundNodes
@@ -104,7 +104,7 @@ class Landings:
 
         before: lines (n, 2) of all free surfaces before it; first: the first one of the event.
         """
-        contacts = self.closer.contacts(contact_lines(before))
+        contacts = self.closer.contacts(lines_of_surfaces(before))
         if any(start > end for start, end in contacts):
             return True  # a contact narrower than the closer nodes are apart is all but closed
         on_nodes = pairs(contacts)

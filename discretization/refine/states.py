@@ -17,10 +17,10 @@ import numpy as np
 
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import Equilibrium
-from discretization.fitted.motion import Motion
+from discretization.fitted.contact_lines import ContactLines
 from discretization.fitted.states import judged, state_of
 from discretization.profile import LOOKS, Resolved, resolve, unknown, warn_hidden
-from discretization.refine.equations import Equations, contact_lines, free_surfaces
+from discretization.refine.equations import Equations, free_surfaces, lines_of_surfaces
 from discretization.refine.events import Events
 from discretization.refine.nodes import FoundNodes, usual_spacing
 from discretization.refine.settle import settle
@@ -53,8 +53,8 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     places = np.empty(0)
     for _ in range(LOOKS):
         profile = resolve(scene, depth, places)
-        motion = Motion.of(scene, profile, depth)
-        state, hidden = _adhered(motion, depth, branch)
+        contact_lines = ContactLines.of(scene, profile, depth)
+        state, hidden = _adhered(contact_lines, depth, branch)
         if not hidden.size:
             break
         places = np.union1d(places, hidden)
@@ -62,54 +62,54 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
         warn_hidden(places, stacklevel=3)
     if branch == "adhered" or not scene.work_of_adhesion:
         return state
-    return _Lowest(scene, profile, depth, motion).found(state)
+    return _Lowest(scene, profile, depth, contact_lines).found(state)
 
 
-def _adhered(motion: Motion, depth: float, branch: str) -> tuple[Equilibrium, Array]:
+def _adhered(contact_lines: ContactLines, depth: float, branch: str) -> tuple[Equilibrium, Array]:
     """The state at the end of the path from first touch, and places that samples have missed.
 
-    Lines for which nodes are no guide move from first touch on (../fitted/motion.py).
+    Lines for which nodes are no guide move from first touch on (../fitted/contact_lines.py).
     """
-    lines = _at_once(motion, depth)
+    lines = _at_once(contact_lines, depth)
     if lines is not None:
         try:
-            return judged(motion, lines, depth, branch)
+            return judged(contact_lines, lines, depth, branch)
         except NotCertifiedError:
             pass  # nodes have missed something, such as a narrow gap
-    return judged(motion, motion.adhered(depth), depth, branch)
+    return judged(contact_lines, contact_lines.adhered(depth), depth, branch)
 
 
-def _at_once(motion: Motion, depth: float) -> Lines | None:
+def _at_once(contact_lines: ContactLines, depth: float) -> Lines | None:
     """The same lines from contacts on nodes at this depth; None where these do not tell them.
 
     With corners contacts narrower than any nodes may stay as the indenter is pulled, and where two
     works of adhesion differ lines depend on where they have been.
     """
-    scene = motion.scene
-    profile = motion.profile
+    scene = contact_lines.scene
+    profile = contact_lines.profile
     if depth < profile.touch and not scene.opened.work_of_adhesion:
         return ()
     if np.ptp(profile.x) > _MOST_NODES * usual_spacing(scene, profile):
         return None
     if not scene.opened.work_of_adhesion:
-        return _bare(motion, depth)
+        return _bare(contact_lines, depth)
     if scene.hysteretic or (depth < profile.touch and profile.corners.size):
         return None
-    return _steady(motion, depth)
+    return _steady(contact_lines, depth)
 
 
-def _bare(motion: Motion, depth: float) -> Lines | None:
+def _bare(contact_lines: ContactLines, depth: float) -> Lines | None:
     """Lines where nothing adheres, so that there is one state, whatever the path."""
-    scene = motion.scene
-    nodes = FoundNodes.of(scene, motion.profile, depth)
-    search = _Bare(Events(Equations.of(scene, motion.profile, depth)), depth)
+    scene = contact_lines.scene
+    nodes = FoundNodes.of(scene, contact_lines.profile, depth)
+    search = _Bare(Events(Equations.of(scene, contact_lines.profile, depth)), depth)
     lines = search.at_rest(nodes.lines(nodes.adhered(depth)))
-    return None if lines is None or _opens(motion, lines, depth) else lines
+    return None if lines is None or _opens(contact_lines, lines, depth) else lines
 
 
-def _opens(motion: Motion, lines: Lines, depth: float) -> bool:
+def _opens(contact_lines: ContactLines, lines: Lines, depth: float) -> bool:
     """Whether the profile pulls in a contact, so that there is a gap narrower than nodes see."""
-    pulls = motion.free_part.search.pulls
+    pulls = contact_lines.free_part.search.pulls
     contacts = zip(lines[::2], lines[1::2], strict=True)
     return any(left < right and pulls(left, right, depth) for left, right in contacts)
 
@@ -155,12 +155,12 @@ class _Bare:
                 where = place
         if least >= -_PENETRATION * self.events.equations.size:
             return None
-        return tuple(sorted((*contact_lines(surfaces), where, where)))
+        return tuple(sorted((*lines_of_surfaces(surfaces), where, where)))
 
 
 def _without_met(surfaces: Array) -> Lines | None:
     """Lines without the contacts, or else the gaps, whose lines have met; None if none has."""
-    lines = contact_lines(surfaces)
+    lines = lines_of_surfaces(surfaces)
     contacts = np.array(lines).reshape(-1, 2)
     kept = contacts[:, 0] <= contacts[:, 1]
     if not kept.all():
@@ -172,17 +172,17 @@ def _without_met(surfaces: Array) -> Lines | None:
     return tuple(np.delete(lines, inner).tolist())
 
 
-def _steady(motion: Motion, depth: float) -> Lines | None:
+def _steady(contact_lines: ContactLines, depth: float) -> Lines | None:
     """Lines near contacts on nodes, where two rows of nodes lead to the same and no event is near.
 
     None where they do not.
     """
-    profile = motion.profile
-    equations = Equations.of(motion.scene, profile, depth)
+    profile = contact_lines.profile
+    equations = Equations.of(contact_lines.scene, profile, depth)
     last: Lines | None = None
     spacing = math.inf
     for closer in _CLOSER:
-        nodes = FoundNodes.of(motion.scene, profile, depth, closer)
+        nodes = FoundNodes.of(contact_lines.scene, profile, depth, closer)
         if nodes.spacing > spacing / _TOLD_APART:
             break  # there are as many nodes as are allowed
         spacing = nodes.spacing
@@ -219,13 +219,13 @@ def _alike(one: Lines, other: Lines, length: float) -> bool:
 
 def _known(equations: Equations, surfaces: Array) -> Lines | None:
     """The lines of contacts; None where they leave the known profile."""
-    lines = contact_lines(surfaces)
+    lines = lines_of_surfaces(surfaces)
     return None if _unknown(equations, lines) else lines
 
 
 def known_lines(equations: Equations, surfaces: Array, depth: float) -> Lines:
     """The lines of contacts; ValueError where they leave the known profile."""
-    lines = contact_lines(surfaces)
+    lines = lines_of_surfaces(surfaces)
     for line in _unknown(equations, lines):
         raise unknown(depth, line)
     return lines
@@ -244,7 +244,7 @@ class _Lowest:
     scene: Scene
     profile: Resolved
     depth: float
-    motion: Motion
+    contact_lines: ContactLines
 
     def found(self, adhered: Equilibrium) -> Equilibrium:
         """The lowest of the adhered state, none, and those of the lowest contacts on nodes."""
@@ -254,7 +254,7 @@ class _Lowest:
             states = [adhered]
             for lines in candidates:
                 try:
-                    states.append(state_of(self.motion, lines, self.depth, "global"))
+                    states.append(state_of(self.contact_lines, lines, self.depth, "global"))
                 except NotCertifiedError:
                     continue
             lowest.append(min(states, key=lambda state: state.energy))
@@ -313,7 +313,7 @@ class _Lowest:
             rest = found.lines
             closed = np.flatnonzero(rest[:-1, 1] > rest[1:, 0])
             if not closed.size:
-                return contact_lines(rest) if found.at_rest.all() else None
+                return lines_of_surfaces(rest) if found.at_rest.all() else None
             kept = [i for i in range(len(lines) // 2) if i not in set(closed.tolist())]
             lines = tuple(x for i in kept for x in lines[2 * i : 2 * i + 2])
         return ()

@@ -41,7 +41,7 @@ class LinePosition(NamedTuple):
     f: Any
 
 
-def alone(left: LinePosition | None, right: LinePosition | None) -> LinePosition:
+def only_line(left: LinePosition | None, right: LinePosition | None) -> LinePosition:
     """The line of a tail, the left one of a gap."""
     line = left if left is not None else right
     assert line is not None, "a free surface has a line"
@@ -175,7 +175,7 @@ class Surfaces:
         """
         found = self.energy_and_reaction(*self._lines(left, right, depth))
         if found is None:
-            i = int(np.argmax(np.abs(depth - alone(left, right).f)))
+            i = int(np.argmax(np.abs(depth - only_line(left, right).f)))
             left_line = left and LinePosition(float(left.x[i]), float(left.f[i]))
             right_line = right and LinePosition(float(right.x[i]), float(right.f[i]))
             raise ValueError(self.refusal(left_line, right_line, float(depth[i])))
@@ -241,7 +241,7 @@ class Surfaces:
             return np.zeros_like(z), np.zeros_like(z)
         length = self.scene.elastocapillary_length
         side, *line = self._lines(left, right, depth)
-        x = side * (np.ravel(z) - alone(left, right).x) / length
+        x = side * (np.ravel(z) - only_line(left, right).x) / length
         u, slope = self.profile(x, side, *line)
         return length * u.reshape(np.shape(z)), side * slope.reshape(np.shape(z))
 
@@ -255,7 +255,7 @@ class Surfaces:
     ) -> tuple[Any, ...]:
         """side, s, width, u and rise of free surfaces, in units of l."""
         length = self.scene.elastocapillary_length
-        line = alone(left, right)
+        line = only_line(left, right)
         s = line.x / length
         u = (depth - line.f) / length
         if left is None or right is None:
@@ -283,7 +283,7 @@ class Surfaces:
 
     def refusal(self, left: LinePosition | None, right: LinePosition | None, depth: float) -> str:
         """The message for a surface that would turn over."""
-        line = alone(left, right)
+        line = only_line(left, right)
         name = "r" if self.scene.axisymmetric else "x"
         where = f"at the contact line {name} = {line.x!r}"
         if left is not None and right is not None:

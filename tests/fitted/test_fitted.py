@@ -9,8 +9,8 @@ from scenes import adhesive
 
 from discretization import NotCertifiedError, minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import Contacts, push
+from discretization.fitted.single_contact import SingleContact
 from discretization.fitted.states import state_of
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
@@ -54,7 +54,7 @@ def test_composed_profiles_agree_on_both_discretisations():
 
 def between(scene, left, right, depth=1e-3):
     """The contact between two lines at a depth, and what judges it."""
-    return Alone.of(scene), (left, right), depth
+    return SingleContact.of(scene), (left, right), depth
 
 
 def judged(scene, a):
@@ -80,11 +80,11 @@ def test_the_force_changes_with_a_line_by_no_more_than_its_bound(slopes):
 @pytest.mark.parametrize("change", [1e-5, -1e-5])
 def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    a = Alone.of(scene).find(1, 1e-3)
+    a = SingleContact.of(scene).find(1, 1e-3)
     assert state_of(*between(scene, -a, a), "adhered").certificate.ok
     assert "violates neighbours (" in judged(scene, a * (1 + change))
     smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
-    a = Alone.of(smooth).find(1, 1e-3) * (1 - 1e-5)
+    a = SingleContact.of(smooth).find(1, 1e-3) * (1 - 1e-5)
     assert "violates penetration, neighbours (" in judged(smooth, a)
 
 

@@ -9,8 +9,8 @@ import pytest
 from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
+from discretization.fitted.contact_lines import ContactLines
 from discretization.fitted.contacts import Contacts, certify, errors
-from discretization.fitted.motion import Motion
 from discretization.fitted.rest_depths import surfaces_of
 from discretization.fitted.states import state_of
 from discretization.fitted.tension import pull
@@ -45,12 +45,12 @@ def test_a_reentrant_corner_stays_open_without_adhesion(fall):
 
 def motion_of(scene, depth, top=4 * DELTA0):
     """How lines move, over a profile that is known up to a depth."""
-    return Motion.of(scene, resolve(scene, top), depth)
+    return ContactLines.of(scene, resolve(scene, top), depth)
 
 
 def judged(state, lines):
-    motion = motion_of(state.scene, state.depth)
-    contacts = Contacts(motion, tuple(np.ravel(lines).tolist()), state.depth)
+    contact_lines = motion_of(state.scene, state.depth)
+    contacts = Contacts(contact_lines, tuple(np.ravel(lines).tolist()), state.depth)
     return certify(contacts, contacts.totals())
 
 
@@ -102,20 +102,20 @@ def test_penetration_between_the_points_is_found():
 
 
 def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
-    motion = motion_of(wavy(), DELTA0, DELTA0)
+    contact_lines = motion_of(wavy(), DELTA0, DELTA0)
     for depth, rejected in (
-        (0.999 * motion.profile.touch, False),
-        (1.001 * motion.profile.touch, True),
+        (0.999 * contact_lines.profile.touch, False),
+        (1.001 * contact_lines.profile.touch, True),
     ):
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
-            state_of(motion, (), depth, "global")
+            state_of(contact_lines, (), depth, "global")
 
 
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
     edge = 2 * L
     depth = 2 * DELTA0
-    motion = motion_of(adhesive(Parabola(0.02) + FlatPunch(edge)), depth, depth)
-    contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), depth)
+    contact_lines = motion_of(adhesive(Parabola(0.02) + FlatPunch(edge)), depth, depth)
+    contacts = Contacts(contact_lines, (-edge, edge * (1 - 1e-15)), depth)
     assert np.isfinite(list(errors(contacts, contacts.totals()).values())).all()
 
 
@@ -138,15 +138,15 @@ def test_certificate_rejects_wrong_lines_and_contacts(w, geometry, slopes):
     """On waves in a bowl; where adhesion is, it holds a gap closed."""
     scene = plain(rippled(20.0, math.pi, 0.1, (-12, 12)), w=w, gamma1=0.1, slopes=slopes)
     scene = replace(scene, geometry=geometry)
-    motion = motion_of(scene, DEPTH, DEPTH)
-    lines = motion.adhered(DEPTH)
+    contact_lines = motion_of(scene, DEPTH, DEPTH)
+    lines = contact_lines.adhered(DEPTH)
     assert len(lines) >= 4
 
     def refused(wrong, *failures):
         with pytest.raises(NotCertifiedError, match=f"violates .*{'.*'.join(failures)}"):
-            state_of(motion, wrong, DEPTH, "adhered")
+            state_of(contact_lines, wrong, DEPTH, "adhered")
 
-    state_of(motion, lines, DEPTH, "adhered")
+    state_of(contact_lines, lines, DEPTH, "adhered")
     for i, x in enumerate(lines):
         if x == 0 and geometry == "axisymmetric":
             continue  # the axis is no line
@@ -160,7 +160,7 @@ def test_certificate_rejects_wrong_lines_and_contacts(w, geometry, slopes):
     for i in range(1, len(lines) - 1, 2):
         closed = lines[:i] + lines[i + 2 :]
         if w:
-            state_of(motion, closed, DEPTH, "adhered")
+            state_of(contact_lines, closed, DEPTH, "adhered")
         else:
             refused(closed, "opening")
 

@@ -206,11 +206,11 @@ def test_many_states_are_judged_as_each_is_alone():
     path.go(np.linspace(branch.touch, top, 4))
     states = [(point.lines, point.depth) for point in path.points]
     moved = [(tuple(x + 1e-6 * case.length for x in lines), depth) for lines, depth in states]
-    judge = Judge(branch.refinement(0).equations, branch.motion)
+    judge = Judge(branch.refinement(0).equations, branch.contact_lines)
     for (lines, depth), found in zip(
         states + moved, judge.certificates(states + moved), strict=True
     ):
-        contacts = Contacts(branch.motion, lines, depth)
+        contacts = Contacts(branch.contact_lines, lines, depth)
         alone = certify(contacts, contacts.totals())
         assert np.allclose(found[:5], alone[:5], rtol=1e-6, atol=1e-13)
     assert all(one.ok for one in judge.certificates(states))

@@ -29,7 +29,14 @@ import numpy as np
 
 from discretization.certificate import ROUNDING
 from discretization.fitted.line_search import Pair
-from discretization.fitted.rest_depths import DIFFERENCE, FELT, FLAT, LEAST, ULPS, surfaces_of
+from discretization.fitted.rest_depths import (
+    DIFFERENCE,
+    DIFFERENCE_ULPS,
+    FLAT,
+    LEAST,
+    ULPS,
+    surfaces_of,
+)
 from discretization.profile import past_wall, unknown
 from discretization.roots import bracketed, least
 from discretization.surfaces.protocol import Free, LinePosition, LineState, Surfaces
@@ -62,7 +69,7 @@ Excess = Callable[[float], float]  # D - d of a line at a position
 
 
 @dataclass(frozen=True, eq=False)
-class Alone:
+class SingleContact:
     """The one contact of a scene.
 
     Attributes
@@ -84,7 +91,7 @@ class Alone:
     profile = None  # it needs no samples
 
     @classmethod
-    def of(cls, scene: Scene) -> Alone:
+    def of(cls, scene: Scene) -> SingleContact:
         """The one contact of a scene whose indenter is convex.
 
         Raises
@@ -189,7 +196,7 @@ class Alone:
         falls_to_zero = (near < (1 - _ROUNDED) * far).all()
         return least if falls_to_zero else 0.0
 
-    def felt(self, lines: Sequence[float], depth: float) -> list[LineState]:
+    def line_states(self, lines: Sequence[float], depth: float) -> list[LineState]:
         """Evidence for the certificate, of both lines or of the one about an axis.
 
         Parameters
@@ -257,7 +264,7 @@ class Alone:
         In a contact of a small width it does not look beyond the apex either.
         """
         corners = self.scene.indenter.corners
-        step = max(DIFFERENCE * self._span(x), FELT * math.ulp(x))
+        step = max(DIFFERENCE * self._span(x), DIFFERENCE_ULPS * math.ulp(x))
         if width <= _NARROW * self.scene.elastocapillary_length and x != self.apex:
             step = min(step, abs(x - self.apex) / 2)
         before = max((corner for corner in corners if corner < x), default=-math.inf)

@@ -32,7 +32,7 @@ from energy.arrays import Array, Mask
 _MOST = 100_000
 
 
-class FeltRows(NamedTuple):
+class LineStateRows(NamedTuple):
     """Evidence for the certificate, of the lines of free surfaces, as of one line in `LineState`.
 
     Attributes
@@ -52,7 +52,7 @@ class FeltRows(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class ContactLines:
     """What moves the contact lines of a scene.
 
     Attributes
@@ -72,7 +72,7 @@ class Motion:
     rests: RestDepths
 
     @classmethod
-    def of(cls, scene: Scene, profile: Resolved, depth: float) -> Motion:
+    def of(cls, scene: Scene, profile: Resolved, depth: float) -> ContactLines:
         """For depths up to this one [length]."""
         surfaces = surfaces_of(scene)
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
@@ -132,11 +132,11 @@ class Motion:
     def pointed(self, x: float) -> bool:
         """Whether a contact of the one point x stands for one too narrow for doubles: never here.
 
-        Only a convex profile alone has such a contact (alone.py).
+        Only a convex profile alone has such a contact (single_contact.py).
         """
         return False
 
-    def felt(self, lines: Lines, depth: float) -> list[LineState]:
+    def line_states(self, lines: Lines, depth: float) -> list[LineState]:
         """Evidence for the certificate, of every line from left to right.
 
         Parameters
@@ -155,7 +155,7 @@ class Motion:
             x[0, 1] = math.inf  # a contact around the axis has no line there
         points = np.isin(x, [left for left, right in pairs(lines) if left == right])
         lone = len(lines) == 2 and self.scene.indenter.convex
-        found = self.felt_by(x, points, lone=lone)
+        found = self.line_state_rows(x, points, lone=lone)
         size = np.full_like(x, self.rests.size)
         stable = np.broadcast_to(found.stable[:, None], x.shape)
         columns = (
@@ -171,7 +171,7 @@ class Motion:
         rows = zip(*(column.ravel().tolist() for column in columns), strict=True)
         return [LineState(*row) for row in rows if math.isfinite(row[0])]
 
-    def felt_by(self, x: Array, points: Mask, *, lone: bool = False) -> FeltRows:
+    def line_state_rows(self, x: Array, points: Mask, *, lone: bool = False) -> LineStateRows:
         """Evidence of the lines of free surfaces.
 
         D of free lines is off by the rounding of their places, and by that of narrow gaps. Pinned
@@ -204,7 +204,7 @@ class Motion:
         rates = rests.with_rates(x, rests.between_corners(x, 1), 1)[1]
         rates = np.where(np.isfinite(rates), rates, 0.0)
         moved, stable = rests.condition(rates, free, lone=lone)
-        return FeltRows(free, closing, bare, opening, moved, stable)
+        return LineStateRows(free, closing, bare, opening, moved, stable)
 
     def _free(self, x: Array) -> Mask:
         """Which lines (n, 2) are not pinned."""
