@@ -18,8 +18,8 @@ import numpy as np
 from discretization import load_path, minimise
 from energy import ElasticLayer, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge
 
-from .truth.paths.path_scenes import PATH_KINDS, path_case
-from .truth.scenes import KINDS, case_of
+from .truth.paths.random_paths import PATH_KINDS, path_case
+from .truth.random_states import KINDS, case_of
 
 SEED = 500_000  # apart from the seeds that the tests use
 CONVEX = ("line", "finite", "axisymmetric", "axisymmetric finite", "layer")

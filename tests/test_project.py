@@ -12,7 +12,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from scenes import ROOT
+from support.repository import ROOT
 
 import discretization
 from discretization import minimise

@@ -8,12 +8,23 @@ import itertools
 import mpmath as mp
 import numpy as np
 import pytest
-from card_cases import DT, EIGHTH_ORDER, KINDS, SIGNS, Case, Exact, T, decades, every, ratios
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import check
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
+from support.card_cases import (
+    DT,
+    EIGHTH_ORDER,
+    KINDS,
+    SIGNS,
+    Case,
+    Exact,
+    T,
+    decades,
+    every,
+    ratios,
+)
+from support.comparison import check
 
 from energy import cards
 

@@ -5,11 +5,11 @@ import itertools
 import mpmath as mp
 import numpy as np
 import pytest
-from card_cases import DT, EIGHTH_ORDER, Round, T, decades, every, ratios
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import check
 from scipy.optimize import minimize_scalar
+from support.card_cases import DT, EIGHTH_ORDER, Round, T, decades, every, ratios
+from support.comparison import check
 
 from energy import cards
 from energy.cards.axisymmetric import _bessel

@@ -5,7 +5,7 @@ import inspect
 import mpmath as mp
 import numpy as np
 import pytest
-from scenes import check
+from support.comparison import check
 
 from energy import cards
 from energy.cards.axisymmetric import _bessel

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scenes import check
 from scipy.optimize import minimize_scalar
+from support.comparison import check
 
 from energy import cards
 

@@ -6,11 +6,11 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
-from card_cases import KINDS, Case, Exact, decades, every, ratios
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import check
 from scipy.integrate import quad
+from support.card_cases import KINDS, Case, Exact, decades, every, ratios
+from support.comparison import check
 
 from energy import cards
 

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import adhesive
+from support.example_scenes import adhesive
 
 from energy import (
     Circle,

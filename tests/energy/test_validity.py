@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, plain, rough, roughness, turned, two
 from scipy.integrate import quad
+from support.example_scenes import DELTA0, L, adhesive, plain, rough, roughness, turned, two
 
 from discretization import load_path, minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, SurfaceEnergies

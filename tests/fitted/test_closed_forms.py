@@ -10,8 +10,8 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from scenes import check
-from scenes import turned as about_axis
+from support.comparison import check
+from support.example_scenes import turned as about_axis
 from truth.meniscus import quadrature
 
 from discretization import load_path, minimise

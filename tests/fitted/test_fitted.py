@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import adhesive
+from support.example_scenes import adhesive
 
 from discretization import NotCertifiedError, minimise
 from discretization.equilibrium import QUANTITIES

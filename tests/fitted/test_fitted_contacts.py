@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, L, adhesive, rough, steep, two, wavy
 from scipy.interpolate import CubicHermiteSpline
+from support.example_scenes import ALPHA, DELTA0, L, adhesive, rough, steep, two, wavy
 
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES

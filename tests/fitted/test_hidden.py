@@ -4,7 +4,8 @@ import warnings
 
 import numpy as np
 import pytest
-from scenes import check, plain
+from support.comparison import check
+from support.example_scenes import plain
 
 from discretization import load_path, minimise
 from discretization.certificate import AccuracyWarning, NotCertifiedError

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
+from support.example_scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
 from discretization.fitted.contact_lines import ContactLines

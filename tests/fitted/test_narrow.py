@@ -6,7 +6,8 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from scenes import check, plain
+from support.comparison import check
+from support.example_scenes import plain
 from truth.meniscus import state as meniscus
 
 from discretization import load_path, minimise

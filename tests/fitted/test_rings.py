@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 import pytest
-from scenes import dimple
 from scipy.special import i0, i1, k0, k1
+from support.example_scenes import dimple
 from truth import meniscus
 
 from discretization import load_path, minimise

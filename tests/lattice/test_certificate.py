@@ -8,8 +8,8 @@ from dataclasses import replace
 import mpmath as mp
 import numpy as np
 import pytest
-from lattices import displacement, mask_of, nodes_of, of_heights, over, pressed
-from scenes import ALPHA, DELTA0, SCENE, L, adhesive, steep, turned, two
+from support.example_scenes import ALPHA, DELTA0, SCENE, L, adhesive, steep, turned, two
+from support.lattices import displacement, mask_of, nodes_of, of_heights, over, pressed
 
 from discretization import Lattice, NodalEnergy, NotCertifiedError
 from discretization.certificate import Certificate

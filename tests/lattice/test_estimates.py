@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, plain, rough
 from scipy.interpolate import CubicSpline
+from support.example_scenes import DELTA0, L, adhesive, plain, rough
 
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES

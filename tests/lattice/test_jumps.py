@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import rough
+from support.example_scenes import rough
 
 from discretization.lattice import walk as walks
 from discretization.lattice.walk import Walk

@@ -7,8 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, rough, steep, tips, two
 from scipy.optimize import brentq
+from support.example_scenes import (
+    ALPHA,
+    DELTA0,
+    L,
+    adhesive,
+    plain,
+    rippled,
+    rough,
+    steep,
+    tips,
+    two,
+)
 
 from discretization import AccuracyWarning, load_path, minimise, readings
 from discretization.lattice.state import on_lattice

@@ -7,7 +7,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from lattices import lattice, lowest, obstacle, rough_heights
+from support.lattices import lattice, lowest, obstacle, rough_heights
 
 from discretization.lattice.oracle import CLARABEL, oracle
 from discretization.nodes.lattice import Lattice

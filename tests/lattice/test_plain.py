@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from lattices import lattice
-from scenes import adhesive, plain, rippled, steep
-from truth.paths.path_scenes import path_case
+from support.example_scenes import adhesive, plain, rippled, steep
+from support.lattices import lattice
+from truth.paths.random_paths import path_case
 
 from discretization import Lattice, NodalEnergy, load_path, minimise
 from discretization.lattice.plain import Plain

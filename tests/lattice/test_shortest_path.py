@@ -2,12 +2,20 @@
 
 import math
 
-import lattices
 import mpmath
 import numpy as np
 import pytest
-from lattices import Found, crowded, enumerated, of_heights, random_lattice, rough_row, unpruned
-from scenes import DELTA0, L, adhesive, roughness, turned
+from support import lattices
+from support.example_scenes import DELTA0, L, adhesive, roughness, turned
+from support.lattices import (
+    Found,
+    crowded,
+    enumerated,
+    of_heights,
+    random_lattice,
+    rough_row,
+    unpruned,
+)
 
 from discretization import NodalEnergy
 from discretization.lattice import lowest as lowest_module

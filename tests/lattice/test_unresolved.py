@@ -6,8 +6,8 @@ import warnings
 
 import numpy as np
 import pytest
-from narrow import case_of, outcome, path_outcome
-from scenes import adhesive, plain, turned
+from support.example_scenes import adhesive, plain, turned
+from support.narrow_features import case_of, outcome, path_outcome
 
 from discretization import AccuracyWarning, load_path, minimise
 from discretization.lattice.unresolved import astray, lost_too_early

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 import pytest
-import resolved
-from layers import BODIES, GEOMETRIES, QUANTITIES, layer, off, random_scene, scene_of
+from support import layer_elements
+from support.bonded_layers import BODIES, GEOMETRIES, QUANTITIES, layer, off, random_scene, scene_of
 
 from discretization import minimise
 from energy import FlatPunch, Parabola, PowerLaw, Wedge
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
-SHAPES = {"line": resolved.Line(), "axisymmetric": resolved.Axis()}
+SHAPES = {"line": layer_elements.Line(), "axisymmetric": layer_elements.Axis()}
 NARROW = 0.4
 WIDE = 3.0  # every ν, and every geometry, with both
 PLACES = [
@@ -157,7 +157,7 @@ def test_nodes_of_a_punch_that_is_pulled_off(geometry):
 
 
 def truths(nu, geometry, heights, a, works, parts, gamma=0.7):
-    return resolved.rests(SHAPES[geometry], nu, gamma, heights, a, works, parts)
+    return layer_elements.rests(SHAPES[geometry], nu, gamma, heights, a, works, parts)
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from layers import GEOMETRIES, FlatTo, scene_of
+from support.bonded_layers import GEOMETRIES, FlatTo, scene_of
 
 from discretization import NotCertifiedError, load_path, minimise
 from discretization.paths.layer_branch import LayerBranch

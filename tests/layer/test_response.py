@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from layers import GEOMETRIES, layer, scene_of
 from scipy.integrate import quad
+from support.bonded_layers import GEOMETRIES, layer, scene_of
 
 from discretization import load_path, minimise
 from discretization.layer.poles import poles

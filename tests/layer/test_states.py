@@ -6,7 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from layers import BODIES, GEOMETRIES, QUANTITIES, FlatTo, layer, off, random_scene, scene_of
+from support.bonded_layers import (
+    BODIES,
+    GEOMETRIES,
+    QUANTITIES,
+    FlatTo,
+    layer,
+    off,
+    random_scene,
+    scene_of,
+)
 
 from discretization import AccuracyWarning, load_path, minimise
 from discretization.layer.body import Body

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from PIL import Image
-from scenes import rippled
+from support.example_scenes import rippled
 
 from discretization import animation, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, Wedge

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, SCENE, L, adhesive, plain, rescaled, turned
 from scipy.optimize import brentq
-from test_controls import SCENES, A
+from support.example_scenes import ALPHA, DELTA0, SCENE, L, adhesive, plain, rescaled, turned
+from support.scene_kinds import SCENES, A
 
 from discretization import NotCertifiedError, load_path, minimise
 from discretization.surfaces import menisci

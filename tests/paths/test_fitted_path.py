@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
-from truth.paths.path_scenes import envelope
-from truth.scenes import case_of
+from support.example_scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
+from truth.paths.random_paths import envelope
+from truth.random_states import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
 from discretization.paths.single_line import SingleLine

@@ -5,7 +5,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from scenes import adhesive, check
+from support.comparison import check
+from support.example_scenes import adhesive
 
 from discretization import AccuracyWarning, History, load_path
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge

@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
-from scenes import plain, rippled
+from support.example_scenes import plain, rippled
 
 from discretization import AccuracyWarning, load_path
 from discretization.paths.path_accuracy import QUANTITIES

@@ -4,14 +4,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import adhesive, moved, plain
-from truth.scenes import case_of
+from support.example_scenes import adhesive, plain
+from truth.random_states import case_of
 
 from discretization import History, NotCertifiedError, load_path, minimise
+from discretization.paths.branch import Point
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import Parabola, Patches, Profile, Sampled, SurfaceEnergies, cards
 
 SPACING = 1e-5
+
+
+def moved(branch, point, depth):
+    """The point to which a branch of load paths comes at another depth."""
+    while point.depth != depth and point.lines is not None:
+        leg = branch.leg(point, depth)
+        point = leg.after or leg.end
+    return Point(depth, None) if point.lines is None else point
 
 
 def programme(scene, top=3.0, bottom=-2.0):

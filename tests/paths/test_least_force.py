@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import plain, wavy
+from support.example_scenes import plain, wavy
 
 from discretization import History, load_path
 from discretization.lattice.walk import Walk

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, rescaled, rippled, wavy
-from test_controls import ON_NODES, PATTERNED, SCENES
+from support.example_scenes import DELTA0, L, adhesive, rescaled, rippled, wavy
+from support.scene_kinds import ON_NODES, PATTERNED, SCENES
 
 from discretization import NotCertifiedError, minimise
 from discretization.loading import load_path

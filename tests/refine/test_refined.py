@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, plain
 from scipy.optimize import brentq
+from support.example_scenes import DELTA0, L, adhesive, plain
+from truth.paths.random_paths import path_case
 
 from discretization import AccuracyWarning, load_path
 from discretization.fitted.contacts import Contacts, certify
@@ -24,7 +25,6 @@ from discretization.refine.plan import Refinement
 from discretization.refine.settle import settle
 from discretization.refine.totals import Totals
 from energy import FlatPunch, Parabola, Profile, Wedge
-from tests.truth.paths.path_scenes import path_case
 
 R = 0.02
 PARABOLA = adhesive(Parabola(R))

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, rough, wavy
+from support.example_scenes import DELTA0, L, adhesive, rough, wavy
+from truth.random_states import case_of
 
 from discretization import minimise
 from discretization.fitted.states import on_several
@@ -15,7 +16,6 @@ from discretization.refine.nodes import FoundNodes, slope_turns
 from discretization.refine.pressed import pressed
 from discretization.refine.steady import steady_contacts
 from energy import Profile, Sampled, SurfaceEnergies
-from tests.truth.scenes import case_of
 
 
 def nodes_of(scene, depth, closer=1):

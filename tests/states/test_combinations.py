@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, plain, rough, tips
+from support.example_scenes import DELTA0, L, adhesive, plain, rough, tips
 
 from discretization import load_path, minimise
 from energy import FlatPunch, Parabola, Profile, Sampled

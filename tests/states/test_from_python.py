@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import ROOT, plain, rippled
+from support.example_scenes import plain, rippled
+from support.repository import ROOT
 
 import discretization
 import energy

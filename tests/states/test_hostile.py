@@ -7,8 +7,8 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from random_scenes import ASKED, answered, depth_of, dice, fuzz, scene_and_depth, sound
-from scenes import plain
+from support.example_scenes import plain
+from support.hostile_scenes import ASKED, answered, depth_of, dice, fuzz, scene_and_depth, sound
 
 from discretization import AccuracyWarning, load_path, minimise
 from energy import (

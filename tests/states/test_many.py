@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from many_cases import Case, differences
-from scenes import ALPHA, DELTA0, SCENE, L, adhesive, check, exact, rescaled, turned
+from support.arrays_of_states import Case, differences
+from support.comparison import check
+from support.example_scenes import ALPHA, DELTA0, SCENE, L, adhesive, exact, rescaled, turned
 
 from discretization import Equilibria, NotCertifiedError, minimise, minimise_many
 from energy import (

@@ -10,7 +10,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, L, adhesive, dimple, rescaled, rippled, steep, turned, two, wavy
+from support.example_scenes import (
+    ALPHA,
+    DELTA0,
+    L,
+    adhesive,
+    dimple,
+    rescaled,
+    rippled,
+    steep,
+    turned,
+    two,
+    wavy,
+)
 
 from discretization import NotCertifiedError, load_path, minimise
 from energy import Circle, FlatPunch, Parabola, PowerLaw, Sampled, Wedge

@@ -9,8 +9,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
-from scenes import ALPHA, DELTA0, ROOT, SCENE, L, adhesive, dimple, plain, steep, turned, two, wavy
+from support import example_scenes
+from support.example_scenes import (
+    ALPHA,
+    DELTA0,
+    SCENE,
+    L,
+    adhesive,
+    dimple,
+    plain,
+    steep,
+    turned,
+    two,
+    wavy,
+)
+from support.repository import ROOT
 
 from discretization import Lattice, load_path, minimise
 from energy import (
@@ -97,7 +110,7 @@ PATTERN = replace(SCENE, pattern=Patches([-L, 1.5 * L], [1.0, 0.5, 0.8]))
 RAMP = adhesive(Profile(lambda x: 0.1 * x, lambda x: 0.1 + 0 * x))
 HOLE = adhesive(Profile(lambda x: np.where(np.abs(x) < 0.003, x**2, np.nan), lambda x: 2 * x))
 BUMPY = Profile(lambda x: 1e-5 * np.cos(900 * np.asarray(x)), lambda x: 0 * x, (-0.02, 0.02))
-ROUND_WAVES = turned(scenes.rippled(0.9, 2 * L, 0.7 * DELTA0, (-12 * L, 12 * L)))
+ROUND_WAVES = turned(example_scenes.rippled(0.9, 2 * L, 0.7 * DELTA0, (-12 * L, 12 * L)))
 LIPS = steep(two(5 * L, 0.1 * L, 0.1 * L))
 NODES = {"method": "lattice", "spacing": L / 50}
 LOWEST = {"branch": "global"}
@@ -195,7 +208,7 @@ PATHS = [  # scene, options, words
     (adhesive(Parabola(0.02), gamma1=0.0), {**STEPS, **NODES}, "gamma1 = 0" + FITTED),
     (steep(FlatPunch(0.03)), {**STEPS, **NODES}, "slopes = 'finite'" + FITTED),
     (TAUGHT, {"depths": [0.1], **NODES}, "spreads the contact to x = "),
-    (scenes.rough(1), {**STEPS, **NODES, "spacing": 1e-9 * L}, "puts .* nodes"),
+    (example_scenes.rough(1), {**STEPS, **NODES, "spacing": 1e-9 * L}, "puts .* nodes"),
     *((scene, {**STEPS, **NODES}, AXIS) for scene in RINGS),
 ]
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import DELTA0, SCENE, L, adhesive, plain, rough, two
 from scipy.optimize import brentq
+from support.example_scenes import DELTA0, SCENE, L, adhesive, plain, rough, two
 
 from discretization import minimise
 from energy import FlatPunch, Parabola, Plane, PowerLaw, Wedge, cards

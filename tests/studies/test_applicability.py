@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ROOT
+from support.repository import ROOT
 
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies, cards

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import ROOT, plain
+from support.example_scenes import plain
+from support.repository import ROOT
 
 import discretization
 from discretization import minimise

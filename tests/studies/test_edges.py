@@ -10,8 +10,9 @@ import time
 from pathlib import Path
 
 import pytest
-from scene_files import DEPTH, HELD_FROM, SURFACES, gone, refused, writer
-from scenes import PLACES
+from support.repository import MODULE_PATH
+from support.scene_files import DEPTH, SURFACES, refused, writer
+from support.sweep_points import HELD_FROM, gone
 
 from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Patches, Scene, SurfaceEnergies, Wedge
@@ -25,7 +26,7 @@ SURFACE = SurfaceEnergies.from_work(0.05, 1e-4)
 
 def started(*arguments, cwd, **options):
     """Python with this package and these tests on its path, in a process group of its own."""
-    environment = {**os.environ, "PYTHONPATH": PLACES, **options.pop("env", {})}
+    environment = {**os.environ, "PYTHONPATH": MODULE_PATH, **options.pop("env", {})}
     command = [sys.executable, "-W", "error", *map(str, arguments)]
     options = {"stderr": subprocess.PIPE, "start_new_session": True, **options}
     return subprocess.Popen(command, cwd=cwd, env=environment, **options)
@@ -68,7 +69,7 @@ import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in the background
 from studies import __main__ as command_line
 from studies.scenes.sweep import study
-from scene_files import HeldScene
+from support.sweep_points import HeldScene
 study.SolvedScene = HeldScene
 sys.exit(command_line.main(["sweep", *sys.argv[1:]]))
 """
@@ -120,7 +121,7 @@ with Store(Path(sys.argv[1]), {}) as store:
 def test_two_sweeps_in_one_folder_do_not_do_the_work_twice(tmp_path):
     """The second is refused while the first lives, and goes on where that was killed."""
     path = tmp_path / "a.jsonl"
-    given = {"PYTHONPATH": PLACES}
+    given = {"PYTHONPATH": MODULE_PATH}
     command = [sys.executable, "-c", LOCKED, path]
     child = subprocess.Popen(command, stdout=subprocess.PIPE, env=os.environ | given)
     assert child.stdout.readline() == b"locked\n"

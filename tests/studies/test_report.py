@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scene_files import writer
-from scenes import ROOT
+from support.repository import ROOT
+from support.scene_files import writer
 
 from studies import MODULES, REPORTED, STUDIES, pull_off, report, template
 from studies import __main__ as command_line

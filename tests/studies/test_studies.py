@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scene_files import DEPTH, SURFACES, writer
+from support.scene_files import DEPTH, SURFACES, writer
 
 from energy.units import prefixed
 from studies import GROUPS, MODULES, TIMED, rough, sphere

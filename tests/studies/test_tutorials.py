@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from scenes import ROOT
+from support.repository import ROOT
 
 FOLDER = ROOT / "studies" / "tutorials"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init__")

@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 from numpy.polynomial.chebyshev import chebpts1, chebval
-from scenes import ROOT
+from support.repository import ROOT
 from truth import meniscus
 
 from discretization import NotCertifiedError

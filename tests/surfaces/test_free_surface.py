@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import L, adhesive, check, plain, steep
 from scipy.optimize import minimize_scalar
 from scipy.special import i0e, i1e, k0e, k1e
+from support.comparison import check
+from support.example_scenes import L, adhesive, plain, steep
 from truth import meniscus
 from truth.surfaces import Finite
 

@@ -10,8 +10,8 @@ import warnings
 import mpmath as mp
 import numpy as np
 import pytest
-from random_scenes import ASKED
-from scenes import plain
+from support.example_scenes import plain
+from support.hostile_scenes import ASKED
 
 from discretization import AccuracyWarning, minimise, quadrature
 from discretization.equilibrium import QUANTITIES

@@ -15,8 +15,8 @@ paths/         depth paths that may turn, and what happens under a dead load or 
   depth_paths.py  depth paths that may turn, from any place of theirs
   controls.py     what happens under a dead load or a machine, read off a depth path
 
-scenes.py draws random scenes and path_scenes.py random load paths; compare.py says what `minimise`
-makes of the ones and path_compare.py what `load_path` makes of the others, and
+random_states.py draws random scenes and random_paths.py random load paths; compare.py says what
+`minimise` makes of the ones and path_compare.py what `load_path` makes of the others, and
 
     python -m tests.truth CLASS N SEED
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from .compare import Verdict, verdict
 from .paths.path_compare import path_verdicts
-from .paths.path_scenes import PATH_KINDS, path_case
-from .scenes import KINDS, case_of
+from .paths.random_paths import PATH_KINDS, path_case
+from .random_states import KINDS, case_of
 
 PATIENCE = 30.0
 

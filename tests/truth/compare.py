@@ -11,7 +11,7 @@ from discretization import AccuracyWarning, NotCertifiedError, minimise
 
 from .ground import Ground, Outside, refined_minima
 from .obstacle import obstacle, springs
-from .scenes import case_of
+from .random_states import case_of
 from .sets import lowest
 from .totals import adhered
 from .walk import Walk

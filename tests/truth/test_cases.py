@@ -9,7 +9,7 @@ import os
 
 import numpy as np
 import pytest
-from scenes import plain, rippled
+from support.example_scenes import plain, rippled
 
 from discretization import load_path, minimise
 from energy import Profile
@@ -17,8 +17,8 @@ from truth.compare import differences, penetration, reference, verdict
 from truth.obstacle import obstacle
 from truth.paths.depth_paths import Place, depth_path_of
 from truth.paths.path_compare import path_verdicts
-from truth.paths.path_scenes import PATH_KINDS, path_case
-from truth.scenes import KINDS, case_of
+from truth.paths.random_paths import PATH_KINDS, path_case
+from truth.random_states import KINDS, case_of
 from truth.sets import lowest
 from truth.totals import adhered
 from truth.walk import Walk

@@ -5,16 +5,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import test_balance as no_adhesion_paths
-from scenes import adhesive, plain, rippled, steep
 from scipy.integrate import solve_ivp
+from support import paths_without_adhesion
+from support.example_scenes import adhesive, plain, rippled, steep
 
 from energy import Parabola, Profile, Wedge, cards
 from truth import sets
 from truth.compare import penetration
 from truth.ground import Ground
 from truth.obstacle import obstacle, springs
-from truth.scenes import case_of
+from truth.random_states import case_of
 from truth.surfaces import surface_of
 from truth.totals import adhered, imbalance
 from truth.walk import Walk
@@ -123,7 +123,7 @@ def test_no_adhesion_has_pressure_inside_and_clearance_outside():
     ("kind", "seed"), [("polygon", s) for s in (104, 107, 115, 125, 131, 136)] + [("plateau", 15)]
 )
 def test_no_contact_is_lost_at_a_corner_next_to_a_node(kind, seed):
-    scene, feature, low, depths = no_adhesion_paths.case(kind, seed)
+    scene, feature, low, depths = paths_without_adhesion.case(kind, seed)
     for depth in depths[depths > low + 0.01 * (depths.max() - low)].tolist():
         pressed(scene, feature, depth, depth - low)
 

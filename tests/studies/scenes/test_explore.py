@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from scenes import ROOT
+from support.repository import ROOT
 
 from discretization import minimise
 from studies.__main__ import main

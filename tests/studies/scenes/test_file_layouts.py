@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scene_files import refused
+from support.scene_files import refused
 
 from energy import Sampled, read_profile
 from studies.scenes.curve_file import Reading, count, read_curve

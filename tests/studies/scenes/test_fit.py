@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scene_files import SCENE, measured
-from scenes import rescaled
+from support.example_scenes import rescaled
+from support.measured_curves import SCENE, measured
 
 from discretization import load_path
 from energy import ElasticLayer, FlatPunch, Scene, SurfaceEnergies

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scene_files import SPHERE, written
-from test_fit_instruments import START, sphere
+from support.measured_curves import START, sphere, written
+from support.scene_files import SPHERE
 
 from discretization import load_path
 from energy import (

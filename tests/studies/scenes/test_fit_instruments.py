@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scene_files import SPHERE, written
-from scenes import ROOT
+from support.measured_curves import START, sphere, written
+from support.repository import ROOT
+from support.scene_files import SPHERE
 
 import studies
 from discretization import load_path
@@ -32,16 +33,6 @@ from studies.scenes.fit.trials import SCENE
 from studies.shared.table import read
 
 FAST = {"profiles": False, "alternatives": False}
-START = replace(SCENE, surfaces=SurfaceEnergies.from_work(0.045, 0.7e-4))
-
-
-def sphere(stiffness=math.inf, seed=1, noise=20e-12, n=90, zero=0.0, level=0.0, slope=0.0):
-    """A curve of SCENE from 150 nm above to 60 nm, with a baseline and the noise of a force."""
-    way = np.linspace(-150.7e-9, 60e-9, n)
-    drive = np.concatenate([way, way[::-1]])
-    force = trials.simulated(SCENE, drive, stiffness) + level + slope * drive
-    force = force + noise * np.random.default_rng(seed).standard_normal(drive.size)
-    return Curve(drive + zero - force / stiffness, force, stiffness)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scene_files import LIFT, SCENE, measured
+from support.measured_curves import LIFT, SCENE, measured
 
 from discretization import minimise
 from energy import FlatPunch, Scene, SurfaceEnergies

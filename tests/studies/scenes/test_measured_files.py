@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scene_files import SPHERE, refused, written
+from support.measured_curves import written
+from support.scene_files import SPHERE, refused
 
 from energy import Circle, read_profile
 from energy.files.text_table import Layout, read_table

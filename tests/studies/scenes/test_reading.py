@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scene_files import FIT_SCENE, SCENE, measured, refused
+from support.measured_curves import SCENE, measured
+from support.scene_files import FIT_SCENE, refused
 
 from energy import read_profile
 from studies import __main__ as command_line

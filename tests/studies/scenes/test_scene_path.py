@@ -6,8 +6,8 @@ import tomllib
 
 import numpy as np
 import pytest
-import scene_files
-from scene_files import refused, writer
+from support import scene_files
+from support.scene_files import refused, writer
 
 from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies

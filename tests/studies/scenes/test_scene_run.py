@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scene_files import DEPTH, INDENTER, SURFACES, by_hand, refused, writer
-from scenes import ROOT
+from support.repository import ROOT
+from support.scene_files import DEPTH, INDENTER, SURFACES, by_hand, refused, writer
 
 import energy
 from discretization import minimise

@@ -12,8 +12,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from scene_files import DEPTH, SURFACES, TEXT, cheap, gone, lines, refused, slow, writer
-from scenes import PLACES
+from support.repository import MODULE_PATH
+from support.scene_files import DEPTH, SURFACES, TEXT, refused, writer
+from support.sweep_points import cheap, gone, lines, slow
 
 from discretization import minimise
 from studies.scenes import run as run_study
@@ -98,7 +99,7 @@ KILLED = f"""
 if __name__ == "__main__":
     import sys
     from studies.scenes.sweep.study import sweep
-    from scene_files import held
+    from support.sweep_points import held
     sweep(held, {MANY}, sys.argv[1], jobs=2)
 """
 
@@ -117,7 +118,7 @@ def test_sweep_killed_several_times(tmp_path):
     ended = False
     while not ended:
         count = seen[-1] + 26
-        given = {"HELD_BY": str(path), "HELD_FROM": str(count), "PYTHONPATH": PLACES}
+        given = {"HELD_BY": str(path), "HELD_FROM": str(count), "PYTHONPATH": MODULE_PATH}
         child = subprocess.Popen(
             [sys.executable, script, path], start_new_session=True, env=os.environ | given
         )
@@ -131,7 +132,7 @@ def test_sweep_killed_several_times(tmp_path):
         seen.append(len(kept()))
         ended = child.returncode == 0
     assert len(seen) >= 4  # it was killed at least twice
-    record = sweep(cheap, MANY, path, jobs=1, identity="scene_files.held")
+    record = sweep(cheap, MANY, path, jobs=1, identity="support.sweep_points.held")
     whole = [json.loads(line)["at"] for line in kept()[1:] if line.endswith("}")]
     assert sorted(whole) == list(range(80))  # each point once: nothing lost, none twice
     assert record.failed == 1

@@ -18,7 +18,7 @@ from ..compare import Verdict, asked
 from ..ground import Outside
 from .controls import Control, reading_of
 from .depth_paths import depth_path_of
-from .path_scenes import path_case, programme
+from .random_paths import path_case, programme
 
 EXACT = 1e-7
 TOPS = 1e-4

@@ -1,22 +1,14 @@
-"""Scenes that several tests share, and how numbers are compared.
+"""Scenes in which no parameter is 1, and profiles with several contacts.
 
 Random scenes with closed forms: studies.shared.random_cases.
 """
 
 import math
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from discretization.paths.branch import Point
 from energy import ElasticLayer, FlatPunch, Parabola, Profile, Sampled, Scene, SurfaceEnergies
-
-ROOT = Path(__file__).parents[1]
-PLACES = os.pathsep.join(  # where a Python of its own finds modules
-    str(ROOT / place) for place in ("", "tests", "tests/paths", "tests/studies/scenes")
-)
 
 
 def adhesive(indenter, *, k=130.0, gamma1=0.07, w=0.002, opening=None, slopes="small") -> Scene:
@@ -25,21 +17,6 @@ def adhesive(indenter, *, k=130.0, gamma1=0.07, w=0.002, opening=None, slopes="s
         ElasticLayer(k * 0.03, 0.0, 0.03), SurfaceEnergies.from_work(gamma1, w), indenter, slopes
     )
     return replace(scene, opening=opening and SurfaceEnergies.from_work(gamma1, opening))
-
-
-def moved(branch, point, depth):
-    """The point to which a branch of load paths comes at another depth."""
-    while point.depth != depth and point.lines is not None:
-        point = (leg := branch.leg(point, depth)).after or leg.end
-    return Point(depth, None) if point.lines is None else point
-
-
-def check(value, expected, rel, scale=0.0):
-    """|value − expected| <= rel · max(|expected|, scale): no absolute tolerance, no unit."""
-    value = np.asarray(value)
-    expected = np.asarray(expected)
-    assert value.shape == expected.shape
-    assert (abs(value - expected) <= rel * np.maximum(abs(expected), scale)).all()
 
 
 def steep(indenter, ratio=0.3, gamma1=0.07) -> Scene:

@@ -1,7 +1,7 @@
 """Random scenes whose profiles have a feature of 0.1 to 10 times the spacing, and who is right.
 
-    python -m tests.lattice.narrow states N SEED
-    python -m tests.lattice.narrow paths N SEED
+    python -m tests.support.narrow_features states N SEED
+    python -m tests.support.narrow_features paths N SEED
 
 count how many of N scenes from SEED on are right on nodes, warned of, or wrong without a word. The
 truth is the fitted mesh, with much finer nodes that have to agree with it.

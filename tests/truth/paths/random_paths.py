@@ -1,7 +1,8 @@
 """Random load paths under a dead load or a machine, over profiles with one and several contacts.
 
 A class is a control and what adheres: load_small, machine_opening, ... Lengths, heights and units
-are drawn as in scenes.py; a programme goes up, down, up again and down until the contact is lost.
+are drawn as in random_states.py; a programme goes up, down, up again and down until the contact is
+lost.
 """
 
 import math
@@ -12,8 +13,8 @@ import numpy as np
 
 from energy import ElasticLayer, FlatPunch, Patches, Scene, SurfaceEnergies
 
-from .. import scenes
-from ..scenes import HIGH, Shape, built
+from .. import random_states
+from ..random_states import HIGH, Shape, built
 
 FORCES = ("small", "opening", "pattern", "no_adhesion", "no_tension")
 PATH_KINDS = tuple(f"{hold}_{what}" for hold in ("load", "machine") for what in FORCES)
@@ -44,7 +45,7 @@ def parabola(rng):
     """One tip, off the origin."""
     R = 10 ** rng.uniform(-0.5, 1.3)
     shift = rng.uniform(-1, 1)
-    return scenes.tip(R, shift, abs(shift) + math.sqrt(2 * R * HIGH), 1.0)
+    return random_states.tip(R, shift, abs(shift) + math.sqrt(2 * R * HIGH), 1.0)
 
 
 def tips(rng):
@@ -103,14 +104,23 @@ def waves(rng):
     """A parabola with one or two waves of about the elastocapillary length."""
     lengths = 10 ** rng.uniform(-0.2, 0.7, rng.integers(1, 3))
     rise = 10 ** rng.uniform(-1.0, 0.5)
-    return scenes._waves(
+    return random_states._waves(
         10 ** rng.uniform(-0.3, 0.7),
         [(rise * m / (2 * np.pi), m, rng.uniform(0, 2 * np.pi)) for m in lengths],
         rng.uniform(-0.5, 0.5),
     )
 
 
-SHAPES = (parabola, tips, polygon, waves, waves, scenes.cup, scenes.wedge, scenes.rough)
+SHAPES = (
+    parabola,
+    tips,
+    polygon,
+    waves,
+    waves,
+    random_states.cup,
+    random_states.wedge,
+    random_states.rough,
+)
 
 
 def path_case(kind, seed):
@@ -132,7 +142,7 @@ def path_case(kind, seed):
     if draw is polygon:
         indenter = replace(indenter, kind="linear")
     if what == "edges":
-        indenter += FlatPunch(scenes.ended(rng, shape) * length)
+        indenter += FlatPunch(random_states.ended(rng, shape) * length)
     surfaces = SurfaceEnergies.from_work
     tension = gamma1 * (what != "no_tension")
     held = w * (what != "no_adhesion")

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scenes import roughness
 
 from discretization.certificate import Proof
 from discretization.lattice.judge import on_row
@@ -17,6 +16,8 @@ from discretization.nodes.obstacle import pressed as held_by
 from discretization.nodes.obstacle import surface
 from discretization.nodes.row import Row, heights, region
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
+
+from .example_scenes import roughness
 
 
 def lattice(ell, *, k=37.0, spacing=0.03, w=0.0):

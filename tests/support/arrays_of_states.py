@@ -5,7 +5,6 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
-from random_scenes import Dice
 
 from discretization import AccuracyWarning, NotCertifiedError, minimise, minimise_many
 from energy import (
@@ -20,6 +19,8 @@ from energy import (
     SurfaceEnergies,
     Wedge,
 )
+
+from .hostile_scenes import Dice
 
 STATES = 10  # of each scene
 CLOSE = 1e-12  # relative to scales: what one state and many may differ by
