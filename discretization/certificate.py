@@ -7,7 +7,7 @@
     force         dU/dd against k∫u dx over the whole line
 
 Each is a dimensionless violation, judged against the state itself and not by how it was found: on
-nodes by lattice/judge.py, on the fitted mesh by fitted/contacts.py.
+nodes by lattice/certificate.py, on the fitted mesh by fitted/contacts.py.
 """
 
 from __future__ import annotations

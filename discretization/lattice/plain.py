@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from discretization.certificate import TOLERANCE
-from discretization.lattice.judge import State
-from discretization.lattice.line import LINKS, Advances
+from discretization.lattice.certificate import State
+from discretization.lattice.subgrid import LINKS, Advances
 from discretization.nodes.lattice import Lattice, LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row

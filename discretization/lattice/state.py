@@ -12,9 +12,9 @@ import numpy as np
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
-from discretization.lattice import line
+from discretization.lattice import subgrid
 from discretization.lattice.accuracy import estimated
-from discretization.lattice.judge import State, on_row
+from discretization.lattice.certificate import State, on_row
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import SteepTail, on_plain, overhang, refuse_turning, turning
 from discretization.lattice.unresolved import unseen, warn_state, warn_unresolved
@@ -140,7 +140,7 @@ def on_route(
     return replace(flat, method=method, proof=proof, **observables)
 
 
-def _observables(found: State, known: line.Lines | None) -> dict[str, Any]:
+def _observables(found: State, known: subgrid.Lines | None) -> dict[str, Any]:
     """The fields in which an equilibrium with contacts differs from the flat surface.
 
     known: where the lines are between the nodes, if they resist in both directions.
@@ -151,7 +151,7 @@ def _observables(found: State, known: line.Lines | None) -> dict[str, Any]:
     nodes = np.reshape(found.nodes, (1, -1))
     before = None if known is None else np.array([known])
     depths = np.array([found.depth])
-    lines, more = line.between(row, nodes, depths, found.passed, before, found.work)
+    lines, more = subgrid.between(row, nodes, depths, found.passed, before, found.work)
     steep = not lattice.linear
     single = len(found.nodes) == 1
     if steep:
@@ -173,7 +173,7 @@ def _neutral(found: State) -> bool:
     """Whether moving a line of a single contact inwards by several links costs nothing."""
     row = found.row
     passed = found.passed
-    inside = np.s_[0, -1, : -line.LINKS[0]]
+    inside = np.s_[0, -1, : -subgrid.LINKS[0]]
     cost = passed.stored[inside] - row.works[0] * passed.bonds[inside]
     least = _INDIFFERENT * row.lattice.w * row.lattice.cell
     indifferent = (passed.gap[inside] > 0) & (np.abs(cost) <= least)
@@ -218,7 +218,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     )
 
 
-def on_path(row: Row, depth: float) -> tuple[Contacts, line.Lines | None]:
+def on_path(row: Row, depth: float) -> tuple[Contacts, subgrid.Lines | None]:
     """The contacts on the path from first touch on, and where lines that resist are.
 
     Parameters
@@ -244,11 +244,11 @@ def on_path(row: Row, depth: float) -> tuple[Contacts, line.Lines | None]:
     nodes = walk.touched(deepest)
     row.refuse_unknown(deepest, nodes)
     if row.scene.hysteretic:
-        (known,) = line.moved(row, [nodes], np.array([deepest]), (), ())
+        (known,) = subgrid.moved(row, [nodes], np.array([deepest]), (), ())
     if depth < deepest:
         before = nodes
         tie = _TIE * row.scene.opened.critical_separation
         nodes = walk.moved(nodes, deepest, depth + tie)
         if nodes and known is not None:
-            (known,) = line.moved(row, [nodes], np.array([depth]), before, known)
+            (known,) = subgrid.moved(row, [nodes], np.array([depth]), before, known)
     return nodes, known

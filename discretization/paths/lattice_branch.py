@@ -1,7 +1,7 @@
 """The metastable branch on the lattice, with any number of contacts, from change to change.
 
 A state is a list of contacts, node intervals first..last, which walk.py takes from depth to depth.
-What is reported for a step, lines, force and energy, is interpolated between the nodes (line.py);
+What is reported for a step, lines, force and energy, is interpolated between nodes (subgrid.py);
 states, events and the energy balance are those of the contact sets, but for the depths of first
 touch, by the parabola through three nodes, and at which contacts close (lattice/closing.py).
 """
@@ -17,8 +17,8 @@ import numpy as np
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import detached
-from discretization.lattice import line
-from discretization.lattice.judge import on_row
+from discretization.lattice import subgrid
+from discretization.lattice.certificate import on_row
 from discretization.lattice.unresolved import (
     Unseen,
     lowest_within,
@@ -129,7 +129,7 @@ class LatticeBranch(Branch):
         for each, depth in zip(nodes, depths.tolist(), strict=True):
             self.row.refuse_unknown(depth, each)
         if self.scene.hysteretic:
-            lines = line.moved(self.row, nodes, depths, before.memory, before.lines or ())
+            lines = subgrid.moved(self.row, nodes, depths, before.memory, before.lines or ())
         else:
             at = self.row.first + np.array(nodes).reshape(len(nodes), -1)
             x = positions(self.row.lattice, self.row.scene.indenter, at)
@@ -218,15 +218,15 @@ class LatticeBranch(Branch):
         all_depths = np.array([point.depth for point in points])
         of_points: list[Array] = []
         if not self.scene.hysteretic:
-            of_points, more = line.of_states(row, [p.memory for p in points], all_depths)
+            of_points, more = subgrid.of_states(row, [p.memory for p in points], all_depths)
         for own in alike(points):
             nodes = np.array([points[i].memory for i in own]).reshape(len(own), -1)
             depths = all_depths[own]
             found[:2, own] = row.totals(nodes, depths)
             if self.scene.hysteretic:
                 known = np.array([points[i].lines for i in own])
-                passed = line.advances(row, nodes, depths)
-                lines, added = line.between(row, nodes, depths, passed, known)
+                passed = subgrid.advances(row, nodes, depths)
+                lines, added = subgrid.between(row, nodes, depths, passed, known)
             else:
                 lines = np.array([of_points[i] for i in own])
                 added = more[:, own]

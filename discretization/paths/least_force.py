@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.lattice.line import outwards
+from discretization.lattice.subgrid import outwards
 from discretization.nodes.row import Row
 from discretization.paths.branch import Snapshot
 from discretization.paths.control import Control, Curve, at_changes, evenly_spaced

@@ -13,7 +13,7 @@ from support.lattices import displacement, mask_of, nodes_of, of_heights, over, 
 
 from discretization import Lattice, NodalEnergy, NotCertifiedError
 from discretization.certificate import Certificate
-from discretization.lattice.judge import on_row
+from discretization.lattice.certificate import on_row
 from discretization.lattice.plain import Plain
 from discretization.lattice.state import on_lattice
 from discretization.nodes import row as ground

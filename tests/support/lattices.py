@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.certificate import Proof
-from discretization.lattice.judge import on_row
+from discretization.lattice.certificate import on_row
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice

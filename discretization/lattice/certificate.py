@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import EPSILON, Certificate
-from discretization.lattice.line import LINKS, Advances, advances, outwards
+from discretization.lattice.subgrid import LINKS, Advances, advances, outwards
 from discretization.nodes.nodal_energy import Balance, NodalEnergy
 from discretization.nodes.obstacle import surface
 from discretization.nodes.row import Contacts, Row
