@@ -17,7 +17,7 @@ from discretization.paths.load_path import LoadPath
 from discretization.paths.refined_branch import RefinedBranch
 from discretization.profile import resolve
 from discretization.refine import roots
-from discretization.refine.equations import Equations, contact_lines, free_surfaces
+from discretization.refine.equations import Equations, free_surfaces, lines_of_surfaces
 from discretization.refine.events import NotRefined
 from discretization.refine.judged import Judge
 from discretization.refine.landings import Landings
@@ -238,7 +238,7 @@ def test_closer_nodes_have_the_last_word_on_landings():
     spacing = case.length / 512
     known = load_path(case.scene, depths=[profile.touch], method="lattice", spacing=spacing)
     known = known.events[0].after.lines
-    assert np.abs(np.subtract(contact_lines(lines), known)).max() <= 2 * spacing
+    assert np.abs(np.subtract(lines_of_surfaces(lines), known)).max() <= 2 * spacing
 
 
 def crests(count, seed):
