@@ -12,6 +12,7 @@ nodes by lattice/certificate.py, on the fitted mesh by fitted/contacts.py.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -60,6 +61,16 @@ class Certificate(NamedTuple):
         """Names of the violated conditions."""
         named = zip(self._fields, self[:-1], strict=False)
         return tuple(name for name, violation in named if not violation <= self.tolerance)
+
+
+def worst(*violations: float) -> float:
+    """The largest of these violations, or 0 if none is positive; nan if one is not a number.
+
+    `max(0.0, nan)` is 0: a condition whose violation is unknown would pass.
+    """
+    if any(map(math.isnan, violations)):
+        return math.nan
+    return max((0.0, *violations))
 
 
 @dataclass(frozen=True)

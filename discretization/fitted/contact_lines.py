@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.certificate import NotCertifiedError
+from discretization.certificate import NotCertifiedError, worst
 from discretization.fitted.free_part import FreePart, Lines, pairs
 from discretization.fitted.line_search import MET, EquilibriumFinder, Pair
 from discretization.fitted.rest_depths import SIDES, TIE, ULPS, RestDepths, surfaces_of
@@ -127,7 +127,7 @@ class ContactLines:
         """How far the profile sticks through the free surfaces, at worst [length]."""
         parts = free_parts(lines)
         clearances = [self.free_part.least(pair, depth, exact=True)[0] for pair in parts]
-        return max(0.0, -min(clearances))
+        return worst(*(-clearance for clearance in clearances))
 
     def pointed(self, x: float) -> bool:
         """Whether a contact of the one point x stands for one too narrow for doubles: never here.

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discretization.certificate import ROUNDING, Certificate
+from discretization.certificate import ROUNDING, Certificate, worst
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.contact_lines import ContactLines, Lines
 from discretization.fitted.rest_depths import displacement_scale
@@ -195,9 +195,9 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
 
     # How much deeper than D of a line that closes the contact is, and less deep than D of one that
     # opens. Without adhesion a line rests later, D₀ >= D.
-    advances = -min(line.closing - depth for line in lines)
-    passes_through = -min(line.bare - depth for line in lines)
-    recedes = max(line.opening - depth for line in lines)
+    advances = worst(*(depth - line.closing for line in lines))
+    passes_through = worst(*(depth - line.bare for line in lines))
+    recedes = worst(*(line.opening - depth for line in lines))
     # What is rounding where the line is judged with adhesion is rounding without it.
     rests = advances <= ROUNDING * contacts.size
     through = advances if rests else passes_through
@@ -209,10 +209,10 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
     stable = always_stable or all(line.stable for line in lines)
     size = scale + _steepest(contacts)  # of the terms that cancel in D
     return Certificate(
-        penetration=float(max(0.0, through / size, penetration / scale)),
-        stationarity=max(each.residual for each in contacts.surfaces),
+        penetration=worst(through / size, penetration / scale),
+        stationarity=worst(*(each.residual for each in contacts.surfaces)),
         opening=_opening(contacts, scale),
-        neighbours=float(max(0.0, advances / size, recedes / size, not stable)),
+        neighbours=worst(advances / size, recedes / size, float(not stable)),
         force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
     )
 
@@ -233,7 +233,7 @@ def _opening(contacts: Contacts, scale: float) -> float:
     forces = contacts.contact_lines.opening(contacts.lines, contacts.depth)
     forces += _pulls_on_points(contacts)
     unit = scene.stiffness * scene.elastocapillary_length
-    return max([0.0, *forces]) / (unit * scale)
+    return worst(*forces) / (unit * scale)
 
 
 def _pulls_on_points(contacts: Contacts) -> list[float]:

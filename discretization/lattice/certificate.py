@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization.certificate import EPSILON, Certificate
+from discretization.certificate import EPSILON, Certificate, worst
 from discretization.lattice.subgrid import LINKS, Advances, advances, outwards
 from discretization.nodes.nodal_energy import Balance, NodalEnergy
 from discretization.nodes.obstacle import surface
@@ -185,8 +185,8 @@ class State:
         forces = np.abs(self.balance.forces[free]) / self.model.cells[free] * lattice.cell
         return Certificate(
             penetration=float(np.fmax.reduce(below, initial=0.0)) / delta,
-            stationarity=max(0.0, float(forces.max(initial=0.0)) - noise) / unit,
-            opening=max(0.0, self.pull(noise) - noise) / unit,
+            stationarity=worst(float(forces.max(initial=0.0)) - noise) / unit,
+            opening=worst(self.pull(noise) - noise) / unit,
             neighbours=self._gain_of_neighbours(),
             force=self._mismatch_of_forces(free) / (self.balance.sizes or 1.0),
         )

@@ -31,7 +31,7 @@ import scipy
 from numpy.polynomial import Polynomial
 from scipy.linalg import cholesky, solve_triangular
 
-from discretization.certificate import Certificate
+from discretization.certificate import Certificate, worst
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.lattice.accuracy import UNRESOLVED
 from discretization.layer.body import Body
@@ -276,7 +276,7 @@ class Nodes(FreeSurface):
         return Certificate(
             penetration=float(inside[n + 1 :].max(initial=0.0)) / size,
             stationarity=float(np.abs(inside[own]).max()) / size,
-            opening=max(0.0, pulled) / (pressed or 1.0),
+            opening=worst(pulled) / (pressed or 1.0),
             neighbours=float(gains.max(initial=0.0)) / size,
             force=abs(float(self.y[own] @ self.rate[own] - forces.sum())) / (pressed or 1.0),
         )

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization.certificate import EPSILON, ROUNDING, AccuracyWarning, Certificate
+from discretization.certificate import EPSILON, ROUNDING, AccuracyWarning, Certificate, worst
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
@@ -153,7 +153,7 @@ class Layer(FreeSurface):
         return Certificate(
             penetration=self._penetration() / size,
             stationarity=self._mismatch_of_elements(pressed),
-            opening=max(0.0, pulled),
+            opening=worst(pulled),
             neighbours=self._gain_of_neighbours(size),
             force=float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
         )

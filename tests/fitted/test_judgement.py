@@ -12,6 +12,7 @@ from discretization import NotCertifiedError, minimise
 from discretization.fitted.contact_lines import ContactLines
 from discretization.fitted.contacts import Contacts, certify, errors
 from discretization.fitted.rest_depths import surfaces_of
+from discretization.fitted.single_contact import SingleContact
 from discretization.fitted.states import state_of
 from discretization.fitted.tension import pull
 from discretization.profile import resolve
@@ -52,6 +53,32 @@ def judged(state, lines):
     contact_lines = motion_of(state.scene, state.depth)
     contacts = Contacts(contact_lines, tuple(np.ravel(lines).tolist()), state.depth)
     return certify(contacts, contacts.totals())
+
+
+@pytest.mark.parametrize("line", [0, 1])
+@pytest.mark.parametrize("name", ["closing", "opening"])
+def test_a_line_whose_rest_depth_is_nan_fails(line, name, monkeypatch):
+    contact = SingleContact.of(adhesive(Parabola(0.02)))
+    contacts = Contacts(contact, contact.lines(DELTA0), DELTA0)
+    found = contacts.totals()
+    assert certify(contacts, found).ok
+    line_states = list(contacts.line_states)
+    line_states[line] = line_states[line]._replace(**{name: math.nan})
+    monkeypatch.setattr(SingleContact, "line_states", lambda self, lines, depth: line_states)
+    unknown = Contacts(contact, contacts.lines, DELTA0)
+    assert "neighbours" in certify(unknown, found).failures
+
+
+@pytest.mark.parametrize("surface", [0, 1])
+def test_a_surface_whose_residual_is_nan_fails(surface, monkeypatch):
+    contact = SingleContact.of(adhesive(Parabola(0.02)))
+    contacts = Contacts(contact, contact.lines(DELTA0), DELTA0)
+    found = contacts.totals()
+    surfaces = list(contacts.surfaces)
+    surfaces[surface] = surfaces[surface]._replace(residual=math.nan)
+    monkeypatch.setattr(Contacts, "surfaces", surfaces)
+    unknown = Contacts(contact, contacts.lines, DELTA0)
+    assert certify(unknown, found).failures == ("stationarity",)
 
 
 @pytest.mark.slow
