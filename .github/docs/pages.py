@@ -16,6 +16,7 @@ PAGES = {
     "energy/README.md": "physics.md",
     "discretization/README.md": "methods.md",
     "studies/README.md": "studies.md",
+    ".github/ALTERNATIVES.md": "alternatives.md",
     ".github/CONTRIBUTING.md": "contributing.md",
     ".github/CHANGELOG.md": "changes.md",
 }
@@ -29,6 +30,7 @@ methods
 studies
 tutorials/index
 api
+alternatives
 contributing
 changes
 ```
