@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 import platform
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from studies.shared.figures import COLOURS, Figure, canvas, plain_ticks
+from studies.shared.figures import BLUE, COLOURS, ORANGE, Figure, canvas, plain_ticks
 from studies.shared.table import Table, markdown
 from studies.shared.timing import blas_threads
 
-MARKERS = "osD^v<>phX*"
+MARKERS = "D^v<>phX*Pd8H"
+OURS = {"default": ("o", BLUE), "lattice": ("s", ORANGE), "one by one": ("X", BLUE)}
 LEAST = 1e-16
 TITLES = {
     "nonadhesive": "a state without adhesion",
@@ -121,10 +123,8 @@ def levels(points: Sequence[Point]) -> str:
 
 
 def family(method: str) -> str:
-    """What a method is drawn as: those of other authors by their kind."""
+    """What a method is drawn as: ours by where the unknowns are, those of others by their name."""
     kinds = {
-        "cvxpy": "solver through cvxpy",
-        "scipy L": "scipy L-BFGS-B",
         "by hand": "one line by hand",
         "ours, load_path on": "ours, lattice",
         "ours, load_path": "ours, default",
@@ -133,17 +133,26 @@ def family(method: str) -> str:
     return next((kind for word, kind in kinds.items() if word in method), method)
 
 
+def curves(points: Sequence[Point]) -> list[Point]:
+    """Those of tasks of which a method has been timed at two sizes or more: one point is no curve.
+
+    The table has all of them.
+    """
+    timed = [p for p in points if not p.note and np.isfinite(p.seconds)]
+    counts = Counter((p.task, p.method) for p in timed)
+    drawn = {task for (task, _), count in counts.items() if count > 1}
+    return [p for p in timed if p.task in drawn]
+
+
 def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
     """Time against the error of a of each task, or where there is none against the size.
 
     A ring: the method says that it failed.
     """
-    shown = [p for p in points if not p.note and np.isfinite(p.seconds)]
-    tasks, kinds = (
-        [*dict.fromkeys(found)]
-        for found in ([p.task for p in shown], [family(p.method) for p in shown])
-    )
-    columns = min(3, len(tasks))
+    shown = curves(points)
+    tasks = [*dict.fromkeys(p.task for p in shown)]
+    kinds = [*dict.fromkeys(family(p.method) for p in shown)]
+    columns = max(1, min(3, len(tasks)))
     rows = -(-len(tasks) // columns)
     size = 0.8 + 3.9 * columns, 1.6 + 3.4 * rows
     figure, grid = canvas(*size, rows, columns, sharey=True, squeeze=False)
@@ -154,7 +163,8 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
         own = [p for p in shown if p.task == task]
         known = any(np.isfinite(p.errors[0]) for p in own)
         for method in dict.fromkeys(p.method for p in own):
-            _draw(axes, [p for p in own if p.method == method], known, kinds.index(family(method)))
+            style = _style(family(method), kinds.index(family(method)))
+            _draw(axes, [p for p in own if p.method == method], known, style)
         for seconds in floors.values():
             axes.axhline(seconds, color="0.6", lw=0.8, ls="--", zorder=0)
         axes.set(xscale="log", yscale="log", title=TITLES[task])
@@ -169,7 +179,7 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
         axes.set_ylabel("time of one answer")
     plain_ticks(panels[0].yaxis, "s", (1.0,))
     for number, kind in enumerate(kinds):
-        panels[0].plot([], [], label=kind, **_style(number, kind.startswith("ours")))
+        panels[0].plot([], [], label=kind, **_style(kind, number))
     sizes = ", ".join(f"{n:g}" for n in floors)
     solve = f"one tridiagonal solve, {sizes} unknowns"
     panels[0].plot([], [], "--", color="0.6", lw=0.8, label=solve)
@@ -183,31 +193,35 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
 def fastest(points: Sequence[Point]) -> str:
     """Our fastest method and the fastest of others, to an error of a where that is known."""
     found = reached(points, 1e-6)
-    known = "to an error of a of 1e-06: "
+    known = "a to 1e-06: "
     if not found:  # each at its least size
         found = {p.method: p for p in sorted(points, key=lambda p: -p.unknowns)}
         known = ""
     sides = ([p for p in found.values() if p.ours == own] for own in (True, False))
     best = [min(side, key=lambda p: p.seconds) for side in sides if side]
-    each = [f"{p.method} {p.seconds * 1e3:.3g} ms" for p in best]
+    each = [f"{p.seconds * 1e3:.3g} ms by {p.method}" for p in best]
     if not known:
         each = [f"{one} with {p.unknowns} nodes" for one, p in zip(each, best, strict=True)]
-    return known + "; ".join(each)
+    return known + ", ".join(each)
 
 
-def _style(number: int, ours: bool) -> dict[str, Any]:
+def _style(kind: str, number: int) -> dict[str, Any]:
+    """How a kind of methods is drawn: no two of other authors alike, ours larger."""
+    for name, (marker, colour) in OURS.items():
+        if kind.startswith("ours") and name in kind:
+            return {"marker": marker, "color": colour, "ms": 7, "lw": 2.2}
+    others = [colour for colour in COLOURS if colour not in (BLUE, ORANGE)]
     marker = MARKERS[number % len(MARKERS)]
-    colour = COLOURS[number % len(COLOURS)]
-    return {"marker": marker, "color": colour, "ms": 7 if ours else 5, "lw": 2.2 if ours else 1}
+    return {"marker": marker, "color": others[number % len(others)], "ms": 6, "lw": 1}
 
 
-def _draw(axes: Any, own: Sequence[Point], known: bool, number: int) -> None:
+def _draw(axes: Any, own: Sequence[Point], known: bool, style: dict[str, Any]) -> None:
     """One method: its times over the errors of a, or over the nodes."""
     x = [max(p.errors[0], LEAST) if known else p.unknowns for p in own]
     seconds = [p.seconds for p in own]
     half = np.array([p.spread / 2 for p in own])
     spread = np.array(seconds) * [half / (1 + half), half]  # by a factor: the axis is logarithmic
-    axes.errorbar(x, seconds, yerr=spread, **_style(number, own[0].ours))
+    axes.errorbar(x, seconds, yerr=spread, **style)
     failed = [(at, p.seconds) for at, p in zip(x, own, strict=True) if not p.success]
     if failed:
         axes.plot(*np.transpose(failed), "o", ms=11, mfc="none", mec="black")

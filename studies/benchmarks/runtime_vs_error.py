@@ -19,7 +19,7 @@ matrices, the first solve of a parametrised one) is timed apart from solving.
 
 Output: a line per point; runtime_vs_error.md, the least time to an error; runtime_vs_error.csv with
 every point and the floors, one `dptsv` of each size; runtime_vs_error.png: time against the error
-of a, of the rough profile against the number of nodes.
+of a, of the rough profile against the number of nodes, for tasks with more than a point a method.
 """
 
 import math
@@ -33,7 +33,15 @@ import numpy as np
 
 from studies.benchmarks.rivals.problem import Method, Task, installed
 from studies.benchmarks.rivals.tasks import TASKS
-from studies.benchmarks.runtime_report import Point, fastest, machine, plot, rows, table
+from studies.benchmarks.runtime_report import (
+    TITLES,
+    Point,
+    fastest,
+    machine,
+    plot,
+    rows,
+    table,
+)
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.timing import middle, tridiagonal_seconds
@@ -145,7 +153,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     out.figure("runtime_vs_error.png", plot(points, floors))
     print(text)
     for name in options.tasks:
-        command.answer(f"{name}: {fastest([p for p in points if p.task == name and not p.note])}.")
+        own = [p for p in points if p.task == name and not p.note]
+        command.answer(f"For {TITLES[name]}, {fastest(own)}.")
     return 0
 
 

@@ -20,9 +20,9 @@ from support.repository import ROOT
 import discretization
 from discretization import minimise
 from energy import Parabola
+from studies.benchmarks import runtime_report, skipping
 from studies.benchmarks import runtime_vs_error as study
-from studies.benchmarks import skipping
-from studies.benchmarks.rivals import problem
+from studies.benchmarks.rivals import problem, solvers
 from studies.benchmarks.rivals.problem import Method
 from studies.benchmarks.rivals.tasks import TASKS
 from studies.benchmarks.stress import reference as stress_reference
@@ -104,6 +104,30 @@ def test_a_size_that_would_take_for_ever_is_left_out():
     method = Method("slow", prepare)
     study._grown(study.Parameters((10, 100, 1000), patience=0.05, repeats=1), len, (task, method))
     assert sizes == [10]
+
+
+def test_a_task_with_one_point_a_method_is_not_drawn():
+    blank = study.Point.failed("loop", "ours, default", 0, "")
+    pair = [blank._replace(size=n, seconds=1e-3 * n, errors=(1e-8,) * 4) for n in (1, 2)]
+    lone = [blank._replace(task="many", method=m, seconds=1.0) for m in ("ours, default", "b")]
+    absent = blank._replace(task="many", method="b", note="not installed")
+    assert runtime_report.curves([*pair, *lone, absent]) == pair
+    assert len(runtime_report.plot([*pair, *lone], {1000: 1e-4}).axes) == 1
+
+
+def test_no_two_methods_of_others_are_drawn_alike():
+    methods = {m.name for name in TASKS for m in TASKS[name](TINY.steps).methods}
+    kinds = list(dict.fromkeys(runtime_report.family(m) for m in sorted(methods)))
+    others = [kind for kind in kinds if not kind.startswith("ours")]
+    drawn = [runtime_report._style(kind, kinds.index(kind)) for kind in others]
+    assert len({(style["marker"], style["color"]) for style in drawn}) == len(others) > 6
+
+
+def test_banners_of_solvers_are_dropped(capfd):
+    with solvers.without_banner():
+        os.write(1, b"a banner")
+    os.write(1, b"shown")
+    assert capfd.readouterr().out == "shown"
 
 
 @pytest.mark.slow
@@ -202,6 +226,24 @@ def test_rtol_and_estimates_against_errors():
     """Rtol is honoured and no estimate is below a tenth of the error."""
     trials = stress.run(stress.Parameters(scenes=125), ["random"])
     assert [t.verdict for t in trials] == ["ok"] * 125
+
+
+def test_digits_are_drawn_against_those_expected():
+    """The limit is 12 digits, 1000 ε (1 + c) where that is more, and 9 digits in other units."""
+    blank = stress.Trial("fitted", "x1", 0, 0, (13.0, 14.0, 15.0), 4e3, "ok", "")
+    assert blank.margin == pytest.approx(1.0, rel=1e-12)
+    badly_posed = blank._replace(digits=(3.0, 14.0, 15.0), excess=10.0)
+    assert badly_posed.margin == pytest.approx(2.0, rel=1e-12)
+    lost = blank._replace(digits=(3.0, 14.0, 15.0), excess=1e5)
+    assert lost.margin == pytest.approx(-2.0, rel=1e-12)
+    other_units = blank._replace(grid="profiles", digits=(8.0, 14.0, 15.0), excess=1e-8)
+    assert other_units.margin == pytest.approx(-1.0, rel=1e-12)
+    assert math.isnan(blank._replace(digits=(math.nan,) * 3).margin)
+
+
+def test_no_point_that_passes_lies_below_the_limit(trials):
+    judged = [t for t in trials if t.grid not in stress.SCATTERED and not math.isnan(t.margin)]
+    assert len(judged) > 50 and min(t.margin for t in judged if t.verdict == "ok") >= 0
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,9 @@
 """The w = 0 programme given to general solvers: through cvxpy, and to scipy."""
 
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
@@ -19,6 +22,21 @@ def through_cvxpy() -> dict[str, Callable[[Grid], Solve]]:
     return {f"cvxpy {name}": partial(modelled, solver=name) for name in SOLVERS if name in found}
 
 
+@contextmanager
+def without_banner() -> Iterator[None]:
+    """Drop what compiled code prints, such as the banner of HiGHS, which no option stops."""
+    sys.stdout.flush()
+    shown = os.dup(1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(shown, 1)
+        os.close(shown)
+        os.close(nowhere)
+
+
 def modelled(grid: Grid, solver: str) -> Solve:
     """cvxpy as people write it: the obstacle is a parameter; solved once before, then again."""
     import cvxpy as cp
@@ -34,7 +52,8 @@ def modelled(grid: Grid, solver: str) -> Solve:
     def solve() -> Answer:
         floor.value = grid.g.copy()
         try:
-            problem.solve(solver=solver)
+            with without_banner():
+                problem.solve(solver=solver)
         except cp.error.SolverError as failure:
             raise RuntimeError(str(failure)) from None
         if u.value is None:

@@ -168,7 +168,7 @@ MANY = (
     Method("ours, minimise_many", many, only=(SIMILAR,)),
     Method("ours, minimise one by one", one_by_one, only=(SIMILAR,)),
 )
-BVP = Method("scipy solve_bvp (angle put in)", boundary_value, tolerances=True)
+BVP = Method("scipy solve_bvp, angle as boundary condition", boundary_value, tolerances=True)
 ROUGH = (
     Method("ours, shortest path (lattice)", shortest, only=ROUGH_NODES),
     Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(20, 30, 60)),

@@ -1,4 +1,4 @@
-"""The figure of `stress`: the fewest digits kept at each point of each grid."""
+"""The figure of `stress`: digits kept minus digits expected at each point of each grid."""
 
 import math
 from collections.abc import Sequence
@@ -28,10 +28,12 @@ SCATTERED = {"random": ("fitted mesh", "o", BLUE), "nodes": ("lattice", "^", ORA
 TICKS = {"edge": {-1: "beyond", 1: "before"}, "profiles": dict(enumerate(NAMES))}
 MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
 LEAST = 1e-4  # of an error over its estimate, drawn
+MOST = 4.0  # digits more than expected: 16 where 12 are
+LOST = "#b00020"  # fewer digits than expected
 
 
 def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
-    """Fewest digits of a, P and U over each grid; crosses: lost or failed, rings: refused."""
+    """Digits kept minus digits expected over each grid; crosses: lost or failed, rings: refused."""
     maps = [name for name in grids if name not in SCATTERED]
     scattered = [name for name in grids if name in SCATTERED]
     count = len(maps) + bool(scattered)
@@ -48,7 +50,10 @@ def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
     for axes in panels[count:]:
         axes.set_axis_off()
     if maps:
-        label = "digits kept (fewest of a, P, U); grey: nothing to compare"
+        label = (
+            "digits kept minus digits expected, the least of a, P, U (red: fewer than expected; "
+            "grey: nothing to compare)"
+        )
         shown = panels.tolist()
         figure.colorbar(drawn, ax=shown, label=label, extend="min", location="bottom", aspect=50)
         style: dict[str, Any] = {"ls": "", "mfc": "none", "mec": "black"}
@@ -57,8 +62,8 @@ def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower right", ncols=2)
     bad = sum(t.verdict in BAD for t in trials)
     figure.suptitle(
-        f"Digits at the ends of the range: of {len(trials)} points {bad} lose more than the "
-        "problem itself does"
+        f"Digits at the ends of the range: of {len(trials)} points {bad} keep fewer than expected "
+        "(12, or what the problem's own condition leaves of them)"
     )
     return figure
 
@@ -79,14 +84,18 @@ def _scatter(axes: Any, trials: Sequence[Trial], grids: Sequence[str]) -> None:
 
 
 def _draw(axes: Any, own: Sequence[Trial]) -> Any:
-    """Cells coloured by digits, marks on what was refused, lost or failed."""
-    x, y = (np.unique([getattr(t, name) for t in own]) for name in "xy")
-    digits = np.full((y.size, x.size), math.nan)
+    """Cells coloured by their margin, marks on what was refused, lost or failed."""
+    from matplotlib import colormaps
+
+    x = np.unique([t.x for t in own])
+    y = np.unique([t.y for t in own])
+    margins = np.full((y.size, x.size), math.nan)
     for t in own:
-        if not math.isnan(t.digits[0]):
+        if not math.isnan(t.margin):
             at = np.searchsorted(y, t.y), np.searchsorted(x, t.x)
-            digits[at] = np.nanmin([*t.digits, digits[at], 16.0])
-    drawn = axes.pcolormesh(edges(x), edges(y), digits, cmap="viridis", vmin=6, vmax=16)
+            margins[at] = np.nanmin([t.margin, margins[at], MOST])
+    colours = colormaps["viridis"].with_extremes(under=LOST)
+    drawn = axes.pcolormesh(edges(x), edges(y), margins, cmap=colours, vmin=0, vmax=MOST)
     axes.set_facecolor("#dddddd")
     for word, (marker, size) in MARKS.items():
         verdicts = {"refused"} if word == "refused" else {*BAD}

@@ -31,7 +31,8 @@ Lattices have no rtol, and withhold their estimate where they do not resolve the
 The odd profiles have no closed form: their results must not depend on the units (10⁻⁹), and the
 lattice must agree with the default method. Every floating-point warning is an error.
 
-Output: a heat map of digits kept for each grid, errors over their estimates, a CSV, the list of
+Output: a heat map of digits kept minus digits expected for each grid (0: the limit above), errors
+over their estimates, a CSV, the list of
 what was lost or failed. Exit status 1 if anything was.
 """
 

@@ -53,6 +53,20 @@ class Trial(NamedTuple):
     verdict: str
     note: str
 
+    @property
+    def margin(self) -> float:
+        """Digits kept minus digits expected, of what comes nearest to the limit; 0 is the limit.
+
+        Expected are 12, or what the problem's own condition leaves: an error of 1000 ε (1 + c). Odd
+        profiles, which have no closed form, are expected to agree to 9 digits in other units.
+        """
+        if math.isnan(self.digits[0]):
+            return math.nan
+        if self.grid == "profiles":
+            return min(self.digits) + math.log10(ALIKE)
+        beyond_condition = math.log10(SLACK / max(self.excess, EPS))
+        return max(min(self.digits) - KEPT, beyond_condition)
+
 
 def judged(grid: str, shape: str, x: float, y: float, work: Work) -> Trial:
     """Run with warnings as errors; `work` returns digits, excess, verdict and note.
