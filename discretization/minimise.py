@@ -102,22 +102,22 @@ def minimise(
         raise ValueError(
             f"branch = {branch!r} is not what method={method!r} finds: use branch='global'"
         )
-    way = route(scene, "search" if method in LOWEST else branch, nodes=spacing is not None)
+    method_name = route(scene, "search" if method in LOWEST else branch, nodes=spacing is not None)
     if spacing is not None:
-        if way == "layer":
+        if method_name == "layer":
             state = on_layer_nodes(scene, depth, spacing, branch=branch)
         else:
             state = on_lattice_warning(scene, depth, spacing, branch=branch, method=method)
-        warn_coarse(() if way == "plane" else resolution(scene, spacing), stacklevel=2)
+        warn_coarse(() if method_name == "plane" else resolution(scene, spacing), stacklevel=2)
         return state
-    if way == "plane":  # every spacing gives the same answer
+    if method_name == "plane":  # every spacing gives the same answer
         any_length = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
         return on_lattice(scene, depth, any_length, branch=branch)
-    if way == "layer":
+    if method_name == "layer":
         state = on_layer(scene, depth, branch=branch, rtol=rtol)
     else:
         with on_the_way_to("depth", depth):
-            state = ON_MESH[way](scene, depth, branch=branch)
+            state = ON_MESH[method_name](scene, depth, branch=branch)
     if max(state.error_estimate.values()) > rtol:
         warnings.warn(
             f"rtol = {rtol!r} not reached: estimated relative errors {state.error_estimate}; ask "

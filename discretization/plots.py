@@ -58,11 +58,11 @@ def plot_state(state: Any, title: str = "", *, si: bool = True) -> Figure:
 
     si: whether the units are those of SI. Assumptions that do not hold are named below.
     """
-    drawn, axes = canvas(11, 5, 1, 2)
+    figure, axes = canvas(11, 5, 1, 2)
     draw_state(axes, state, "m" if si else "")
-    drawn.suptitle(title, fontsize=14)
-    note(drawn, [one for one in state.validity if not one.holds])
-    return drawn
+    figure.suptitle(title, fontsize=14)
+    note(figure, [one for one in state.validity if not one.holds])
+    return figure
 
 
 def draw_state(axes: Any, state: Any, unit: str = "m", last: bool = False) -> None:
@@ -101,9 +101,9 @@ def _surface(
     x = np.linspace(lo, hi, 2001)
     u, body = state.displacement(x), state.depth - state.scene.indenter.height(x)
     lowest = np.sort(body[np.isfinite(body)])[-1:]  # of the indenter; u is positive downwards
-    drawn = np.concatenate([u, [0.0], lowest])
-    span = float(np.ptp(drawn)) or state.scene.layer.h
-    top, bottom = float(drawn.min()) - 0.9 * span, float(drawn.max()) + 0.5 * span
+    levels = np.concatenate([u, [0.0], lowest])
+    span = float(np.ptp(levels)) or state.scene.layer.h
+    top, bottom = float(levels.min()) - 0.9 * span, float(levels.max()) + 0.5 * span
     scale, height = prefixed([lo - origin, hi - origin], unit), prefixed([top, bottom], unit)
     s, top, bottom = (x - origin) / scale.size, top / height.size, bottom / height.size
     axes.fill_between(s, u / height.size, bottom, color=SOFT, lw=0, label="layer")
@@ -227,7 +227,7 @@ def plot_path(
     closed_form: (d, P, a) to draw beside them. si: whether the units are those of SI.
     """
     driven = history.control != "depth"
-    drawn, row = canvas(12.5, 5 - 0.7 * driven, 1, 2 + driven)
+    figure, row = canvas(12.5, 5 - 0.7 * driven, 1, 2 + driven)
     for axes, quantity, i in zip(row, ("force", "half_width"), (1, 2), strict=False):
         scale = units(history, quantity, si)
         draw_path(axes, history, quantity, scale)
@@ -244,9 +244,9 @@ def plot_path(
     row[0].legend(fontsize=9)
     if driven:
         _programme(row[2], history, si)
-    note(drawn, [one for one in history.validity if not one.holds])
-    drawn.suptitle(title, fontsize=14)
-    return drawn
+    note(figure, [one for one in history.validity if not one.holds])
+    figure.suptitle(title, fontsize=14)
+    return figure
 
 
 def _programme(axes: Any, history: Any, si: bool) -> None:

@@ -114,7 +114,7 @@ class Resolved:
         found = np.where(at_edge, moved, x)
         return found if np.ndim(x) else float(found)
 
-    def beside(self, x: Array, side: Any) -> tuple[Array, Array]:
+    def one_sided(self, x: Array, side: Any) -> tuple[Array, Array]:
         """f and f' at x of any shape; the slope of a corner is that on this side (1: right)."""
         f = np.asarray(self.indenter.height(x), float)
         slope = np.asarray(self.indenter.slope(x), float)
@@ -414,10 +414,10 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool
         if i == 0:
             steepest = float(np.abs([at_left[1], at_right[1]]).max())
             noticed = max(noticed, _NOISE * steepest)
-        rough = _unpredicted(indenter, left, right, at_left, at_right, noticed)
-        rough &= right - left > shortest
-        left = left[rough]
-        right = right[rough]
+        unpredicted = _unpredicted(indenter, left, right, at_left, at_right, noticed)
+        unpredicted &= right - left > shortest
+        left = left[unpredicted]
+        right = right[unpredicted]
         if not left.size or x.size + left.size > MOST:
             break
         middle = (left + right) / 2
@@ -439,8 +439,8 @@ def _first_samples(cuts: Array) -> Array:
 def _read(indenter: Indenter, x: Array, side: Any) -> Array:
     """f and f' (2, n), the slope at corners on this side of them."""
     corners = np.asarray(indenter.corners, float)
-    beside = np.where(np.isin(x, corners), side, 0) if corners.size else 0
-    return np.array([heights(indenter, x), indenter.slope_beside(x, beside)])
+    side = np.where(np.isin(x, corners), side, 0) if corners.size else 0
+    return np.array([heights(indenter, x), indenter.slope_beside(x, side)])
 
 
 def _unpredicted(

@@ -113,8 +113,8 @@ class Halves(NamedTuple):
 
     ends: Array
     divisible: Mask
-    whole: Array
-    whole_sizes: Array
+    coarse: Array
+    coarse_sizes: Array
     sums: Array
     sizes: Array
 
@@ -128,8 +128,8 @@ class Halves(NamedTuple):
         return cls(
             ends=panels[:, 1:],
             divisible=(low < middle) & (middle < high),
-            whole=sums[:, 0],
-            whole_sizes=sizes[:, 0],
+            coarse=sums[:, 0],
+            coarse_sizes=sizes[:, 0],
             sums=sums[:, 1:].sum(axis=1),
             sizes=sizes[:, 1:].sum(axis=1),
         )
@@ -188,18 +188,18 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
     for left in reversed(range(_HALVINGS)):
         panels = Halves.of(density, ends)
         if limit is None:
-            limit = part * panels.whole_sizes.sum(axis=1, keepdims=True) + lost
-        change = np.abs(panels.sums - panels.whole)
+            limit = part * panels.coarse_sizes.sum(axis=1, keepdims=True) + lost
+        change = np.abs(panels.sums - panels.coarse)
         off = np.maximum(change, luck)
-        rough = (off > np.maximum(limit, _SUMMED * panels.sizes)).any(axis=0)
-        rough &= panels.divisible
-        if not left or not rough.any() or rough.sum() > most:
+        unresolved = (off > np.maximum(limit, _SUMMED * panels.sizes)).any(axis=0)
+        unresolved &= panels.divisible
+        if not left or not unresolved.any() or unresolved.sum() > most:
             done.append(Sums(ends, panels.sums, panels.sizes, off))
             break
         smooth_ones = (ends, panels.sums, panels.sizes, off)
-        done.append(Sums(*(each[:, ~rough] for each in smooth_ones)))
-        ends = panels.ends[:, :, rough].reshape(2, -1)
-        luck = np.tile(change[:, rough] * (0.0 if smooth else _LUCK), 2)
+        done.append(Sums(*(each[:, ~unresolved] for each in smooth_ones)))
+        ends = panels.ends[:, :, unresolved].reshape(2, -1)
+        luck = np.tile(change[:, unresolved] * (0.0 if smooth else _LUCK), 2)
     found = done[0]
     if len(done) > 1:
         found = Sums(*map(np.hstack, zip(*done, strict=True)))
@@ -232,9 +232,9 @@ def summed_each(density: Density, ends: Array, *, smooth: bool) -> Array:
     count = _COARSE.places.size
     coarse = values[..., :count] @ _COARSE.weights * width
     total = np.asarray(values[..., count:] @ _FINE.weights * width)
-    rough = (np.abs(total - coarse) > ROUNDING * np.abs(total)).any(axis=0)
-    if rough.any():
-        total[:, rough] = _halved_each(density, ends[:, rough], smooth)
+    unresolved = (np.abs(total - coarse) > ROUNDING * np.abs(total)).any(axis=0)
+    if unresolved.any():
+        total[:, unresolved] = _halved_each(density, ends[:, unresolved], smooth)
     return total
 
 
@@ -244,22 +244,22 @@ def _halved_each(density: Density, ends: Array, smooth: bool) -> Array:
     own = np.arange(count)  # the given panel of which each is a part
     luck = np.zeros(1)
     panels = Halves.of(density, ends)
-    limit = ROUNDING * panels.whole_sizes
+    limit = ROUNDING * panels.coarse_sizes
     total = np.zeros_like(limit)
     for left in reversed(range(_HALVINGS)):
-        change = np.abs(panels.sums - panels.whole)
+        change = np.abs(panels.sums - panels.coarse)
         off = np.maximum(change, luck)
-        rough = (off > np.maximum(limit[:, own], _SUMMED * panels.sizes)).any(axis=0)
-        rough &= panels.divisible
-        if not left or rough.sum() > _MOST * count:
-            rough[:] = False
+        unresolved = (off > np.maximum(limit[:, own], _SUMMED * panels.sizes)).any(axis=0)
+        unresolved &= panels.divisible
+        if not left or unresolved.sum() > _MOST * count:
+            unresolved[:] = False
         for row in range(len(total)):
-            total[row] += np.bincount(own[~rough], panels.sums[row, ~rough], count)
-        if not rough.any():
+            total[row] += np.bincount(own[~unresolved], panels.sums[row, ~unresolved], count)
+        if not unresolved.any():
             break
-        ends = panels.ends[:, :, rough].reshape(2, -1)
-        own = np.tile(own[rough], 2)
-        luck = np.tile(change[:, rough] * (0.0 if smooth else _LUCK), 2)
+        ends = panels.ends[:, :, unresolved].reshape(2, -1)
+        own = np.tile(own[unresolved], 2)
+        luck = np.tile(change[:, unresolved] * (0.0 if smooth else _LUCK), 2)
         panels = Halves.of(density, ends)
     return total
 

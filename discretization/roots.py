@@ -90,7 +90,7 @@ def bracketed(
     return best
 
 
-def least(
+def bracketed_minimum(
     h: Values, lo: float, hi: float, enough: float, rounds: int = _ROUNDS, reach: float = math.inf
 ) -> tuple[float, float]:
     """Where a function with one minimum between two places is least, at ever closer places.

@@ -154,8 +154,8 @@ class ContactLines:
         if self.scene.axisymmetric and not lines[0]:
             x[0, 1] = math.inf  # a contact around the axis has no line there
         points = np.isin(x, [left for left, right in pairs(lines) if left == right])
-        lone = len(lines) == 2 and self.scene.indenter.convex
-        found = self.line_state_rows(x, points, lone=lone)
+        single = len(lines) == 2 and self.scene.indenter.convex
+        found = self.line_state_rows(x, points, single=single)
         size = np.full_like(x, self.rests.size)
         stable = np.broadcast_to(found.stable[:, None], x.shape)
         columns = (
@@ -171,7 +171,7 @@ class ContactLines:
         rows = zip(*(column.ravel().tolist() for column in columns), strict=True)
         return [LineState(*row) for row in rows if math.isfinite(row[0])]
 
-    def line_state_rows(self, x: Array, points: Mask, *, lone: bool = False) -> LineStateRows:
+    def line_state_rows(self, x: Array, points: Mask, *, single: bool = False) -> LineStateRows:
         """Evidence of the lines of free surfaces.
 
         D of free lines is off by the rounding of their places, and by that of narrow gaps. Pinned
@@ -198,12 +198,12 @@ class ContactLines:
         inside = x - rounding
         noise = rests.noise(x)[:, None]
         closing = rests.ahead(outside, 1) + noise
-        bare = rests.beside(SIDES, outside, outside[:, ::-1], 1, 1, adheres=False) + noise
+        bare = rests.one_sided(SIDES, outside, outside[:, ::-1], 1, 1, adheres=False) + noise
         opening = rests.ahead(inside, -1) - noise
         opening[points] = -math.inf
         rates = rests.with_rates(x, rests.between_corners(x, 1), 1)[1]
         rates = np.where(np.isfinite(rates), rates, 0.0)
-        moved, stable = rests.condition(rates, free, lone=lone)
+        moved, stable = rests.condition(rates, free, single=single)
         return LineStateRows(free, closing, bare, opening, moved, stable)
 
     def _free(self, x: Array) -> Mask:
@@ -214,7 +214,7 @@ class ContactLines:
         pinning = [*self.profile.corners, *walls, *edges, *beside_edges]
         return np.isfinite(x) & ~np.isin(x, pinning)
 
-    def torn(self, corners: Array) -> Array:
+    def forces_opening_corners(self, corners: Array) -> Array:
         """Forces that would open contacts at corners, beyond what lines hold there."""
         return self.scene.gamma1 * (self.profile.falls(self.scene.slopes) - self.holds(corners))
 
@@ -231,7 +231,7 @@ class ContactLines:
             # Inside a contact, not at its end, is a corner with odd numbers of lines to its left,
             # lines at the corner itself counted or not.
             inside = np.searchsorted(ends, corners) & np.searchsorted(ends, corners, "right")
-            forces += self.torn(corners)[inside % 2 == 1].tolist()
+            forces += self.forces_opening_corners(corners)[inside % 2 == 1].tolist()
         return forces
 
     def first(self) -> Lines:
@@ -259,7 +259,7 @@ class ContactLines:
         """
         lines = self.retracted(lines, depth)
         for _ in range(_MOST):
-            gaps = {pair: self._torn(*pair, depth) for pair in pairs(lines)}
+            gaps = {pair: self._opening_gap(*pair, depth) for pair in pairs(lines)}
             if not any(gaps.values()):
                 return lines
             torn: list[float] = []
@@ -268,10 +268,10 @@ class ContactLines:
             lines = self.retracted(tuple(torn), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _torn(self, left: float, right: float, depth: float) -> Lines:
+    def _opening_gap(self, left: float, right: float, depth: float) -> Lines:
         """The lines of a gap that opens in a contact by itself; () if nowhere."""
         search = self.free_part.search
-        torn = search.torn(left, right, depth, self.holds(self.profile.corners))
+        torn = search.opening_corners(left, right, depth, self.holds(self.profile.corners))
         if torn.size:
             corner = float(torn[0])
             aside = MET * self.scene.elastocapillary_length

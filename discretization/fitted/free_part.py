@@ -308,7 +308,7 @@ class FreePart:
         low[:-1] |= low[1:]
         inner = np.array([profile.x[own][low], profile.f[own][low], profile.slope[own][low]])
         ends = np.where(np.isfinite(lines), lines, inner[0, [0, -1]])
-        outer = np.array([ends, *profile.beside(ends, (1, -1))])
+        outer = np.array([ends, *profile.one_sided(ends, (1, -1))])
         return np.concatenate([outer[:, :1], inner, outer[:, 1:]], axis=1)
 
 

@@ -52,7 +52,7 @@ class EquilibriumFinder:
         between_samples = least_pulls * np.diff(profile.x[own])
         if (between_samples > least * self.rests.length).any():
             return True
-        if self.torn(one, other, depth).size:
+        if self.opening_corners(one, other, depth).size:
             return True
         return self.pull(one, other, depth).force > least
 
@@ -76,7 +76,7 @@ class EquilibriumFinder:
         """
         return PULLED * displacement_scale(self.rests.scene, depth, self.rests.size)
 
-    def torn(self, one: float, other: float, depth: float, holds: Any = 0.0) -> Array:
+    def opening_corners(self, one: float, other: float, depth: float, holds: Any = 0.0) -> Array:
         """The corners between two positions at which the slope falls by more than `holds` holds.
 
         Pressed by kg, a gap of width s opens at a fall of 2 g s/l²; none is shorter than MET.
@@ -115,7 +115,7 @@ class EquilibriumFinder:
         if self.closed(q, p, depth):
             return None
         everywhere = (-math.inf, math.inf)
-        return self._turns(q, p, everywhere, depth, 1)
+        return self._alternated(q, p, everywhere, depth, 1)
 
     def recede(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
         """Both lines of a free surface recede to the first places where they rest.
@@ -137,26 +137,28 @@ class EquilibriumFinder:
         NotCertifiedError
             If they do not come to rest.
         """
-        found = self._turns(q, p, (least, most), depth, -1)
+        found = self._alternated(q, p, (least, most), depth, -1)
         assert found is not None, "only lines that advance meet"
         return found
 
-    def _turns(self, q: float, p: float, limits: Pair, depth: float, way: int) -> Pair | None:
+    def _alternated(
+        self, q: float, p: float, limits: Pair, depth: float, direction: int
+    ) -> Pair | None:
         """Both lines move in turns until they rest; limits: of lines that recede."""
         least, most = limits
         for sweep in range(_SWEEPS):
-            if way > 0 and p - q <= 2 * MET * self.rests.length:
+            if direction > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
             try_newton = not (math.isinf(q - p) or sweep % 2)
             if try_newton:
-                ends = self._turn(q, p, limits, depth, way, exact=False)
+                ends = self._one_after_the_other(q, p, limits, depth, direction, exact=False)
                 if ends is None:
                     return None
                 lost = ends[0] < least or ends[1] > most
-                near = None if lost else self._nearby(ends, depth, way)
+                near = None if lost else self._nearby(ends, depth, direction)
                 if near is not None and near[0] >= least and near[1] <= most:
                     return near
-            ends = self._turn(q, p, limits, depth, way, exact=True)
+            ends = self._one_after_the_other(q, p, limits, depth, direction, exact=True)
             if ends is None:
                 return None
             a, b = ends
@@ -166,23 +168,30 @@ class EquilibriumFinder:
             rests = abs(a - q) <= least_step * abs(q) and abs(b - p) <= least_step * abs(p)
             if rests or math.isinf(a - b) or lost:
                 return ends
-            further = self._further(a, b, (a - q, b - p), depth, way)
+            further = self._further(a, b, (a - q, b - p), depth, direction)
             within = further[0] >= least and further[1] <= most
             q, p = further if within else ends
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _turn(
-        self, q: float, p: float, limits: Pair, depth: float, way: int, *, exact: bool
+    def _one_after_the_other(
+        self, q: float, p: float, limits: Pair, depth: float, direction: int, *, exact: bool
     ) -> Pair | None:
         """The left line moves until it rests, then the right one; None if one rests nowhere."""
-        a = self.line(1, q, limits[0], p, depth, way, exact)
+        a = self.line(1, q, limits[0], p, depth, direction, exact)
         if a is None:
             return None
-        b = self.line(-1, p, limits[1], a, depth, way, exact)
+        b = self.line(-1, p, limits[1], a, depth, direction, exact)
         return None if b is None else (a, b)
 
     def line(
-        self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
+        self,
+        side: int,
+        x: float,
+        limit: float,
+        facing: float,
+        depth: float,
+        direction: int,
+        exact: bool,
     ) -> float | None:
         """Where one line rests beside the other.
 
@@ -209,46 +218,53 @@ class EquilibriumFinder:
             [length]; at most the edge of the body. None if an advancing line rests nowhere; one
             that recedes is then just beyond the limit.
         """
-        if math.isinf(x) or (way < 0 and x == limit):
+        if math.isinf(x) or (direction < 0 and x == limit):
             return x
-        end = facing if way > 0 else limit
-        found = self._first_zero(side, x, end, facing, depth, way, exact)
+        end = facing if direction > 0 else limit
+        found = self._first_zero(side, x, end, facing, depth, direction, exact)
         if found is not None:
             return found
-        if way < 0:
+        if direction < 0:
             return math.nextafter(limit, -side * math.inf)
         edge = float(self.rests.profile.x[-1 if side > 0 else 0])
         ends_there = math.isinf(facing) and edge in self.rests.profile.indenter.walls
         return edge if ends_there else None
 
     def _first_zero(
-        self, side: int, x: float, limit: float, facing: float, depth: float, way: int, exact: bool
+        self,
+        side: int,
+        x: float,
+        limit: float,
+        facing: float,
+        depth: float,
+        direction: int,
+        exact: bool,
     ) -> float | None:
         """The first place on this way at which a line rests; of one that recedes also the limit.
 
         Or if that need not be exact, one just before it.
         """
         beyond = self.rests.at(facing)
-        w = self.rests.w(way)
+        w = self.rests.w(direction)
         indenter = self.rests.profile.indenter
 
         def h(x: Any, f: Any = None, f1: Any = None) -> Any:
             if f is None:
                 f = indenter.height(x)
                 f1 = indenter.slope(x)
-            return way * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
+            return direction * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
 
-        recedes = way < 0
+        recedes = direction < 0
         closed = recedes and math.isfinite(limit)
         tie = TIE * self.rests.size if recedes else 0.0
         return first_zero(self.rests.profile, h, (x, limit), closed, exact, tie)
 
-    def _nearby(self, start: Pair, depth: float, way: int) -> Pair | None:
+    def _nearby(self, start: Pair, depth: float, direction: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
 
         None where a sample lies in between, they are not stable, or it fails.
         """
-        found = gap_at_rest(self.rests, np.array(start), depth, way)
+        found = gap_at_rest(self.rests, np.array(start), depth, direction)
         if found is None:
             return None
         q, p = found.tolist()
@@ -258,7 +274,7 @@ class EquilibriumFinder:
                 return None
         return q, p
 
-    def _further(self, q: float, p: float, step: Pair, depth: float, way: int) -> Pair:
+    def _further(self, q: float, p: float, step: Pair, depth: float, direction: int) -> Pair:
         """The lines of a gap further on the same way, in growing steps of the one that moves most.
 
         Where an equilibrium has just disappeared they would pass its place by ever smaller ones.
@@ -273,19 +289,21 @@ class EquilibriumFinder:
             passed = self.rests.profile.beyond(own, x)
             if passed.stop > passed.start or side * (other - x) <= 0:
                 break
-            limit = x if way > 0 else side * math.inf
-            stop = self._first_zero(-side, other, limit, x, depth, way, exact=True)
-            if stop is None or self._rests_on_way(side, (own, x), (other, stop), depth, way):
+            limit = x if direction > 0 else side * math.inf
+            stop = self._first_zero(-side, other, limit, x, depth, direction, exact=True)
+            if stop is None or self._rests_on_way(side, (own, x), (other, stop), depth, direction):
                 break
             own = x
             other = stop
         return (own, other) if side > 0 else (other, own)
 
-    def _rests_on_way(self, side: int, line: Pair, other: Pair, depth: float, way: int) -> bool:
+    def _rests_on_way(
+        self, side: int, line: Pair, other: Pair, depth: float, direction: int
+    ) -> bool:
         """Whether a line rests on a step, with the other line moving with it; both from and to."""
         x = line[0] + (line[1] - line[0]) * _ALONG
         facing = self.rests.at(other[0] + (other[1] - other[0]) * _ALONG)
         f = self.rests.profile.indenter.height(x)
         f1 = self.rests.profile.indenter.slope(x)
-        rest = self.rests.rest_depth(side, x, f, f1, facing, self.rests.w(way))
-        return bool((way * (rest - depth) >= 0).any())
+        rest = self.rests.rest_depth(side, x, f, f1, facing, self.rests.w(direction))
+        return bool((direction * (rest - depth) >= 0).any())

@@ -409,7 +409,7 @@ class ManyLines:
         """Places on both sides of the line, and (D - d)/size there; the inner is nan without one.
 
         outer: where D exceeds the depth of touching. In log r, at ever closer places around the
-        least D (as `roots.least` does), until one of them is below d.
+        least D (as `roots.bracketed_minimum` does), until one of them is below d.
         """
         inner = np.full(own.size, math.nan)
         low = np.full(own.size, math.nan)

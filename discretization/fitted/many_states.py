@@ -122,20 +122,20 @@ def _of_lines(lines: ManyLines, states: States) -> ManyFound:
         found.put(own, contacts.found)
     found.lost[lost] = True
 
-    apart = np.flatnonzero(~(touches | lost))
-    found.residual[apart] = _penetration(contact, states, apart)
+    detached_states = np.flatnonzero(~(touches | lost))
+    found.residual[detached_states] = _penetration(contact, states, detached_states)
     if contact.scene.slopes == "finite" and not contact.scene.axisymmetric and lines.length.any():
-        apex = np.full(apart.size, contact.apex)
-        near = apart[np.abs(lines.off(1, apex, apart)) <= _UNDECIDED]
+        apex = np.full(detached_states.size, contact.apex)
+        near = detached_states[np.abs(lines.off(1, apex, detached_states)) <= _UNDECIDED]
         u = (states.depth[near] - contact.touch) / lines.length[near]
         found.lost[near] = _turned(contact.surfaces, np.zeros(near.size), u)
     return found
 
 
-def _penetration(contact: SingleContact, states: States, apart: Indices) -> Array:
+def _penetration(contact: SingleContact, states: States, detached_states: Indices) -> Array:
     """How far the profile sticks through the flat surface of states, over their depths."""
-    size = np.maximum(np.abs(states.depth[apart]), states.separation[apart])
-    through = np.maximum(states.depth[apart] - contact.touch, 0.0)
+    size = np.maximum(np.abs(states.depth[detached_states]), states.separation[detached_states])
+    through = np.maximum(states.depth[detached_states] - contact.touch, 0.0)
     return np.divide(through, size, out=np.zeros_like(size), where=size > 0)
 
 
@@ -286,8 +286,8 @@ class ManyContacts:
         """
         scene = self.lines.contact.scene
         slope = np.nan_to_num(np.asarray(scene.indenter.slope(x), float))
-        steep = self.states.length * np.abs(slope)
-        displacement = np.abs(self._displacement(x)) + steep
+        slope_term = self.states.length * np.abs(slope)
+        displacement = np.abs(self._displacement(x)) + slope_term
         push = self.states.stiffness * displacement * scene.measure(np.abs(x))
         return np.where(pinned, 0.0, push * np.where(np.isfinite(moves), moves, np.abs(x)))
 
@@ -330,12 +330,12 @@ class ManyContacts:
         """
         scene = self.lines.contact.scene
         own = np.where(pinned, np.where(self.lone, side, -side), 0)
-        steep = side * np.asarray(scene.indenter.slope_beside(x, own), float)
+        slope_there = side * np.asarray(scene.indenter.slope_beside(x, own), float)
         if scene.axisymmetric:
             pull = np.divide(pull, s, out=np.zeros_like(s), where=s > 0)
         if scene.slopes == "small":
-            return steep - pull
-        return np.asarray(np.arctan(steep) - np.arcsin(np.clip(pull, -1.0, 1.0)))
+            return slope_there - pull
+        return np.asarray(np.arctan(slope_there) - np.arcsin(np.clip(pull, -1.0, 1.0)))
 
     def _residual(self, side: int, x: Array, pinned: Mask) -> Array:
         """By how much a depth violates D >= d ahead of a line and D <= d behind, over D's terms.
@@ -346,12 +346,16 @@ class ManyContacts:
         own = np.arange(x.size)
         rest = lines.rest_depth(side, x, own)
         off = np.abs(rest - lines.goal)
-        held = np.flatnonzero(pinned)
-        if held.size:
-            ahead = lines.goal[held] - lines.rest_depth(side, x[held], held, 1)
-            behind = lines.rest_depth(side, x[held], held, -1) - lines.goal[held]
-            behind = np.where(self.lone[held], 0.0, behind)
-            off[held] = np.maximum(np.maximum(ahead, behind), 0.0)
+        pinned_lines = np.flatnonzero(pinned)
+        if pinned_lines.size:
+            ahead = lines.goal[pinned_lines] - lines.rest_depth(
+                side, x[pinned_lines], pinned_lines, 1
+            )
+            behind = (
+                lines.rest_depth(side, x[pinned_lines], pinned_lines, -1) - lines.goal[pinned_lines]
+            )
+            behind = np.where(self.lone[pinned_lines], 0.0, behind)
+            off[pinned_lines] = np.maximum(np.maximum(ahead, behind), 0.0)
         size = lines.size + lines.length * self._steepest(x)
         return np.asarray(off / size)
 

@@ -183,13 +183,17 @@ class RestDepths:
         """A line at x, or lines (n,); None at infinity."""
         return LinePosition(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
 
-    def w(self, way: Any) -> Any:
+    def w(self, direction: Any) -> Any:
         """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
         closing = self.scene.work_of_adhesion
         opening = self.scene.opened.work_of_adhesion
-        return closing if closing == opening else np.where(np.greater(way, 0), closing, opening)[()]
+        return (
+            closing
+            if closing == opening
+            else np.where(np.greater(direction, 0), closing, opening)[()]
+        )
 
-    def between_corners(self, lines: Array, way: int) -> Array:
+    def between_corners(self, lines: Array, direction: int) -> Array:
         """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
 
         A line at a corner is on that side of it to which it moves.
@@ -197,7 +201,7 @@ class RestDepths:
         known = self.profile.joints
         after = known.searchsorted(lines, "right")
         least = ULPS * self._spacing(known)
-        at = np.where(SIDES * way > 0, after, known.searchsorted(lines))
+        at = np.where(SIDES * direction > 0, after, known.searchsorted(lines))
         at = np.minimum(np.maximum(at, 1), known.size - 1)
         found = np.array([(known + least)[at - 1], (known - least)[at]])
         return np.where(np.isfinite(lines), found, lines)
@@ -228,8 +232,8 @@ class RestDepths:
             )
         return found
 
-    def beside(
-        self, side: Any, x: Array, facing: Array, aside: Any, way: Any, adheres: Any = True
+    def one_sided(
+        self, side: Any, x: Array, facing: Array, aside: Any, direction: Any, adheres: Any = True
     ) -> Array:
         """Depths D of lines, read just beside them.
 
@@ -259,24 +263,24 @@ class RestDepths:
         outwards = side * aside
         z = np.array([x, facing])
         known, other = np.where(np.isfinite(z), z, self.profile.x[0])
-        f, f1 = self.profile.beside(known, outwards)
+        f, f1 = self.profile.one_sided(known, outwards)
         beyond = LinePosition(facing, np.asarray(indenter.height(other), float))
         place = self.profile.past(x, outwards)
-        rest = self._of(side, place, f, f1, beyond, self.w(way) * adheres)
+        rest = self._of(side, place, f, f1, beyond, self.w(direction) * adheres)
         if indenter.walls:
             past = past_wall(indenter, x, side, aside)
             rest = np.where(past, np.copysign(math.inf, aside), rest)
         return rest
 
-    def ahead(self, lines: Array, way: int) -> Array:
+    def ahead(self, lines: Array, direction: int) -> Array:
         """D just ahead of lines (.., 2) that move outwards of contacts (way 1) or inwards (-1)."""
-        return self.beside(SIDES, lines, lines[..., ::-1], way, way)
+        return self.one_sided(SIDES, lines, lines[..., ::-1], direction, direction)
 
-    def depths(self, lines: Array, way: int) -> Array:
+    def depths(self, lines: Array, direction: int) -> Array:
         """D of both lines (n, 2) of surfaces, infinite of a line at infinity."""
-        return self._facing(lines, lines, way)
+        return self._facing(lines, lines, direction)
 
-    def with_rates(self, lines: Array, room: Array, way: int) -> tuple[Array, Array]:
+    def with_rates(self, lines: Array, room: Array, direction: int) -> tuple[Array, Array]:
         """D of both lines (n, 2), and its changes (n, 2, 2) with both.
 
         By central differences, at most half-way to a corner, at which the side is not known. The
@@ -304,7 +308,7 @@ class RestDepths:
             own = np.where(gaps[:, None], lines, math.inf)
             moved += [own, own]
             facing += [above, below]
-        rest = self._facing(np.array(moved), np.array(facing), way)
+        rest = self._facing(np.array(moved), np.array(facing), direction)
         rates = np.zeros((*lines.shape, 2))
         with np.errstate(divide="ignore", invalid="ignore"):  # between two corners, and at infinity
             width = above - below
@@ -314,7 +318,7 @@ class RestDepths:
         paired = inner[:, :, None] & inner[:, None]
         return rest[0], np.where(paired, rates, 0.0)
 
-    def _facing(self, lines: Array, facing: Array, way: int) -> Array:
+    def _facing(self, lines: Array, facing: Array, direction: int) -> Array:
         """D of lines (.., 2) each of which faces the other one of these lines (.., 2)."""
         indenter = self.profile.indenter
         known = np.where(np.isfinite(lines), lines, self.profile.lowest)
@@ -323,9 +327,9 @@ class RestDepths:
         f1 = np.asarray(indenter.slope(known), float)
         other_f = np.asarray(indenter.height(other), float)
         beyond = LinePosition(facing[..., ::-1], other_f[..., ::-1])
-        return self._of(SIDES, lines, f, f1, beyond, self.w(way))
+        return self._of(SIDES, lines, f, f1, beyond, self.w(direction))
 
-    def condition(self, rate: Array, free: Mask, *, lone: bool) -> tuple[Array, Mask]:
+    def condition(self, rate: Array, free: Mask, *, single: bool) -> tuple[Array, Mask]:
         """How far lines move over what D is off by (n, 2), and whether they are stable (n,).
 
         D of both lines may be off alike or oppositely. Where D is least the line of a lone contact
@@ -335,7 +339,7 @@ class RestDepths:
         alike = np.abs(solved(rate, ones, free))
         oppositely = np.abs(solved(rate, ones * SIDES, free))
         steepest = np.abs(rate).max(axis=(1, 2), keepdims=True)
-        slack = np.maximum(_FALLING * steepest, lone * FLAT * self.size / self.length)
+        slack = np.maximum(_FALLING * steepest, single * FLAT * self.size / self.length)
         return np.maximum(alike, oppositely), stable(rate + _GROWING * slack, free)
 
     def step(self, lines: Array) -> Array:

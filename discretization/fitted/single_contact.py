@@ -38,7 +38,7 @@ from discretization.fitted.rest_depths import (
     surfaces_of,
 )
 from discretization.profile import past_wall, unknown
-from discretization.roots import bracketed, least
+from discretization.roots import bracketed, bracketed_minimum
 from discretization.surfaces.protocol import Free, LinePosition, LineState, Surfaces
 from energy import Indenter, Scene
 from energy.arrays import Array
@@ -314,7 +314,7 @@ class SingleContact:
             return np.asarray(self.rest_depth(1, outer * np.exp(-powers)))
 
         depth_at_outer = float(self.rest_depth(1, outer, -1))
-        power, least_depth = least(inwards, 0.0, _DEEP, -math.inf)
+        power, least_depth = bracketed_minimum(inwards, 0.0, _DEEP, -math.inf)
         inner = outer * math.exp(-power)
         places = (inner, least_depth), (outer, depth_at_outer), (0.0, self.touch)
         return min(places, key=lambda place: place[1])

@@ -196,7 +196,7 @@ def _lowest(contact_lines: ContactLines, depth: float) -> Iterator[tuple[set[Lin
         lattice = Lattice.of(scene, max(first_spacing / 2**i, least_spacing))
         found: set[Lines] = {()}
         for at in (depth - aside, depth + aside, depth):
-            nodes = lowest_contacts(lattice.seen(scene), at, lattice)
+            nodes = lowest_contacts(lattice.scene_on_nodes(scene), at, lattice)
             lines = np.clip(lattice.x(nodes.astype(float).ravel()), *scene.indenter.extent)
             found.add(contact_lines.settled(tuple(lines.tolist()), depth))
         yield found, len(nodes)

@@ -98,7 +98,7 @@ def _between_samples(profile: Resolved, start: float, end: float) -> Array:
     own = profile.beyond(start, end)
     x = np.concatenate([[start], profile.x[own], [end]])
     slope = profile.slope[own]
-    first, last = profile.beside(np.array([start, end]), (1, -1))[1]
+    first, last = profile.one_sided(np.array([start, end]), (1, -1))[1]
     return np.array([x[:-1], x[1:], [first, *slope], [*slope, last]])
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from discretization.fitted.rest_depths import SIDES, RestDepths, solved, stable
 from discretization.profile import Resolved
-from discretization.roots import bracketed, least
+from discretization.roots import bracketed, bracketed_minimum
 from energy.arrays import Array, Mask
 
 Function = Callable[..., Any]  # of x, numbers or arrays, and f(x) and f'(x) if they are known
@@ -85,26 +85,26 @@ def first_zero(
     """
     start, limit = ends
     side = 1 if limit > start else -1
-    value = float(h(profile.past(start, side), *profile.beside(np.array(start), side)))
+    value = float(h(profile.past(start, side), *profile.one_sided(np.array(start), side)))
     if value >= -tie:
         return start
     samples = _samples(profile, start, limit, side)
-    seen = Samples(np.array([start, start]), np.array([-math.inf, value]))
+    last_read = Samples(np.array([start, start]), np.array([-math.inf, value]))
     first = 0
     size = _BLOCK
     while first < samples.shape[1]:
         x, f, f1 = samples[:, first : first + size]
-        block = seen.followed_by(x, h(x, f, f1))
+        block = last_read.followed_by(x, h(x, f, f1))
         found = _among(h, block, exact)
         if found is not None:
             return found
-        seen = Samples(block.x[-2:], block.values[-2:])
+        last_read = Samples(block.x[-2:], block.values[-2:])
         first += size
         size *= 4
     if not closed:
         return None
-    value = float(h(profile.past(limit, -side), *profile.beside(np.array(limit), -side)))
-    return _among(h, seen.followed_by(limit, value), exact)
+    value = float(h(profile.past(limit, -side), *profile.one_sided(np.array(limit), -side)))
+    return _among(h, last_read.followed_by(limit, value), exact)
 
 
 def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
@@ -151,7 +151,7 @@ def _beside_peak(h: Function, places: list[float], exact: bool) -> float | None:
     before, middle, beyond = places
     if abs(beyond - before) <= _ULPS * math.ulp(before):
         return None
-    top, lowest = least(lambda z: -h(z), before, beyond, 0.0, reach=_NEAR)
+    top, lowest = bracketed_minimum(lambda z: -h(z), before, beyond, 0.0, reach=_NEAR)
     if lowest > 0:
         return None
     inside = middle if abs(top - before) > abs(middle - before) else before
@@ -162,12 +162,12 @@ def _peaks(x: Array, values: Array) -> list[int]:
     """Samples not less than their neighbours, beside which a maximum could reach 0."""
     steps = np.abs(np.diff(values))
     steps[~np.isfinite(steps)] = 0.0
-    apart = np.maximum(steps[:-1], steps[1:])
-    apart[:-1] = np.maximum(apart[:-1], steps[2:])  # a start may be as high as what follows
+    change = np.maximum(steps[:-1], steps[1:])
+    change[:-1] = np.maximum(change[:-1], steps[2:])  # a start may be as high as what follows
     before = values[:-2]
     middle = values[1:-1]
     after = values[2:]
-    reaches_zero = (middle < 0) & (middle + _NEAR * apart >= 0)
+    reaches_zero = (middle < 0) & (middle + _NEAR * change >= 0)
     top = (middle >= before) & (middle >= after) & reaches_zero
     is_start = np.isinf(before)
     corner = np.diff(x) == 0  # nothing lies between its two sides
@@ -175,7 +175,7 @@ def _peaks(x: Array, values: Array) -> list[int]:
     return (np.flatnonzero(top) + 1).tolist()
 
 
-def gap_at_rest(rests: RestDepths, lines: Array, depth: float, way: int) -> Array | None:
+def gap_at_rest(rests: RestDepths, lines: Array, depth: float, direction: int) -> Array | None:
     """Both lines of a gap in stable equilibrium, by Newton's method from where they are.
 
     Lines that need not move stay, and those that move do not pass a corner.
@@ -196,10 +196,10 @@ def gap_at_rest(rests: RestDepths, lines: Array, depth: float, way: int) -> Arra
         [length]. None if the method fails, the lines are not stable, one of them moves back by more
         than rounding, or one that has stayed would have to move in the end.
     """
-    free = way * (rests.ahead(lines[None], way)[0] - depth) < 0
+    free = direction * (rests.ahead(lines[None], direction)[0] - depth) < 0
     if not free.any():
         return lines
-    newton = _GapNewton.of(rests, lines, depth, way, free)
+    newton = _GapNewton.of(rests, lines, depth, direction, free)
     outcome = Step.MOVES
     for _ in range(_MOST):
         outcome = newton.step()
@@ -212,10 +212,10 @@ def gap_at_rest(rests: RestDepths, lines: Array, depth: float, way: int) -> Arra
 
     with np.errstate(divide="ignore", invalid="ignore"):
         uncertain = noise / np.abs(np.diagonal(newton.rates)).min()
-    back = way * (lines - x) * SIDES
+    back = direction * (lines - x) * SIDES
     if (back > _BACK * newton.size + np.nan_to_num(uncertain, posinf=0.0)).any():
         return None
-    missing = way * (depth - rests.ahead(x[None], way)[0])
+    missing = direction * (depth - rests.ahead(x[None], direction)[0])
     if (~free & (missing > _EVEN * rests.size + noise)).any():
         return None
     return x
@@ -255,7 +255,7 @@ class _GapNewton:
 
     rests: RestDepths
     depth: float
-    way: int
+    direction: int
     free: Mask
     room: Array
     size: float
@@ -266,12 +266,14 @@ class _GapNewton:
     near: bool = False
 
     @classmethod
-    def of(cls, rests: RestDepths, lines: Array, depth: float, way: int, free: Mask) -> _GapNewton:
+    def of(
+        cls, rests: RestDepths, lines: Array, depth: float, direction: int, free: Mask
+    ) -> _GapNewton:
         """From these lines on."""
-        room = rests.between_corners(lines[None], way)[:, 0]
+        room = rests.between_corners(lines[None], direction)[:, 0]
         x = np.where(free, np.clip(lines, *room), lines)
         size = float(np.abs(lines).sum() + rests.length)
-        return cls(rests, depth, way, free, room, size, x, np.zeros((2, 2)))
+        return cls(rests, depth, direction, free, room, size, x, np.zeros((2, 2)))
 
     def step(self) -> Step:
         """One step of both lines."""
@@ -306,8 +308,8 @@ class _GapNewton:
         """D of both lines; its changes are read, too, where they may have changed."""
         lines = self.x[None]
         if self.near:
-            return self.rests.depths(lines, self.way)[0]
-        depths, rates = self.rests.with_rates(lines, self.room[:, None], self.way)
+            return self.rests.depths(lines, self.direction)[0]
+        depths, rates = self.rests.with_rates(lines, self.room[:, None], self.direction)
         self.rates = rates[0]
         return depths[0]
 

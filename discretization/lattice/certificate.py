@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import EPSILON, Certificate, worst
-from discretization.lattice.subgrid import LINKS, Advances, advances, outwards
+from discretization.lattice.subgrid import LINKS, Advances, advances, facing_sides
 from discretization.nodes.nodal_energy import Balance, NodalEnergy
 from discretization.nodes.obstacle import surface
 from discretization.nodes.row import Contacts, Row
@@ -141,7 +141,7 @@ class State:
             return list(nodes.tolist())
         lattice = self.model.lattice
         strength = 2 * math.sqrt(2 * lattice.gamma1 * max(self.row.works))
-        strength *= 1 + lattice.spring / lattice.link
+        strength *= 1 + lattice.spring_stiffness / lattice.link_stiffness
         return list(nodes[self.balance.forces[nodes] < -strength].tolist())
 
     def _inner_that_open(self, nodes: Indices) -> list[int]:
@@ -178,8 +178,8 @@ class State:
         if delta == 0:  # touching, nothing deformed
             return Certificate.undeformed()
         lattice = self.row.lattice
-        unit = lattice.spring * delta
-        noise = (lattice.spring + 4 * lattice.link) * self._unknown_gap
+        unit = lattice.spring_stiffness * delta
+        noise = (lattice.spring_stiffness + 4 * lattice.link_stiffness) * self._unknown_gap
         free = np.flatnonzero(~self.model.contact)
         below = np.append(self.g[free] - self.u[free], -self._next_link(_CLOSING).gap)
         forces = np.abs(self.balance.forces[free]) / self.model.cells[free] * lattice.cell
@@ -289,11 +289,11 @@ def _clear_beyond(row: Row, lines: list[int], depth: float) -> Mask:
     """Which lines (2m,) at these nodes leave the surface clear when they close another link."""
     ends: list[Any] = [None, *lines, None]
     found = np.full(len(lines), True)
-    for i, side in enumerate(outwards(len(lines)).tolist()):
+    for i, side in enumerate(facing_sides(len(lines)).tolist()):
         moved = ends[i + 1] + side
         faced = ends[i + 1 + side]
         left, right = (moved, faced) if side > 0 else (faced, moved)
-        found[i] = row.rules[0].clears(left, right, depth)
+        found[i] = row.thresholds[0].clears(left, right, depth)
     return found
 
 

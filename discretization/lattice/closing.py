@@ -43,7 +43,7 @@ class Closing:
     """
 
     row: Row
-    rules: Thresholds
+    thresholds: Thresholds
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def depth(self, before: int | None, node: int, after: int | None) -> float:
@@ -89,7 +89,7 @@ class Closing:
                 found.append(self.rest_depth(right, -1, x))
             return [one - depth for one in found]
 
-        solved = _newton(residuals, [*start, self.rules.pulled(before, node, after)])
+        solved = _newton(residuals, [*start, self.thresholds.pulled(before, node, after)])
         if solved is None or np.abs(np.subtract(solved[:-1], start)).max() > _FARTHEST:
             return math.nan
         return solved[-1]
@@ -99,17 +99,17 @@ class Closing:
         own = x - side / 2
         after = x + side / 2
         height = self.height(own)
-        apart = math.inf if faced is None else abs(faced - own)
-        far, remainder, stiffness = self._beside(apart)
+        distance = math.inf if faced is None else abs(faced - own)
+        far, remainder, stiffness = self._beside(distance)
         rise = self.height(after) - height
         if faced is not None:
             rise += far * (height - self.height(faced))
-        work = self.rules.work[min(max(round(x - 0.5), 0), self.row.size - 2)]
+        work = self.thresholds.work[min(max(round(x - 0.5), 0), self.row.size - 2)]
         return height + (rise - math.sqrt(2 * work / stiffness)) / remainder
 
     def height(self, x: float) -> float:
         """The profile between nodes, by the cubic through the four next to it."""
-        heights = self.rules.heights
+        heights = self.thresholds.heights
         first = min(max(math.floor(x) - 1, 0), len(heights) - 4)
         t = x - first - 1
         one, two, three, four = heights[first : first + 4]
@@ -118,22 +118,22 @@ class Closing:
         slope = (three - one) / 2
         return two + t * (slope - t * bend) + turn * t * (t * t - 1)
 
-    def _beside(self, apart: float) -> tuple[float, float, float]:
-        """`Lattice.beside` of a line contact, for plain numbers."""
+    def _beside(self, distance: float) -> tuple[float, float, float]:
+        """`Lattice.free_node_response` of a line contact, for plain numbers."""
         lattice = self.row.lattice
-        spring = lattice.spring
-        link = lattice.link
+        spring = lattice.spring_stiffness
+        link = lattice.link_stiffness
         rate = lattice.log_decay
-        if apart == math.inf:
+        if distance == math.inf:
             tie = 0.0
             ground = lattice.end_stiffness
         else:
-            beyond = apart - 2
+            beyond = distance - 2
             decay = math.exp(-rate)
             near = math.expm1(-rate)
             far_decay = math.exp(-rate * beyond)
             far = math.expm1(-rate * beyond)
-            tie = link * far_decay * near * (2 + near) / math.expm1(-2 * rate * (apart - 1))
+            tie = link * far_decay * near * (2 + near) / math.expm1(-2 * rate * (distance - 1))
             ground = link * near * far / (1 + decay * far_decay)
         stiffness = spring + link + tie + ground
         return tie / stiffness, (spring + ground) / stiffness, stiffness

@@ -126,10 +126,10 @@ def _chain(lattice: Lattice, size: int) -> tuple[Any, Any, Array]:
     """
     every = np.arange(size)
     last = size - 1
-    spring = lattice.spring * lattice.weight(every) * np.ones(size)
-    link = lattice.link * lattice.weight(every[:last] + 0.5) * np.ones(last)
-    outside = spring + lattice.pull(every, 1)
-    from_left = [float(spring[0] + lattice.pull(0, -1))]
+    spring = lattice.spring_stiffness * lattice.weight(every) * np.ones(size)
+    link = lattice.link_stiffness * lattice.weight(every[:last] + 0.5) * np.ones(last)
+    outside = spring + lattice.tail_stiffness(every, 1)
+    from_left = [float(spring[0] + lattice.tail_stiffness(0, -1))]
     for own, one in zip(spring[1:].tolist(), link.tolist(), strict=True):
         from_left.append(own + one * from_left[-1] / (one + from_left[-1]))
     inside = np.array(from_left)
@@ -468,7 +468,7 @@ def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:
     Parameters
     ----------
     scene : Scene
-        As far as it has nodes (`Lattice.seen`).
+        As far as it has nodes (`Lattice.scene_on_nodes`).
     depth : float
         [length].
     lattice : Lattice

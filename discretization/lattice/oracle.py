@@ -81,7 +81,7 @@ def oracle(lattice: Lattice, g: ArrayLike) -> OracleSolution:
     _refuse(lattice, g)
     free = NodalEnergy(lattice, np.zeros(g.size, bool)).value(np.maximum(g, 0.0))
     gain = free + lattice.w * lattice.spacing * (g.size - 1)
-    stiffness = lattice.spring + 2 * lattice.end_stiffness
+    stiffness = lattice.spring_stiffness + 2 * lattice.end_stiffness
     deepest = _CERTAINLY_FREE * math.sqrt(2 * gain / stiffness)
     floor = np.maximum(g, -deepest)
     scale = float(np.abs(floor).max()) or lattice.spacing
@@ -91,7 +91,7 @@ def oracle(lattice: Lattice, g: ArrayLike) -> OracleSolution:
     v, multipliers = _pressed(lattice, adhering, floor / scale)
     u = v * scale
     force = multipliers * math.sqrt(lattice.k * lattice.gamma1) * scale
-    contact = adhering | (force > PRESSES * max(force.max(), lattice.spring * scale))
+    contact = adhering | (force > PRESSES * max(force.max(), lattice.spring_stiffness * scale))
     return OracleSolution(u, contact, force, NodalEnergy(lattice, contact).value(u))
 
 
@@ -115,9 +115,9 @@ def _solve(
     """min elastic energy - gain, in units of klG²; RuntimeError if it is not solved."""
     import cvxpy as cp
 
-    s = math.sqrt(lattice.spring / lattice.link)
+    s = math.sqrt(lattice.spring_stiffness / lattice.link_stiffness)
     ends = cp.square(v[0]) + cp.square(v[-1])
-    links = cp.sum_squares(cp.diff(v)) + lattice.end_stiffness / lattice.link * ends
+    links = cp.sum_squares(cp.diff(v)) + lattice.end_stiffness / lattice.link_stiffness * ends
     elastic = s / 2 * cp.sum_squares(v) + links / (2 * s)
     problem = cp.Problem(cp.Minimize(elastic - gain), constraints)
     problem.solve(solver=solver, **options)

@@ -119,7 +119,7 @@ class Plain:
         at = self.row.first + node
         spring = lattice.stored(g)
         cell = lattice.cell * lattice.weight(at)
-        bonds = lattice.cell * lattice.weight(at + side * (0.5 + lattice.edge))
+        bonds = lattice.cell * lattice.weight(at + side * (0.5 + lattice.overhang))
         tension = terms.surface(slope, gamma1=lattice.gamma1 * bonds, slopes=lattice.slopes)
         gap = here.u_next - g_after
         change = beyond.energy + cell * float(spring.value) + float(tension.value) - here.energy

@@ -78,7 +78,7 @@ def on_lattice(
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
     chosen = route(scene, "search" if method in LOWEST else branch, nodes=True)
-    row = row or Row.of(lattice.seen(scene), lattice, depth)
+    row = row or Row.of(lattice.scene_on_nodes(scene), lattice, depth)
     state = on_route(row, depth, chosen, branch, method)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 
@@ -186,7 +186,9 @@ def on_lattice_warning(scene: Scene, depth: float, spacing: float, **options: An
     state = on_lattice(scene, depth, spacing, lattice=lattice, **options)
     lowest = None
     if not scene.indenter.convex:
-        places = unseen(lattice.seen(scene), depth, lattice, anywhere=not state.contacts.size)
+        places = unseen(
+            lattice.scene_on_nodes(scene), depth, lattice, anywhere=not state.contacts.size
+        )
         warn_unresolved([state], places, lattice, stacklevel=3)
         lowest = places.lowest
     warn_state(state, lattice, lowest, stacklevel=3)

@@ -146,7 +146,7 @@ class Corners(NamedTuple):
 
 
 @functools.lru_cache
-def outwards(lines: int) -> Nodes:
+def facing_sides(lines: int) -> Nodes:
     """Directions that so many lines face: -1 for left ones, 1 for right ones."""
     return np.resize([-1, 1], lines)
 
@@ -170,7 +170,7 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
         Of arrays (s, 2m, 6).
     """
     lattice = row.lattice
-    sides = outwards(nodes.shape[1])
+    sides = facing_sides(nodes.shape[1])
     own = np.arange(nodes.shape[1]) + 1  # the lines among all places of `ends`
     start = nodes[..., None] + sides[:, None] * LINKS
     after = start + sides[:, None]
@@ -197,10 +197,12 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     ends[:, -1] = math.inf
     u = np.zeros_like(ends)
     u[:, 1:-1] = depth[:, None] - f
-    apart = np.maximum(np.abs(ends[:, own + sides, None] - start), _CLOSEST)
+    distance = np.maximum(np.abs(ends[:, own + sides, None] - start), _CLOSEST)
     u_faced = u[:, own + sides, None]
 
-    far, remainder, stiffness = lattice.beside(row.first + start, sides[:, None], apart)
+    far, remainder, stiffness = lattice.free_node_response(
+        row.first + start, sides[:, None], distance
+    )
     g = depth[:, None, None] - row.f.take(start, mode="clip")
     g_after = depth[:, None, None] - row.f.take(after, mode="clip")
     gap = g - g_after - remainder * g + far * (u_faced - g)
@@ -222,7 +224,7 @@ def corners(row: Row, nodes: Nodes) -> Corners:
     known = np.append(row.breaks, math.nan)
     first = known.searchsorted(nodes - 1, "right")
     count = known.searchsorted(nodes + 1) - first  # within a link
-    zeta = outwards(nodes.shape[1]) * (known[first] - nodes) - row.lattice.edge
+    zeta = facing_sides(nodes.shape[1]) * (known[first] - nodes) - row.lattice.overhang
     count_within_two = known.searchsorted(nodes + 2) - known.searchsorted(nodes - 2, "right")
     return Corners(np.where(count == 1, zeta, math.nan), count_within_two == 0, nowhere)
 
@@ -496,10 +498,10 @@ def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
     Where the node has to follow from the position, as a line that stays where it was, the position
     is recorded within half a link.
     """
-    sides = outwards(nodes.shape[1])
+    sides = facing_sides(nodes.shape[1])
     at_corner = zeta == corner.zeta
     recorded = _stretched(zeta, _SHORTENED) if row.scene.hysteretic else zeta
-    x = row.lattice.x(row.first + nodes + sides * (recorded + row.lattice.edge))
+    x = row.lattice.x(row.first + nodes + sides * (recorded + row.lattice.overhang))
     if at_corner.any():
         nearest = np.abs(row.corners - x[at_corner][:, None]).argmin(axis=1)
         x[at_corner] = row.corners[nearest]
@@ -509,7 +511,7 @@ def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
     """ζ of lines at these positions (s, 2m)."""
     links = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
-    zeta = outwards(nodes.shape[1]) * links
+    zeta = facing_sides(nodes.shape[1]) * links
     return np.where(np.isin(lines, row.corners), zeta, _stretched(zeta, 1 / _SHORTENED))
 
 
@@ -545,11 +547,11 @@ def moved(
         x of the lines of each state [length].
     """
     nodes = np.reshape(contacts, (len(contacts), -1))
-    sides = outwards(nodes.shape[1])
+    sides = facing_sides(nodes.shape[1])
     nodes_before = np.array(before, int).reshape(1, -1)
     x_before = np.array(lines)
     zeta_before = offsets_of(row, nodes_before, x_before)
-    places = nodes_before + outwards(nodes_before.size) * zeta_before
+    places = nodes_before + facing_sides(nodes_before.size) * zeta_before
     places = np.concatenate([[-math.inf], places.ravel(), [math.inf]])
     x_before = np.concatenate([[-math.inf], x_before.ravel(), [math.inf]])
 

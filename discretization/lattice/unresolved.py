@@ -662,7 +662,7 @@ def _gained(lattice: Lattice, u: float, *, at_end: bool) -> float:
 
 def _stored(lattice: Lattice, u: float) -> float:
     """What the free surfaces of such a contact store at least where they are lifted to u."""
-    tail = float(lattice.pull(1, 1)) * u**2 / 2
+    tail = float(lattice.tail_stiffness(1, 1)) * u**2 / 2
     if lattice.axis == 0:
         return _NARROWER * tail
     return 2 * tail * (1.0 if lattice.linear else _UPRIGHT)

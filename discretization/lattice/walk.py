@@ -100,7 +100,7 @@ class Walk:
 
     def __init__(self, row: Row, *, narrow: bool = False) -> None:
         self.row = row
-        self.closing, self.opening = row.rules
+        self.closing, self.opening = row.thresholds
         self.lines = Closing(row, self.opening) if narrow and closes_smoothly(row) else None
         self.weakest: dict[tuple[int, int], int] = {}  # of contacts: the node that opens first
 
@@ -150,8 +150,8 @@ class Walk:
     def _passed(self, ahead: range, side: int, sign: int) -> Array:
         """± the depths at which a line of one convex contact has passed these links."""
         nodes = np.arange(ahead.start, ahead.stop, ahead.step)
-        rules = self.closing if sign > 0 else self.opening
-        return np.maximum.accumulate(sign * rules.outwards(nodes, side))
+        thresholds = self.closing if sign > 0 else self.opening
+        return np.maximum.accumulate(sign * thresholds.advance_of_outermost(nodes, side))
 
     def _links(self, ahead: range, side: int, sign: int, depth: float) -> int:
         """How many of these links the line passes until the depth is reached.
@@ -266,16 +266,18 @@ class Walk:
         size = self.row.size
         if line in (-1, size):
             return 0
-        rules = self.closing if sign > 0 else self.opening
+        thresholds = self.closing if sign > 0 else self.opening
         facing = _node(other, size)
         links = abs(other - line) - 3 if sign > 0 else room - 2
         links = min(links, _LOOKED)
         if links < 1:
             return 0
         if sign > 0:
-            passed = rules.advances(line + side * np.arange(links), side, facing) <= depth
+            passed = thresholds.advances(line + side * np.arange(links), side, facing) <= depth
         else:
-            passed = rules.advances(line - side * np.arange(1, links + 1), side, facing) > depth
+            passed = (
+                thresholds.advances(line - side * np.arange(1, links + 1), side, facing) > depth
+            )
         count = links if passed.all() else int(passed.argmin())
         if sign < 0:
             return -count
@@ -318,20 +320,20 @@ class Walk:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
         """The first change as the depth grows of a free part between these nodes, or None."""
-        rules = self.closing
-        touching, node = rules.touches(left, right)
+        thresholds = self.closing
+        touching, node = thresholds.touches(left, right)
         found = Change(touching, _free((left, node), (node, right)))
         moves = []
         if left is not None:
-            moves.append((rules.advance(left, 1, right), (left + 1, right)))
+            moves.append((thresholds.advance(left, 1, right), (left + 1, right)))
         if right is not None:
-            moves.append((rules.advance(right, -1, left), (left, right - 1)))
+            moves.append((thresholds.advance(right, -1, left), (left, right - 1)))
         if left is not None and right is not None:
-            moves.append((rules.advance_both(left, right), (left + 1, right - 1)))
+            moves.append((thresholds.advance_both(left, right), (left + 1, right - 1)))
         for depth, part in moves:
             if depth >= found.depth:
                 continue
-            if rules.clears(*part, depth):
+            if thresholds.clears(*part, depth):
                 found = Change(depth, _free(part))
             else:
                 found = self._with_touch((left, right), part, depth, found)
@@ -365,15 +367,15 @@ class Walk:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def fall(self, left: Any, right: Any, left_lone: bool, right_lone: bool) -> Change:
         """The first move of the lines of a free part as the depth falls, but of lone nodes."""
-        rules = self.opening
+        thresholds = self.opening
         found = [_NEVER]
         if not left_lone:
-            found.append(Change(rules.advance(left - 1, 1, right), (left - 1, right)))
+            found.append(Change(thresholds.advance(left - 1, 1, right), (left - 1, right)))
         if not right_lone:
-            found.append(Change(rules.advance(right + 1, -1, left), (left, right + 1)))
+            found.append(Change(thresholds.advance(right + 1, -1, left), (left, right + 1)))
         if not left_lone and not right_lone:
             both = left - 1, right + 1
-            depth = min(rules.advance_both(*both), rules.touches(*both)[0])
+            depth = min(thresholds.advance_both(*both), thresholds.touches(*both)[0])
             found.append(Change(depth, both))
         return max(found, key=lambda change: change.depth)
 

@@ -217,7 +217,7 @@ class Contact:
         return self.poles.still * self.u + self.fields.total(at_line.T, weights)
 
     @functools.cached_property
-    def form(self) -> Array:
+    def quadratic_form(self) -> Array:
         """∫p u + m S u(a) (2, 2): p and S of the part in the row, u of that in the column."""
         pressed = (self.pressures * self.weights).reshape(2, -1)
         found = pressed @ self.u.reshape(2, -1).T
@@ -230,5 +230,5 @@ class Contact:
 
         See `at_depth` and `Body.rest_depth`.
         """
-        stored = self.form[1, 1] / 2 + self.stretched
-        return np.array([*self.reaction, *self.form[:, 0], stored])
+        stored = self.quadratic_form[1, 1] / 2 + self.stretched
+        return np.array([*self.reaction, *self.quadratic_form[:, 0], stored])

@@ -20,7 +20,7 @@ from numpy.polynomial.legendre import legval
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact
 from discretization.profile import unknown
-from discretization.roots import bracketed, least
+from discretization.roots import bracketed, bracketed_minimum
 from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array
 
@@ -147,7 +147,7 @@ class Lines:
         """Where between two half-widths D turns back, or comes as far as a depth, and D there."""
         backwards = np.vectorize(lambda a: -direction * self.rest_depth(a, direction))
         low, high = sorted((one, other))
-        a, value = least(backwards, low, high, -direction * to, _TURN_ROUNDS)
+        a, value = bracketed_minimum(backwards, low, high, -direction * to, _TURN_ROUNDS)
         return a, -direction * value
 
     def _zero(self, begin: float, end: float, to: float, direction: int, fraction: float) -> float:

@@ -149,13 +149,13 @@ class Layer(FreeSurface):
         pulled = 0.0
         if not self.opening and self.a > body.tip:
             pulled = -float((self.pressed * self.contact.weights).min()) / pressed
-        form = self.contact.form
+        quadratic_form = self.contact.quadratic_form
         return Certificate(
             penetration=self._penetration() / size,
             stationarity=self._mismatch_of_elements(pressed),
             opening=worst(pulled),
             neighbours=self._gain_of_neighbours(size),
-            force=float(abs(form[0, 1] - form[1, 0])) / 2 / pressed,
+            force=float(abs(quadratic_form[0, 1] - quadratic_form[1, 0])) / 2 / pressed,
         )
 
     def _penetration(self) -> float:

@@ -154,7 +154,7 @@ class Lattice:
     --------
     >>> from discretization import Lattice
     >>> lattice = Lattice(spacing=0.5, origin=0.0, k=2.0, gamma1=8.0, w=0.1)
-    >>> lattice.spring, lattice.link
+    >>> lattice.spring_stiffness, lattice.link_stiffness
     (1.0, 16.0)
     """
 
@@ -214,12 +214,12 @@ class Lattice:
         return self.spacing
 
     @functools.cached_property
-    def spring(self) -> float:
+    def spring_stiffness(self) -> float:
         """Stiffness kΔx of a node's spring [stress]."""
         return self.k * self.cell
 
     @functools.cached_property
-    def link(self) -> float:
+    def link_stiffness(self) -> float:
         """Stiffness t = γ₁/Δx of a link [stress]."""
         return self.gamma1 / self.spacing
 
@@ -241,8 +241,8 @@ class Lattice:
         """Whether free nodes obey linear equations; else `NodalEnergy` alone knows them."""
         return self.slopes == "small" and bool(self.stored(np.zeros(2)).quadratic)
 
-    def seen(self, scene: Scene) -> Scene:
-        """The part of a scene that has nodes."""
+    def scene_on_nodes(self, scene: Scene) -> Scene:
+        """The scene of which these nodes are those of a line contact: the scene itself."""
         return scene
 
     def weight(self, at: Any) -> Any:
@@ -268,12 +268,12 @@ class Lattice:
         """
         return np.broadcast_to(np.float64(unit * self.cell), count)
 
-    def pull(self, nodes: Any, side: int) -> Any:
+    def tail_stiffness(self, nodes: Any, side: int) -> Any:
         """Force of tails beyond these nodes on them over u; their springs' own is not counted."""
-        return self.pair(math.inf, nodes, side)[1]
+        return self.surface_stiffnesses(math.inf, nodes, side)[1]
 
-    def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
-        """Stiffnesses of a free surface of so many links between two contact nodes.
+    def surface_stiffnesses(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
+        """Stiffnesses of a free surface of this many links between two contact nodes.
 
         It pulls at an end displaced by u, the other one by u', with tB (u - u') + t(1 - A - B) u.
 
@@ -292,17 +292,20 @@ class Lattice:
         if isinstance(links, float) and links == math.inf:
             return 0.0, self.end_stiffness
         _, far, remainder = shares(self.log_decay, 1.0, links - 1.0)
-        return self.link * far, self.link * remainder
+        return self.link_stiffness * far, self.link_stiffness * remainder
 
-    def beside(self, node: Any, side: Any, apart: Any = math.inf) -> tuple[Any, Any, Any]:
-        """Response of the free node next to lines.
+    def free_node_response(
+        self, node: Any, side: Any, distance: Any = math.inf
+    ) -> tuple[Any, Any, Any]:
+        """Response of the free node next to a contact line: u = A g + B g' there.
 
         Parameters
         ----------
         node, side : int or ndarray
             Contact nodes at the lines, and the side on which the free node is.
         apart : float or ndarray
-            How many links from there the line is that they face, if any.
+            Number of links from the contact node to the line on the other side of the free
+            surface; infinite for a tail.
 
         Returns
         -------
@@ -310,9 +313,9 @@ class Lattice:
             The last is its stiffness [stress].
         """
         after = node + side
-        tie, ground = self.pair(apart - 1.0, after, side)
-        spring = self.spring * self.weight(after)
-        link = self.link * self.weight(node + side / 2)
+        tie, ground = self.surface_stiffnesses(distance - 1.0, after, side)
+        spring = self.spring_stiffness * self.weight(after)
+        link = self.link_stiffness * self.weight(node + side / 2)
         total = spring + link + tie + ground
         return tie / total, (spring + ground) / total, total
 
@@ -328,8 +331,8 @@ class Lattice:
         return _DEEPEST * math.sqrt(2 * self.w / self.k)
 
     @property
-    def edge(self) -> float:
-        """How far, in nodes, a contact reaches beyond its last node."""
+    def overhang(self) -> float:
+        """How many spacings a contact reaches beyond its last node: ½ without tension."""
         return 0.0 if self.gamma1 else 0.5
 
     @property
@@ -362,7 +365,7 @@ class RadialLattice(Lattice):
         return 2 * math.pi * self.spacing**2
 
     @functools.cached_property
-    def link(self) -> float:
+    def link_stiffness(self) -> float:
         """Stiffness of a link of weight 1, 2πγ₁."""
         return 2 * math.pi * self.gamma1
 
@@ -371,7 +374,7 @@ class RadialLattice(Lattice):
         """The free surface outside the contact."""
         return RadialTail(self.log_decay / self.spacing)
 
-    def seen(self, scene: Scene) -> Scene:
+    def scene_on_nodes(self, scene: Scene) -> Scene:
         """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
         return replace(scene, indenter=Radial(scene.indenter), geometry="line")
 
@@ -383,11 +386,11 @@ class RadialLattice(Lattice):
         """Areas of nodes, or links, times a unit (n,)."""
         return np.asarray(unit * self.cell * self.weight(first + np.arange(count)))
 
-    def pair(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
+    def surface_stiffnesses(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
         """Stiffnesses of the surface outside; there is none on the side of the axis."""
         if not self.gamma1:
             return 0.0, np.zeros(np.shape(node))
-        pull = self.link * outer_pull(self.spring / self.link, node)
+        pull = self.link_stiffness * outer_pull(self.spring_stiffness / self.link_stiffness, node)
         return 0.0, np.where(side < 0, 0.0, pull)
 
 

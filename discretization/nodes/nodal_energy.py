@@ -91,7 +91,7 @@ class NodalEnergy:
         self.first = first
         self.contact = np.asarray(contact, bool)
         size = self.contact.size
-        pulls = [lattice.pull(first, -1), lattice.pull(first + size - 1, 1)]
+        pulls = [lattice.tail_stiffness(first, -1), lattice.tail_stiffness(first + size - 1, 1)]
         self.pulls = np.array(pulls, float) * tails  # of the tails, over u
         self.cells = lattice.sizes(first, size)
         self.links = lattice.sizes(first + 0.5, size - 1)

@@ -101,6 +101,6 @@ def surface(lattice: Lattice, contact: Nodes, g: Array, at: Nodes) -> Array:
 
 def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
     """Forces p_i that hold these nodes at u."""
-    tie, ground = lattice.pair(np.diff(nodes, prepend=-math.inf, append=math.inf))
+    tie, ground = lattice.surface_stiffnesses(np.diff(nodes, prepend=-math.inf, append=math.inf))
     flow = np.diff(tie[1:-1] * (u[:-1] - u[1:]), prepend=0.0, append=0.0)
-    return np.asarray((lattice.spring + ground[:-1] + ground[1:]) * u + flow)
+    return np.asarray((lattice.spring_stiffness + ground[:-1] + ground[1:]) * u + flow)

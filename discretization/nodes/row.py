@@ -111,7 +111,7 @@ class Row:
     ----------
     lattice : Lattice
     scene : Scene
-        Its part that has nodes (`Lattice.seen`).
+        Its part that has nodes (`Lattice.scene_on_nodes`).
     first : int
         The lattice's number of node 0.
     size : int
@@ -207,7 +207,7 @@ class Row:
         return self.adhesion(1.0)
 
     @functools.cached_property
-    def rules(self) -> tuple[Thresholds, Thresholds]:
+    def thresholds(self) -> tuple[Thresholds, Thresholds]:
         """The thresholds of contacts that close, and of those that open."""
         closing, opening = self.works
         first = Thresholds(self.lattice, self.f, self.adhesion(closing), self.clear, self.first)
@@ -231,7 +231,7 @@ class Row:
         nodes = self.first + np.arange(h.size)
         steps = np.diff(self.f)
         springs = lattice.weight(nodes) * np.array([np.ones(h.size), h, h * h])
-        links = lattice.link / 2 * steps * steps * lattice.weight(nodes[:-1] + 0.5)
+        links = lattice.link_stiffness / 2 * steps * steps * lattice.weight(nodes[:-1] + 0.5)
         links = links - self.works[0] * self.bonds
         return _running(springs, self.touch), _running(links, self.touch)
 
@@ -263,12 +263,14 @@ class Row:
         energy, force = self._in_contact(nodes, depth)
         lattice_nodes = self.first + nodes
         for end, side in ((0, -1), (-1, 1)):
-            pull = self.lattice.pull(lattice_nodes[:, end], side) * u[:, end]
+            pull = self.lattice.tail_stiffness(lattice_nodes[:, end], side) * u[:, end]
             energy = energy + pull * u[:, end] / 2
             force = force + pull
 
         # The spans between contacts.
-        tie, ground = self.lattice.pair(lattice_nodes[:, 2::2] - lattice_nodes[:, 1:-1:2])
+        tie, ground = self.lattice.surface_stiffnesses(
+            lattice_nodes[:, 2::2] - lattice_nodes[:, 1:-1:2]
+        )
         left = u[:, 1:-1:2]
         right = u[:, 2::2]
         stored = (ground * (left**2 + right**2) + tie * (left - right) ** 2) / 2
@@ -280,7 +282,7 @@ class Row:
         first = nodes[:, ::2]
         last = nodes[:, 1::2]
         d = depth - self.lowest
-        spring = self.lattice.spring
+        spring = self.lattice.spring_stiffness
         springs, links = self.sums
         count, h, squares = (springs[:, last + 1] - springs[:, first]).sum(axis=2)
         energy = spring / 2 * ((count * d - 2 * h) * d + squares)
@@ -301,7 +303,7 @@ def _outermost(
         after = scene.indenter.height(positions(lattice, scene.indenter, nodes + sides))
         pressed = max(depth, float(own[0, 0]))
         if lattice.linear:
-            _, remainder, stiffness = lattice.beside(nodes, sides)
+            _, remainder, stiffness = lattice.free_node_response(nodes, sides)
             strongest = lattice.w * (max(scene.pattern.factors) if scene.pattern else 1.0)
             bonds = strongest * lattice.cell * lattice.weight(nodes + sides / 2)
             threshold = own + (after - own - np.sqrt(2 * bonds / stiffness)) / remainder

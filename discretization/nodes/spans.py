@@ -1,7 +1,8 @@
 """Free surfaces between two contacts of a line contact, tabulated by the number of their links.
 
 What such a surface does to the nodes beside its lines depends on nothing but this number
-(`Lattice.beside`, `Lattice.pair`), so that a walk along the nodes needs no functions but roots.
+(`Lattice.free_node_response`, `Lattice.surface_stiffnesses`), so that a walk along the nodes needs
+no functions but roots.
 """
 
 import functools
@@ -30,9 +31,10 @@ class Spans:
     count : int
         Length of the tables.
     far, remainder, stiffness : list of float
-        B, 1 - A - B and S of the node beside a line; see `Lattice.beside`. nan below 2 links.
+        B, 1 - A - B and S of the node beside a line, see `Lattice.free_node_response`; nan below 2
+        links.
     tie, ground : list of float
-        tB and t(1 - A - B); see `Lattice.pair`. nan below 1 link.
+        tB and t(1 - A - B); see `Lattice.surface_stiffnesses`. nan below 1 link.
     tail : tuple of float
         B, 1 - A - B and S outside.
     """
@@ -52,9 +54,9 @@ class Spans:
         """For surfaces of up to so many links, or until their ends do not feel each other."""
         count = max(int(min(most, _INDEPENDENT / lattice.log_decay)), 2) + 1
         links = np.arange(count, dtype=float)
-        far, remainder, stiffness = lattice.beside(0, 1, links[2:])
-        tie, ground = lattice.pair(links[1:])
-        tail_far, tail_remainder, tail_stiffness = lattice.beside(0, 1)
+        far, remainder, stiffness = lattice.free_node_response(0, 1, links[2:])
+        tie, ground = lattice.surface_stiffnesses(links[1:])
+        tail_far, tail_remainder, tail_stiffness = lattice.free_node_response(0, 1)
         none = [math.nan]
         return cls(
             lattice,

@@ -3,7 +3,8 @@
 Between two contacts lies a free surface of T links, whose first free node is displaced by
 A g_i + B g_j, its other nodes by a g_i + b g_j; outside are two tails, A = λ, B = 0. With c and t
 the stiffness of a spring and of a link at the place, and C, G what the rest of the surface does to
-the node beside a line (`Lattice.pair`), S = c + t + C + G that of this node, by the heights f,
+the node beside a line (`Lattice.surface_stiffnesses`), S = c + t + C + G that of this node, by the
+heights f,
 
     a line advances over the next link, or the last two, or opens one, of adhesion W together, at
         d = f_i + (f_1 - f_i + B (f_i - f_j) - √(2W/S))/(1 - A - B);
@@ -61,7 +62,7 @@ class Thresholds:
     clear: bool = False
     first: int = 0
 
-    def outwards(self, node: Any, side: int) -> Any:
+    def advance_of_outermost(self, node: Any, side: int) -> Any:
         """Depths at which outermost lines at nodes advance over the next link on a side.
 
         -∞ for the inner end of a contact around the axis, which never opens there.
@@ -74,12 +75,14 @@ class Thresholds:
         """Where lines at nodes, that face another one, advance over links of this work."""
         own = self.f[node]
         if other is None:
-            apart: float = math.inf
+            distance: float = math.inf
             faced = own
         else:
-            apart = abs(other - node)
+            distance = abs(other - node)
             faced = self.f[other]
-        far, remainder, stiffness = self.lattice.beside(self.first + node, side, apart)
+        far, remainder, stiffness = self.lattice.free_node_response(
+            self.first + node, side, distance
+        )
         rise = self.f[node + side] - own + far * (own - faced)
         return own + (rise - np.sqrt(2 * work / stiffness)) / remainder
 
@@ -103,8 +106,8 @@ class Thresholds:
     def open(self) -> Array:
         """Depths (n,) below which a node between two contact links opens; -∞ at both ends."""
         f = self.f
-        spring = self.lattice.spring
-        link = self.lattice.link
+        spring = self.lattice.spring_stiffness
+        link = self.lattice.link_stiffness
         bound = (self.work[1:] + self.work[:-1]) * (spring + 2 * link)
         depth = f[1:-1] - (link * np.diff(f, 2) + np.sqrt(2 * bound)) / spring
         return np.pad(depth, 1, constant_values=-math.inf)
@@ -130,26 +133,26 @@ class Thresholds:
         """
         if other is None:
             return self._advance_outwards(node, side)
-        apart = abs(other - node)
+        distance = abs(other - node)
         link = node if side > 0 else node - 1
         work = self._works[link]
-        if apart == 2:
+        if distance == 2:
             work += self._works[link + side]
         spans = self.spans
-        if apart >= spans.count:
+        if distance >= spans.count:
             return float(self._advance(node, side, work, other))
         heights = self.heights
         own = heights[node]
-        rise = heights[node + side] - own + spans.far[apart] * (own - heights[other])
-        adhesion = math.sqrt(2 * work / spans.stiffness[apart])
-        return own + (rise - adhesion) / spans.remainder[apart]
+        rise = heights[node + side] - own + spans.far[distance] * (own - heights[other])
+        adhesion = math.sqrt(2 * work / spans.stiffness[distance])
+        return own + (rise - adhesion) / spans.remainder[distance]
 
     def _advance_outwards(self, node: int, side: int) -> float:
         """The same of an outermost line."""
         if not 0 <= node + side < self.f.size:
             return math.inf
         if self.clear or self.lattice.axis == 0:
-            return float(self.outwards(node, side))
+            return float(self.advance_of_outermost(node, side))
         _, remainder, stiffness = self.spans.tail
         own = self.heights[node]
         work = self._works[node if side > 0 else node - 1]
@@ -176,15 +179,15 @@ class Thresholds:
         if right - left < 3:
             return math.inf
         f = self.heights
-        link = self.lattice.link
+        link = self.lattice.link_stiffness
         first = left + 1
         last = right - 1
         if last - first < self.spans.count:
             tie = self.spans.tie[last - first]
             ground = self.spans.ground[last - first]
         else:
-            tie, ground = map(float, self.lattice.pair(last - first))
-        p = self.lattice.spring + ground
+            tie, ground = map(float, self.lattice.surface_stiffnesses(last - first))
+        p = self.lattice.spring_stiffness + ground
         level = (f[left] + f[right]) / 2
         tied = tie * (f[first] - f[last])
         pull_first = p * (f[first] - level) + link * (f[first] - f[left]) + tied
@@ -289,7 +292,7 @@ class Thresholds:
     @functools.cached_property
     def delta0(self) -> float:
         """δ₀ of the link that adheres most [length]."""
-        return math.sqrt(2 * float(self.work.max(initial=0.0)) / self.lattice.spring)
+        return math.sqrt(2 * float(self.work.max(initial=0.0)) / self.lattice.spring_stiffness)
 
     def clears(self, left: int | None, right: int | None, depth: float) -> bool:
         """Whether the surface between two contact nodes (None: none there) clears the indenter.
@@ -297,7 +300,7 @@ class Thresholds:
         But for rounding, which is largest in the slopes of a span of two links.
         """
         touch, _ = self.touches(left, right)
-        steepness = 1 + 2 * self.lattice.link / self.lattice.spring
+        steepness = 1 + 2 * self.lattice.link_stiffness / self.lattice.spring_stiffness
         tie = _TIE * (abs(touch) + abs(depth) + self.delta0) * steepness
         return touch >= depth - tie
 

@@ -84,7 +84,7 @@ class LatticeBranch(Branch):
         """
         route(scene, "path", nodes=True)
         lattice = Lattice.of(scene, spacing)
-        seen = lattice.seen(scene)
+        seen = lattice.scene_on_nodes(scene)
         row = Row.of(seen, lattice, deepest)
         return cls(scene, row, Walk(row, narrow=True), unseen(seen, deepest, lattice))
 

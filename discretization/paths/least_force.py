@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from discretization.lattice.subgrid import outwards
+from discretization.lattice.subgrid import facing_sides
 from discretization.nodes.row import Row
 from discretization.paths.branch import Snapshot
 from discretization.paths.control import Control, Curve, at_changes, evenly_spaced
@@ -182,7 +182,7 @@ def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:
 
 def _bound(row: Row, nodes: Nodes, depths: Array) -> Array:
     """What P between the nodes is no less than at these depths (n,), with contacts in these."""
-    wider = nodes + outwards(nodes.shape[1])
+    wider = nodes + facing_sides(nodes.shape[1])
     np.clip(wider, 0, row.size - 1, out=wider)
     close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
     wider[:, 1:-1] = np.where(close, nodes[:, 1:-1], wider[:, 1:-1])

@@ -16,7 +16,7 @@ import numpy as np
 
 from discretization.fitted.rest_depths import TIE, RestDepths
 from discretization.profile import unknown
-from discretization.roots import bracketed, crossings, least
+from discretization.roots import bracketed, bracketed_minimum, crossings
 from energy.arrays import Array, Indices, Mask
 
 _KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need not be known better
@@ -49,7 +49,7 @@ class SingleLine:
         way: 1 with the adhesion of a contact that closes, -1 of one that opens.
         """
         none = np.full(x.shape, math.copysign(math.inf, self.side))
-        return self.rests.beside(self.side, x, none, aside, way)
+        return self.rests.one_sided(self.side, x, none, aside, way)
 
     def _at(self, x: float, aside: int, way: int) -> float:
         return float(self.rest_depth(np.array([x]), aside, way)[0])
@@ -154,7 +154,9 @@ class SingleLine:
     def _turn(self, start: float, end: float, way: int) -> tuple[float, float]:
         """Where way · D has a maximum between two places, and its value."""
         low, high = sorted((start, end))
-        place, value = least(lambda x: -way * self.rest_depth(x, 0, way), low, high, -math.inf)
+        place, value = bracketed_minimum(
+            lambda x: -way * self.rest_depth(x, 0, way), low, high, -math.inf
+        )
         return place, -value
 
 

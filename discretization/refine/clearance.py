@@ -91,7 +91,7 @@ def _samples(
     which = which[kept]
     beside = np.argwhere(np.isfinite(lines))
     ends = lines[beside[:, 0], beside[:, 1]]
-    end_height, end_slope = profile.beside(ends, np.where(beside[:, 1] == 0, 1, -1))
+    end_height, end_slope = profile.one_sided(ends, np.where(beside[:, 1] == 0, 1, -1))
     own = np.concatenate([own, beside[:, 0]])
     x = np.concatenate([profile.x[which], ends])
     f = np.concatenate([profile.f[which], end_height])

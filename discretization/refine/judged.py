@@ -103,7 +103,7 @@ class Judge:
         lone = np.where(points[:-1, 1], -(pulls[:-1, 1] + pulls[1:, 0]), 0.0)
         found = np.maximum.reduceat(np.append(lone, 0.0), first)
         corners = self.equations.profile.corners
-        over = self.contact_lines.torn(corners)
+        over = self.contact_lines.forces_opening_corners(corners)
         unit = self.contact_lines.scene.stiffness * self.equations.length
         for corner, force in zip(corners[over > 0], over[over > 0], strict=True):
             inside = np.append(rows[:-1, 1], np.inf) < corner

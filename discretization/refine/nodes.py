@@ -64,7 +64,7 @@ class FoundNodes:
     @functools.cached_property
     def row(self) -> Row:
         """The nodes."""
-        return Row.of(self.lattice.seen(self.scene), self.lattice, self.deepest)
+        return Row.of(self.lattice.scene_on_nodes(self.scene), self.lattice, self.deepest)
 
     @functools.cached_property
     def walk(self) -> Walk:
@@ -98,7 +98,7 @@ class FoundNodes:
 
     def lowest(self, depth: float) -> tuple[float, ...]:
         """The lines of the contacts of lowest energy of all."""
-        nodes = lowest_contacts(self.lattice.seen(self.scene), depth, self.lattice)
+        nodes = lowest_contacts(self.lattice.scene_on_nodes(self.scene), depth, self.lattice)
         at = positions(self.lattice, self.scene.indenter, nodes.astype(float).ravel())
         return tuple(at.tolist())
 

@@ -1,9 +1,9 @@
 """Contacts on nodes pressed to one depth at once.
 
 Pressed, contacts only grow, and whatever grows first makes the others grow no less
-(nodes/rules.py). So the contacts at a depth do not depend on the order in which lines pass links
-and nodes touch, nor on the depths at which they did: a line may pass all links up to the first that
-holds it, found in an array, as long as the surface stays clear of the indenter.
+(nodes/thresholds.py). So the contacts at a depth do not depend on the order in which lines pass
+links and nodes touch, nor on the depths at which they did: a line may pass all links up to the
+first that holds it, found in an array, as long as the surface stays clear of the indenter.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ def _found(
 @functools.lru_cache(maxsize=64)
 def _row(scene: Scene, lattice: Lattice, depth: float) -> Row:
     """Nodes that are kept for all depths up to this one."""
-    return Row.of(lattice.seen(scene), lattice, depth)
+    return Row.of(lattice.scene_on_nodes(scene), lattice, depth)
 
 
 def on_lattice(

@@ -37,11 +37,11 @@ def contacts_of(scene, depth, change=(0, 0)):
     """The contact on nodes, found plainly with finite slopes, its outermost nodes moved."""
     lattice = Lattice.of(scene, L / 100)
     if scene.slopes == "finite":
-        plain = Plain(Row.of(lattice.seen(scene), lattice, depth), depth, lattice.w)
+        plain = Plain(Row.of(lattice.scene_on_nodes(scene), lattice, depth), depth, lattice.w)
         moved = np.add(plain.contact(), change).tolist()
         return plain.relaxed(moved)
     _, (ends,) = nodes_of(on_lattice(scene, depth, L / 100))
-    return over(lattice, lattice.seen(scene).indenter, depth, np.add(ends, change))
+    return over(lattice, lattice.scene_on_nodes(scene).indenter, depth, np.add(ends, change))
 
 
 def judged(*given):
@@ -119,7 +119,7 @@ def test_twelve_digits_for_any_ratio_of_length_to_spacing(decade, indenter):
         assert first == -last < -50 and on_lattice(scene, d, DX).certificate.ok
         assert abs(sums.energy - energy) <= 1e-12 * sums.scale
         assert abs(sums.force - force) <= 1e-12 * sums.sizes
-        slack = max(1, lattice.link / lattice.spring / 1e3)
+        slack = max(1, lattice.link_stiffness / lattice.spring_stiffness / 1e3)
         assert abs(reactions - force) <= 1e-12 * sums.sizes * slack
         assert energy <= exact(lattice, height, d, first - 1, last + 1)[0]
         kappa = mp.mpf(lattice.k) * mp.mpf(DX) ** 2 / lattice.gamma1
@@ -195,7 +195,11 @@ def test_the_last_node_of_a_gap_closes_with_two_links(bonds, failures):
     held = np.arange(13) != 6
     lifted = displacement(lattice, level, held)[6]
     level[6] = lifted - math.sqrt(
-        2 * bonds * lattice.w * lattice.spacing / (lattice.spring + 2 * lattice.link)
+        2
+        * bonds
+        * lattice.w
+        * lattice.spacing
+        / (lattice.spring_stiffness + 2 * lattice.link_stiffness)
     )
     assert level[0] > lifted > level[6]
     contacts = of_heights(lattice, level, [[0, 5], [7, 12]])
@@ -213,10 +217,10 @@ def test_largest_pull_on_a_node_in_contact(share, factor, failures, ends):
     lattice = Lattice(1.0, 0.0, 2.0, 50.0, 1e-4)
     g = 0.01 * np.ones(30)
     g[13:17] = -1.0
-    stiffness = lattice.spring + 2 * lattice.link
+    stiffness = lattice.spring_stiffness + 2 * lattice.link_stiffness
     held = math.sqrt(4 * stiffness * lattice.w * (1.0 if factor is None else factor))
-    pull = share * held if held else (share - 1) * lattice.spring * 1e-3
-    g[6] -= (pull + lattice.spring * g[6]) / stiffness
+    pull = share * held if held else (share - 1) * lattice.spring_stiffness * 1e-3
+    g[6] -= (pull + lattice.spring_stiffness * g[6]) / stiffness
     contacts = of_heights(lattice, g[: ends[-1][1] + 1], ends, factor=factor)
     assert set(contacts.certificate.failures) == failures
 

@@ -15,7 +15,7 @@ def rows(seed, nodes):
     scene = rough(seed)
     lattice = Lattice.of(scene, scene.elastocapillary_length / nodes)
     deep = 3 * scene.critical_separation
-    return scene, Row.of(lattice.seen(scene), lattice, deep), deep
+    return scene, Row.of(lattice.scene_on_nodes(scene), lattice, deep), deep
 
 
 def tracks(row, deep, low):

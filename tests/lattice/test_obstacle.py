@@ -40,13 +40,13 @@ def test_no_penetration_no_tension_and_balance(n, ell):
         u = found.u
         p = found.multipliers
         energy = NodalEnergy(lat, found.contact)
-        noise = 1e-14 * (lat.spring + lat.link) * np.abs(g).max()
+        noise = 1e-14 * (lat.spring_stiffness + lat.link_stiffness) * np.abs(g).max()
         assert (u >= g).all() and (p >= 0).all(), name
         assert (u[found.contact] == g[found.contact]).all() and found.contact.any(), name
         assert (p[~found.contact] == 0).all(), name
         assert np.abs(energy.gradient(u) - p).max() <= noise, name
         assert found.energy == pytest.approx(energy.value(u), rel=1e-12, abs=0), name
-        force = lat.spring * u.sum() + lat.end_stiffness * (u[0] + u[-1])
+        force = lat.spring_stiffness * u.sum() + lat.end_stiffness * (u[0] + u[-1])
         assert found.force == pytest.approx(force, rel=1e-12, abs=0), name
 
 
@@ -132,11 +132,11 @@ def test_obstacle_equals_the_convex_programme(n):
     force = ours.multipliers.max()
     assert theirs.energy == pytest.approx(ours.energy, rel=GAP, abs=0)
     # U(u) >= U(u*) + K (u_i - u_i*)²/2, K the stiffness of the surface at one node
-    within = math.sqrt(2 * GAP * ours.energy / (lat.spring + 2 * lat.end_stiffness))
+    within = math.sqrt(2 * GAP * ours.energy / (lat.spring_stiffness + 2 * lat.end_stiffness))
     assert np.abs(theirs.u - ours.u).max() <= within
     assert np.abs(theirs.multipliers - ours.multipliers).max() <= 1e-3 * force
     residual = kkt_residual(lat, g, ours.u, ours.multipliers)
-    assert residual <= 2e-15 * (1 + (lat.spring + lat.link) * height / force)
+    assert residual <= 2e-15 * (1 + (lat.spring_stiffness + lat.link_stiffness) * height / force)
     assert residual < kkt_residual(lat, g, theirs.u, theirs.multipliers)
 
 
@@ -161,7 +161,7 @@ def test_integers_equal_the_best_of_all_contact_sets(seed):
     height = np.abs(g).max()
     assert np.abs(found.u - u).max() <= 1e-7 * height
     p = np.where(found.contact, NodalEnergy(lat, found.contact).gradient(found.u), 0)
-    noise = 1e-6 * (np.abs(p).max() + lat.spring * height)
+    noise = 1e-6 * (np.abs(p).max() + lat.spring_stiffness * height)
     assert np.abs(found.multipliers - p).max() <= noise
 
 

@@ -46,7 +46,7 @@ def test_the_fast_method_has_the_same_contacts_and_energies(geometry, body, monk
         spacing = scene.elastocapillary_length / rng.uniform(2, 40)
         fast = on_lattice(scene, depth, spacing)
         lattice = Lattice.of(scene, spacing)
-        plain = on_route(Row.of(lattice.seen(scene), lattice, depth), depth, "plain")
+        plain = on_route(Row.of(lattice.scene_on_nodes(scene), lattice, depth), depth, "plain")
         assert np.array_equal(plain.nodes, fast.nodes)
         if not fast.contacts.size:
             continue
@@ -217,7 +217,9 @@ def test_a_line_passes_a_link_or_the_last_two(seed, links):
 @pytest.mark.parametrize("seed", range(6))
 def test_a_node_is_torn_out_of_a_contact(seed):
     rules = case(seed)
-    depth, (_, left, right, _) = Walk(SimpleNamespace(rules=(rules, rules))).opened_inside(6, 24)
+    depth, (_, left, right, _) = Walk(SimpleNamespace(thresholds=(rules, rules))).opened_inside(
+        6, 24
+    )
     parts = [(6, left), (right, 24)]
     node = left + 1
     equal(rules, parts, [(6, 24)], depth)
@@ -241,7 +243,7 @@ def test_the_surface_touches_the_first_node_in_its_way(seed, left, right):
     assert rules.pulled(left, node, right) < depth  # what has just touched stays
     held = tuple(sorted([*contacts, (node, node)]))
     before, after = ends_of(held)[2 * held.index((node, node)) :][:4:3]
-    lets_go = Walk(SimpleNamespace(rules=(rules, rules))).pulled(before, node, after)
+    lets_go = Walk(SimpleNamespace(thresholds=(rules, rules))).pulled(before, node, after)
     assert lets_go.depth == rules.pulled(left, node, right)
     assert lets_go.ends == ()
 
@@ -308,7 +310,7 @@ def test_advance_against_two_relaxed_chains():
             u = energy.relaxed(depth - f)
             values.append(energy.value(u))
             forces.append(energy.gradient(u)[energy.contact].sum())
-        _, rest, stiffness = lattice.beside(last, 1)
+        _, rest, stiffness = lattice.free_node_response(last, 1)
         gap = f[i + 1] - f[i] - rest * (depth - f[i])
         work = scene.work_of_adhesion * lattice.spacing
         change = values[1] - values[0]

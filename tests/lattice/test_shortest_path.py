@@ -32,7 +32,7 @@ def least(lattice, g, sets, energy):
     model = NodalEnergy(lattice, sets[np.argmin(energy)])
     u = model.relaxed(g)
     size = sum(map(abs, model.balance(u).terms.values()))
-    return energy.min(), model.value(u), size or lattice.spring * np.max(g**2)
+    return energy.min(), model.value(u), size or lattice.spring_stiffness * np.max(g**2)
 
 
 @pytest.mark.parametrize("start", range(0, 120, 40))
@@ -88,7 +88,7 @@ def test_no_admissible_spans_have_less_energy(draw, seeds):
 def test_of_equal_energies_the_one_with_more_contact(more, contacts):
     """Two nodes with an energy of 2 more wΔx; 1e-12 wΔx are a tie."""
     lattice = Lattice(1.0, 0.0, 1.3, 1.3 * 4.0, 0.2)
-    leaves = -math.sqrt(lattice.w / (lattice.spring + lattice.end_stiffness))
+    leaves = -math.sqrt(lattice.w / (lattice.spring_stiffness + lattice.end_stiffness))
     assert Found.of(lattice, np.full(2, leaves * (1 + more))).contacts.tolist() == contacts
 
 

@@ -137,7 +137,7 @@ def enumerated(lattice, g):
     band = NodalEnergy(lattice, sets[0]).hessian()
     hessian = np.diag(band[0]) + np.diag(band[1, :-1], 1) + np.diag(band[1, :-1], -1)
     held = sets[:, :, None]
-    matrix = np.where(held, np.eye(n), hessian / lattice.spring)
+    matrix = np.where(held, np.eye(n), hessian / lattice.spring_stiffness)
     u = np.linalg.solve(matrix, np.where(sets, g, 0.0)[:, :, None])[:, :, 0]
     pairs = [NodalEnergy(lattice, (np.arange(n) - i) // 2 == 0) for i in range(n - 1)]
     bonds = np.array([pair.balance(np.zeros(n)).terms["adhesion"] for pair in pairs])
@@ -198,7 +198,7 @@ def lowest(lattice, g):
 def unpruned(lattice, g):
     """The same minimum over all admissible pairs (i, j) in u itself: O(n²), nothing left out."""
     mu = lattice.log_decay
-    t = lattice.link
+    t = lattice.link_stiffness
     n = g.size
     x = np.concatenate([[-60 / mu], np.arange(n), [n + 60 / mu]])
     y = np.concatenate([[0.0], g, [0.0]])
@@ -240,7 +240,7 @@ def obstacle(lattice, g):
     nodes = np.arange(g.size)
     u = np.maximum(g, 0.0)
     if not lattice.gamma1 or g.max() <= 0:
-        return Obstacle(u, g > 0, lattice.spring * u * lattice.weight(nodes))
+        return Obstacle(u, g > 0, lattice.spring_stiffness * u * lattice.weight(nodes))
     held, force = held_by(lattice, g)
     contact = np.zeros(g.size, bool)
     multipliers = np.zeros(g.size)

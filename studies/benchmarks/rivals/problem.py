@@ -101,9 +101,9 @@ class Grid:
     def bands(self) -> tuple[Array, Array]:
         """Diagonal (n,) and off-diagonal (n-1,) of K."""
         lat = self.lattice
-        diagonal = np.full(self.nodes, lat.spring + 2 * lat.link)
-        diagonal[[0, -1]] += lat.end_stiffness - lat.link
-        return diagonal, np.full(self.nodes - 1, -lat.link)
+        diagonal = np.full(self.nodes, lat.spring_stiffness + 2 * lat.link_stiffness)
+        diagonal[[0, -1]] += lat.end_stiffness - lat.link_stiffness
+        return diagonal, np.full(self.nodes - 1, -lat.link_stiffness)
 
     def pushed(self, u: Array) -> Array:
         """Ku (n,): the forces that hold the nodes."""
@@ -122,7 +122,7 @@ class Grid:
         g = self.g
         dx = self.spacing
         n = self.nodes
-        held = np.flatnonzero(multipliers / self.lattice.spring > np.maximum(u - g, 0))
+        held = np.flatnonzero(multipliers / self.lattice.spring_stiffness > np.maximum(u - g, 0))
         if held.size < 2 or held[0] < 1 or held[-1] > n - 4:
             return Answer(math.nan, math.nan, math.nan, math.nan, False)
         ends = []

@@ -44,8 +44,8 @@ def modelled(grid: Grid, solver: str) -> Solve:
     lat = grid.lattice
     u = cp.Variable(grid.nodes)
     floor = cp.Parameter(grid.nodes)
-    springs = lat.spring / 2 * cp.sum_squares(u)
-    links = lat.link / 2 * cp.sum_squares(cp.diff(u))
+    springs = lat.spring_stiffness / 2 * cp.sum_squares(u)
+    links = lat.link_stiffness / 2 * cp.sum_squares(cp.diff(u))
     ends = lat.end_stiffness / 2 * (cp.square(u[0]) + cp.square(u[-1]))
     problem = cp.Problem(cp.Minimize(springs + links + ends), [u >= floor])
 

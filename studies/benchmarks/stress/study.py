@@ -160,7 +160,7 @@ def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
     scales = [Decimal(state.scales[name]) for name in ("force", "energy")]
     errors = [
         max(0.0, before, -beyond),
-        float(abs(Decimal(float(lattice.spring * g.sum() + tails)) - force) / scales[0]),
+        float(abs(Decimal(float(lattice.spring_stiffness * g.sum() + tails)) - force) / scales[0]),
         float(abs(Decimal(nodal.value(g)) - energy) / scales[1]),
     ]
     found = verdict(errors, (max(1.0, last), 10.0, 10.0), True)
