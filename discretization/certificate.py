@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 EPSILON = 2.0**-52  # what double precision leaves of a number
 ROUNDING = 16 * EPSILON  # of the sizes of the terms that a result is summed from, a dozen or so
+DECAYED = 40.0  # decay lengths after which a tail is less than rounding, e⁻⁴⁰ = 4e-18
 TOLERANCE = 1e-9  # of the scales of the terms: far above rounding, far below what is asked
 
 

@@ -314,7 +314,7 @@ class ManyContacts:
         surfaces = self.lines.contact.surfaces
         lost = np.zeros(s.size, bool)
         if isinstance(surfaces, MeniscusSurfaces):
-            lost = (s > 0) & (s < menisci.LEAST[1])
+            lost = (s > 0) & (s < menisci.LEAST_RADIUS[1])
         found = surfaces.energy_and_reaction(1, s, math.inf, u, -u)
         if found is None:
             lost |= _turned(surfaces, s, u)

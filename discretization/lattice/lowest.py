@@ -54,7 +54,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from discretization.certificate import Proof
+from discretization.certificate import DECAYED, Proof
 from discretization.lattice.oracle import oracle
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
@@ -68,7 +68,6 @@ _TIE = 1e-12  # of wΔx: what more contact may cost
 # starts costs about as much as following them over that many nodes. No result depends on it.
 _FEW = 64
 _SHARE = 32
-_FAR = 40.0  # decay lengths, by which a tail has decayed to less than rounding: e⁻⁴⁰ = 4e-18
 _FAINT = (
     100.0  # the same in which starts are distinguished by energy alone, not by how far they are
 )
@@ -169,8 +168,8 @@ class _Ends:
         log_z = (log_p + minus_log_q)[node]
         self.node = node
         self.h = np.append(h[node], (0.0, 0.0))
-        self.log_y = np.append(log_y, (log_y[-1] + _FAR, -math.inf))
-        self.log_z = np.append(log_z, (log_z[-1] + 2 * _FAR, -math.inf))
+        self.log_y = np.append(log_y, (log_y[-1] + DECAYED, -math.inf))
+        self.log_z = np.append(log_z, (log_z[-1] + 2 * DECAYED, -math.inf))
         self.stiffness = stiffness[node]
         self.step = np.append(self._steps(lattice, h), 0.0)
 

@@ -11,7 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from discretization.certificate import EPSILON, ROUNDING, AccuracyWarning, Certificate, worst
+from discretization.certificate import (
+    DECAYED,
+    EPSILON,
+    ROUNDING,
+    AccuracyWarning,
+    Certificate,
+    worst,
+)
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth, decayed
@@ -35,7 +42,6 @@ _CHANCE = 0.1
 PRESSURE_KNOWN = 1e-3  # of the largest: by how much the pressures on two sets of elements differ
 _OTHER_PRESSURE = 0.9  # `Contact.first` of the elements that the pressure is compared with,
 _OTHER = 0.7  # and of those that the certificate compares with; states have 0.5
-_FAR = 40.0  # longest decay lengths: beyond, the free surface is flat to rounding, e^-40
 _LOG_STEP = 0.1  # of ln x: places on the free surface, for integrals by the trapezoidal rule
 _PLACES = np.exp(np.arange(-30.0, _LOG_STEP, _LOG_STEP))  # these, over how far it reaches
 _SEARCH_STEP = 0.2  # of ln x: places at which the gap beside a contact is looked at
@@ -162,7 +168,7 @@ class Layer(FreeSurface):
         """How far the free surface is inside the indenter [length], 0 if it is not."""
         decays = self.contact.poles.decays
         nearest = _NEAREST / float(np.abs(decays).max())
-        furthest = _FAR / float(decays.real.min())
+        furthest = DECAYED / float(decays.real.min())
         logs = np.arange(math.log(nearest), math.log(furthest) + _SEARCH_STEP, _SEARCH_STEP)
         x = np.minimum(np.exp(logs), (self.body.edge - self.a) * (1 - EPSILON))
         u, slope = self.displaced(x)
@@ -269,7 +275,7 @@ class Layer(FreeSurface):
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force of a state in parts; γ₁/2 ∫u'² outside is a sum in ln x."""
-        x = _FAR / float(self.contact.poles.decays.real.min()) * _PLACES
+        x = DECAYED / float(self.contact.poles.decays.real.min()) * _PLACES
         slope = self.displaced(x)[1]
         density = slope**2 * self.body.symmetry_factor * (self.a + x) ** self.body.power
         outside = self.body.scene.gamma1 / 2 * _LOG_STEP * float(x @ density)

@@ -34,10 +34,10 @@ from typing import Any
 
 import numpy as np
 
+from discretization.certificate import DECAYED
 from energy.arrays import Array
 
 _KEPT = 1 << 14  # nodes whose σ is kept; that of those further out is computed by the integrals
-_NEGLIGIBLE = 40.0  # exponent beyond which the integrands are left out, e⁻⁴⁰ = 4e-18
 _FEWEST_STEPS = 16  # in t of the integrals,
 _STEPS_PER_UNIT = 4  # and per unit of t: with these their error is rounding
 
@@ -83,7 +83,7 @@ def _far(kappa: float, nodes: Array) -> Array:
     m = nodes[..., None] + 0.5
     sinh = math.sqrt(kappa * (1 + kappa / 4))
     start = kappa / 2 + sinh  # z - 1 at t = 0
-    reach = np.arccosh(1 + np.expm1(_NEGLIGIBLE / m) * (1 + start) / sinh)
+    reach = np.arccosh(1 + np.expm1(DECAYED / m) * (1 + start) / sinh)
     steps = max(_FEWEST_STEPS, math.ceil(_STEPS_PER_UNIT * float(reach.max())))
     t = reach * np.linspace(0, 1, steps + 1)
     rise = start + sinh * (np.cosh(t) - 1)  # z - 1

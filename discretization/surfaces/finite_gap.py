@@ -31,6 +31,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from discretization.certificate import DECAYED
 from discretization.roots import newton_crossings
 from discretization.surfaces.network import gauss_lobatto, on_elements
 from energy.arrays import Array, Indices
@@ -39,15 +40,39 @@ from energy.arrays import Array, Indices
 # with these the error is rounding (tests/surfaces/test_free_surface.py).
 DEGREE = 16
 _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)
-_ONE_ELEMENT = 1.0  # range of τ up to which one element is enough
-FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
+
+
+@dataclass(frozen=True)
+class RangeRules:
+    """How the range T of a gap is divided and found.
+
+    Attributes
+    ----------
+    one_element : float
+        Range of τ up to which one element is enough: its errors are rounding
+        (tests/surfaces/test_free_surface.py).
+    close : float
+        Of T: what x(T) and L may differ by, some roundings.
+    inside : float
+        Of τ: after a step of Newton's method for τ(x) that is this small the error, its square, is
+        rounding.
+    inverse_steps : int
+        Such steps at most; the start, by straight lines between nodes, is close.
+    """
+
+    one_element: float = 1.0
+    close: float = 8e-16
+    inside: float = 1e-8
+    inverse_steps: int = 8
+
+
+_RANGE = RangeRules()
+
+
 # How close to the greatest p, √2, a surface may come. As h = 0 there, x changes by the square of
 # √2 - p, so that its rounding, 2e-16, is 1.5e-8 of p.
 _UPRIGHT = 2e-8
 _STEEPEST = math.sqrt(2) * (1 - _UPRIGHT)  # p, and the displacement of a tail, at most
-_CLOSE = 8e-16  # of T: what x and L may differ by
-_INSIDE = 1e-8  # of τ: a step of Newton's method after which the error is rounding
-_INVERSE_STEPS = 8  # such steps at most
 
 
 class Mesh(NamedTuple):
@@ -72,7 +97,7 @@ class Mesh(NamedTuple):
 def mesh_of(T: Array) -> Mesh:
     """The mesh of ranges up to the longest: an element, or several on either side of the middle."""
     longest = float(T.max())
-    if longest <= _ONE_ELEMENT:
+    if longest <= _RANGE.one_element:
         return _mesh(0)
     return _mesh(bisect.bisect_left(_ENDS, longest / 2, hi=len(_ENDS) - 1))
 
@@ -105,8 +130,12 @@ def rate(p: Any) -> tuple[Any, Any]:
 class Ends(NamedTuple):
     """p at both lines of gaps with given ranges T (k, 1), and how that changes with T.
 
-    left, right (k, 1): p; left_rate, right_rate: ∂p/∂T at a fixed τ from the left, and from the
-    right, line.
+    Attributes
+    ----------
+    left, right : ndarray (k, 1)
+        p at the left and at the right line.
+    left_rate, right_rate : float or ndarray (k, 1)
+        ∂p/∂T at a fixed τ from the left, and from the right line.
     """
 
     left: Array
@@ -147,7 +176,7 @@ def range_of(length: Array, ends: Callable[[Array, Indices], Ends], steepest: An
 
     low = length[:, 0]
     high = low + 1 + 2 * np.log(steepest)
-    return newton_crossings(excess, low, high, low, 1 / low, _CLOSE)[:, None]
+    return newton_crossings(excess, low, high, low, 1 / low, _RANGE.close)[:, None]
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
@@ -170,7 +199,7 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     one = not (np.ndim(p) or np.ndim(rise) or np.ndim(length))
     columns = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
     p, rise, length = columns
-    p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, FAR))
+    p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, DECAYED))
 
     def ends(T: Array, own: Indices) -> Ends:
         """At the other line at most upright: what would turn over falls short of it."""
@@ -320,11 +349,11 @@ class Gaps:
         half = self.places[-1] / 2
         x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
         tau = np.interp(x, self.places, T * mesh.nodes)
-        for _ in range(_INVERSE_STEPS):
+        for _ in range(_RANGE.inverse_steps):
             off = on_elements(T * mesh.ends, self.places, tau)[0] - x
             step = off / rate(_exponentials(left, rise, T, tau)[0])[0]
             tau = np.clip(tau - step, 0.0, T)
-            if (np.abs(step) <= _INSIDE).all():
+            if (np.abs(step) <= _RANGE.inside).all():
                 break
         inclined, rises = _exponentials(left, rise, T, tau)
         return left + rises, inclined / rate(inclined)[0]
@@ -347,11 +376,11 @@ def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
     Gaps
     """
     if np.isinf(width).all():
-        T = np.full_like(u, FAR)
+        T = np.full_like(u, DECAYED)
         u = np.clip(u, -_STEEPEST, _STEEPEST)
-        decaying = u * np.exp(-FAR * mesh_of(T).nodes)
+        decaying = u * np.exp(-DECAYED * mesh_of(T).nodes)
         return Gaps(T, -decaying, decaying, decaying - u)
-    u, rise, width = np.broadcast_arrays(u, rise, np.minimum(width, FAR))
+    u, rise, width = np.broadcast_arrays(u, rise, np.minimum(width, DECAYED))
     steepest = 1 + np.abs(u[:, 0]) + 2 * np.abs(rise[:, 0])
     T = range_of(width, lambda T, own: _ends_of_displaced(u[own], rise[own], T), steepest)
     p, rises = _exponentials(u, rise, T, T * mesh_of(T).nodes)

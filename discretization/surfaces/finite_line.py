@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from discretization.surfaces.finite_gap import FAR, rest_displacement, single, surfaces
+from discretization.certificate import DECAYED
+from discretization.surfaces.finite_gap import rest_displacement, single, surfaces
 from discretization.surfaces.network import Shape
 from discretization.surfaces.protocol import Free, Surfaces
 from energy.arrays import Array
@@ -24,13 +25,13 @@ class FiniteSurfaces(Surfaces):
 
     lost = "would turn over and be no graph u(x), as it does at √2 l beside one contact"
 
-    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, outward_slope: Any, w: Any) -> Any:
         """Displacement of a line at rest, found from its inclination, which is known.
 
         Where a gap would turn over its inclination is cut at ±π/2; a tail at rest there has no
         state.
         """
-        phi = np.arctan(steep) - 2 * np.arcsin(np.sqrt(w / 2))
+        phi = np.arctan(outward_slope) - 2 * np.arcsin(np.sqrt(w / 2))
         if np.ndim(width) == 0 and width == math.inf:
             return 2 * np.sin(phi / 2)
         outward_p = -2 * np.sin(np.maximum(phi, -math.pi / 2) / 2)
@@ -56,5 +57,5 @@ class FiniteSurfaces(Surfaces):
 
     def profile(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
         """That of the exponentials."""
-        end = FAR if math.isinf(width) else width
+        end = DECAYED if math.isinf(width) else width
         return single(u, rise, width).at(x, np.maximum(end - x, 0.0))

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,49 +41,138 @@ from discretization.surfaces.network import (
     shipped,
 )
 from discretization.surfaces.protocol import ANY, Free, Surfaces
-from discretization.surfaces.rings import BESIDE, decayed, far_stiffness, leading_order, stiffness
+from discretization.surfaces.rings import (
+    AXIS_RADIUS,
+    decayed,
+    far_stiffness,
+    leading_order,
+    stiffness,
+)
 from energy.arrays import Array, Indices
 
 DEGREE = 12  # of the polynomials on an element
 STEEPEST = math.radians(86)  # steeper lines have no state: no mesh of this kind resolves them
-# l: radii beside which (1), and inside which (-1), surfaces are known; smaller ones round.
-LEAST = {1: 2.0**-1000, -1: 2.0**-15}
+_MILD = math.radians(60)  # up to here inclinations are in the first of two pieces
+# Smallest radii of lines with a surface outside (1) and with a disc inside (-1) [l] of which the
+# surface is known: with smaller ones digits are lost.
+LEAST_RADIUS = {1: 2.0**-1000, -1: 2.0**-15}
 # l: beside smaller radii springs do not matter next to the line: s² log² s = 2e-10, see `read`.
 _SOLVED = 2.0**-20
-_MILD = math.radians(60)  # up to which inclinations are in the first piece
 # sin²(φ/2) at the ends of a piece of mild lines, and of the one of steep lines beyond
 _SQUARES = np.sin(np.array([0.0, _MILD, STEEPEST]) / 2) ** 2
-_OCTAVES = 3.0  # of radii in a piece
-_RADII = 20  # Chebyshev points of a piece in log s,
-_INCLINATIONS = 14  # and in sin²(φ/2)
 
-_FAR = 8.0  # l: of the mesh, beyond which small slopes are exact to rounding
-_LONGEST = 3.0  # l: of an element
-_GROWTH = 1.5  # lengths of elements, each over the one before
+
+@dataclass(frozen=True)
+class FamilyPieces:
+    """Pieces of the family on which g and e are polynomials; with these their errors are rounding.
+
+    Attributes
+    ----------
+    octaves : float
+        Length of a piece in log₂ s.
+    radii : int
+        Chebyshev points in log s.
+    inclinations : int
+        Chebyshev points in sin²(φ/2).
+    """
+
+    octaves: float = 3.0
+    radii: int = 20
+    inclinations: int = 14
+
+
+_PIECE = FamilyPieces()
+
+
+@dataclass(frozen=True)
+class Meshing:
+    """Spectral elements beside a line; lengths in l.
+
+    Attributes
+    ----------
+    covered : float
+        Distance from the line up to which there are elements; beyond, slopes are so small that the
+        exact decay of small slopes is right to rounding.
+    longest : float
+        Longest element.
+    growth : float
+        Length of an element over that of the one before, outwards from the line.
+    """
+
+    covered: float = 8.0
+    longest: float = 3.0
+    growth: float = 1.5
+
+
+_MESH = Meshing()
+
+
 _HALVINGS = (2, 8)  # of the first element, next to mild and to steep lines
 _ON_DISC = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # lengths of elements of a disc, or of 8 l of it
 
-_NEWTON_STEPS = 60  # for many surfaces or lines at once
-_STILL = 1e-16  # of the energy: after a step that lowers it by less, one more is the last
-# Armijo's rule: a step is halved that lowers the energy by less than this part of what its slope
-# says, unless that is less than the second part of the energy, where rounding decides.
-_SUFFICIENT = 1e-3
-_ROUNDING_DECIDES = 1e-8
 
-_DIFFERENCE = 1e-3  # of a radius: differences of fourth order are then good to 1e-11
-_STENCIL = np.array([-2, -1, 1, 2])  # places of such a difference, in steps,
+@dataclass(frozen=True)
+class NewtonRules:
+    """When Newton's method for the nodal displacements shortens a step, and when it stops.
+
+    Attributes
+    ----------
+    most_steps : int
+        Steps at most; one surface takes 6 at 30°, and 13 at 86°.
+    still : float
+        Of the energy: after a step that lowers it by less, one more is the last. It is less than
+        rounding, as the method converges quadratically.
+    sufficient : float
+        Armijo's rule: a step is halved that lowers the energy by less than this part of what the
+        slope of the energy predicts.
+    rounding_decides : float
+        Of the energy: of predictions below this the rounding of the energy would decide, and no
+        step is halved.
+    """
+
+    most_steps: int = 60
+    still: float = 1e-16
+    sufficient: float = 1e-3
+    rounding_decides: float = 1e-8
+
+
+_NEWTON = NewtonRules()
+
+
+# The difference quotient of fourth order that checks d(sF)/ds: its step over the radius, with which
+# it is good to 1e-11, and its places in steps, and their weights.
+_DIFFERENCE = 1e-3
+_STENCIL = np.array([-2, -1, 1, 2])
 _STENCIL_WEIGHTS = np.array([1 / 12, -2 / 3, 2 / 3, -1 / 12])
-_UPRIGHT = 1e-12  # of the steepest inclination: it is found no better
+_UPRIGHT = 1e-12  # of the steepest inclination: a root finder leaves no more of it
 
 
 def elements(side: int, s: Array, halvings: int) -> Array:
-    """Lengths (n, m) of the elements beside lines of radii s (n,), the first halved so often."""
+    """Lengths of the elements beside lines, from the line on.
+
+    Outwards they grow from half the radius of the line, or half of l; on a disc they are parts of
+    its radius, or of 8 l. The first one is halved again and again towards the line.
+
+    Parameters
+    ----------
+    side : {1, -1}
+        1 beyond the lines, -1 on the discs inside.
+    s : ndarray (n,)
+        Radii of the lines [l].
+    halvings : int
+        How often the first element is halved.
+
+    Returns
+    -------
+    ndarray (n, m)
+        [l].
+    """
     if side < 0:
-        lengths = np.minimum(s, _FAR)[:, None] * _ON_DISC
+        lengths = np.minimum(s, _MESH.covered)[:, None] * _ON_DISC
     else:
-        growing = [np.minimum(s, 1.0) * (_GROWTH - 1)]
-        while float(np.min(sum(growing))) < _FAR:
-            growing.append(np.minimum(growing[-1] * _GROWTH, _LONGEST))
+        growing = [np.minimum(s, 1.0) * (_MESH.growth - 1)]
+        while float(np.min(sum(growing))) < _MESH.covered:
+            growing.append(np.minimum(growing[-1] * _MESH.growth, _MESH.longest))
         lengths = np.stack(growing, axis=1)
     parts = 0.5 ** np.array([halvings, *range(halvings, 0, -1)])
     return np.hstack([lengths[:, :1] * parts, lengths[:, 1:]])
@@ -137,7 +227,7 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Meniscus:
     energy, gradient, hessian = mesh.nodal(u)
     unsettled = np.ones(s.size, bool)
     last_decrease = np.full(s.size, math.inf)
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(_NEWTON.most_steps):
         step = np.zeros_like(u)
         for i in np.flatnonzero(unsettled).tolist():
             _, solution, info = lapack.dpbsv(hessian[i], gradient[i], lower=1)
@@ -148,16 +238,16 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Meniscus:
 
         factor = np.ones(s.size)
         trial = mesh.nodal(u + step)
-        searched = unsettled & (decrease > _ROUNDING_DECIDES * np.abs(energy))
-        too_long = searched & (trial[0] > energy - _SUFFICIENT * factor * decrease)
+        searched = unsettled & (decrease > _NEWTON.rounding_decides * np.abs(energy))
+        too_long = searched & (trial[0] > energy - _NEWTON.sufficient * factor * decrease)
         while too_long.any():
             factor[too_long] /= 2
             trial = mesh.nodal(u + factor[:, None] * step)
-            too_long = searched & (trial[0] > energy - _SUFFICIENT * factor * decrease)
+            too_long = searched & (trial[0] > energy - _NEWTON.sufficient * factor * decrease)
         u = u + factor[:, None] * step
         energy, gradient, hessian = trial
 
-        unsettled &= ~(last_decrease <= _STILL * np.abs(energy))  # nan is not settled
+        unsettled &= ~(last_decrease <= _NEWTON.still * np.abs(energy))  # nan is not settled
         if not unsettled.any():
             break
         last_decrease = decrease
@@ -177,20 +267,33 @@ def _unsolved(s: float, sine: float) -> NotCertifiedError:
 
 def _mesh(side: int, s: Array, sines: Array, lengths: Array) -> _Mesh:
     """The mesh of elements beside lines; at the axis there is no far field."""
-    ends = np.cumsum(np.hstack([np.zeros((s.size, 1)), lengths]), axis=1)
     points, weights, _ = gauss_lobatto(DEGREE)
+    first_end = np.zeros((s.size, 1))
+    ends = np.cumsum(np.hstack([first_end, lengths]), axis=1)
     half = lengths[:, :, None] / 2
-    x = ends[:, :-1, None] + half * (points + 1)
-    measure = weights * half * (1 + side * x / s[:, None, None])
-    last = np.maximum(s + side * ends[:, -1], 0.0)
-    return _Mesh(half, np.maximum(measure, 0.0), last / s * far_stiffness(side, last), sines)
+    distance = ends[:, :-1, None] + half * (points + 1)
+    radius_ratio = (
+        1 + side * distance / s[:, None, None]
+    )  # r over s, at the axis 0 but for rounding
+    measure = np.maximum(weights * half * radius_ratio, 0.0)
+    last_radius = np.maximum(s + side * ends[:, -1], 0.0)
+    far = last_radius / s * far_stiffness(side, last_radius)
+    return _Mesh(half, measure, far, sines)
 
 
 class _Mesh(NamedTuple):
     """Meshes of n surfaces with m elements each.
 
-    half (n, m, 1): half lengths; measure (n, m, DEGREE + 1): weights times 1 ± x/s; far (n,):
-    stiffness beyond the last node; sines (n,): what pulls at the lines.
+    Attributes
+    ----------
+    half : ndarray (n, m, 1)
+        Half the lengths of the elements [l].
+    measure : ndarray (n, m, DEGREE + 1)
+        Weights of their nodes in integrals, times 1 ± x/s.
+    far : ndarray (n,)
+        Stiffness of the far field beyond the last node.
+    sines : ndarray (n,)
+        S = sin φ, what pulls at the lines.
     """
 
     half: Array
@@ -199,9 +302,19 @@ class _Mesh(NamedTuple):
     sines: Array
 
     def nodal(self, u: Array) -> tuple[Array, Array, Array]:
-        """The energy at nodal displacements (n, nodes) less what the pull does (n,), its gradient.
+        """Energy less the work of the pull at the line, with its derivatives.
 
-        And its Hessians in lower banded form (n, DEGREE + 1, nodes).
+        Parameters
+        ----------
+        u : ndarray (n, nodes)
+            Nodal displacements [l].
+
+        Returns
+        -------
+        energy : ndarray (n,)
+        gradient : ndarray (n, nodes)
+        hessian : ndarray (n, DEGREE + 1, nodes)
+            In lower banded form.
         """
         derivative = gauss_lobatto(DEGREE).derivative
         first_nodes = np.arange(self.half.shape[1])[:, None] * DEGREE
@@ -228,31 +341,35 @@ class _Mesh(NamedTuple):
 
 
 def _solved(kind: int, s: Array) -> Array:
-    """Coefficients (n, 2·_INCLINATIONS) by inclination, of g and e over 1/S to leading order."""
+    """Coefficients of g and e by inclination, over 1/S to leading order, at radii s (n,).
+
+    Returns an ndarray (n, 2 · inclinations): the Chebyshev coefficients of g, then those of e.
+    """
     side = np.sign(kind)
-    steep = int(abs(kind) > 1)
-    low = _SQUARES[steep]
-    high = _SQUARES[steep + 1]
-    over = chebpts1(_INCLINATIONS)
-    half_sines = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
+    piece = int(abs(kind) > 1)  # 0 for mild lines, 1 for steep ones
+    low = _SQUARES[piece]
+    high = _SQUARES[piece + 1]
+    places = chebpts1(_PIECE.inclinations)
+    half_sines = np.sqrt(low + (high - low) * (places + 1) / 2)  # sin(φ/2)
     grid = np.meshgrid(s, half_sines, indexing="ij")
     radii, halves = (part.ravel() for part in grid)
-    found = solve(side, radii, 2 * halves * np.sqrt(1 - halves**2), _HALVINGS[steep])
+    sines = 2 * halves * np.sqrt(1 - halves**2)
+    found = solve(side, radii, sines, _HALVINGS[piece])
     values = np.array([found.u[:, 0] / halves, found.energy / halves**2])
     values = values / leading_order(side, radii)
-    to_coefficients = np.linalg.inv(chebyshev(over, _INCLINATIONS)).T
+    to_coefficients = np.linalg.inv(chebyshev(places, _PIECE.inclinations)).T
     return np.hstack(values.reshape(2, s.size, -1) @ to_coefficients)
 
 
-_OUTSIDE = shipped(_SOLVED, _OCTAVES)
-_ON_DISCS = shipped(LEAST[-1], _OCTAVES)
+_OUTSIDE = shipped(_SOLVED, _PIECE.octaves)
+_ON_DISCS = shipped(LEAST_RADIUS[-1], _PIECE.octaves)
 # Kinds: the side, twice as large for steep lines.
 FAMILY = Family(
     "menisci",
     _solved,
-    2 * _INCLINATIONS,
-    _RADII,
-    _OCTAVES,
+    2 * _PIECE.inclinations,
+    _PIECE.radii,
+    _PIECE.octaves,
     {1: _OUTSIDE, 2: _OUTSIDE, -1: _ON_DISCS, -2: _ON_DISCS},
 )
 
@@ -277,11 +394,12 @@ def read(side: Any, s: Array, phi: Array) -> tuple[Array, Array]:
     """
     known = np.maximum(s, _SOLVED)
     half_sine = np.sin(np.minimum(np.abs(phi), STEEPEST) / 2)
-    steep = (np.abs(phi) > _MILD).astype(int)
-    low = _SQUARES[steep]
-    high = _SQUARES[steep + 1]
-    basis = chebyshev(2 * (half_sine * half_sine - low) / (high - low) - 1, _INCLINATIONS)
-    coefficients = FAMILY.at(side * (1 + steep), known).reshape(s.size, 2, _INCLINATIONS)
+    piece = (np.abs(phi) > _MILD).astype(int)
+    low = _SQUARES[piece]
+    high = _SQUARES[piece + 1]
+    place = 2 * (half_sine * half_sine - low) / (high - low) - 1
+    basis = chebyshev(place, _PIECE.inclinations)
+    coefficients = FAMILY.at(side * (1 + piece), known).reshape(s.size, 2, _PIECE.inclinations)
     g, e = (coefficients * basis[:, None]).sum(axis=2).T * leading_order(side, known)
 
     ratio = np.minimum(s / _SOLVED, 1.0)
@@ -293,7 +411,20 @@ def read(side: Any, s: Array, phi: Array) -> tuple[Array, Array]:
 
 
 def inclination(side: int, s: Array, u0: Array) -> Array:
-    """φ at lines of radii s (n,) displaced by u₀ (n,); at most STEEPEST."""
+    """Inclination of surfaces whose displacement at the line is known, the zero of `read` in φ.
+
+    Parameters
+    ----------
+    side : {1, -1}
+        1 beyond the lines, -1 on the discs inside.
+    s, u0 : ndarray (n,)
+        Radii of the lines, and displacements there [l].
+
+    Returns
+    -------
+    ndarray (n,)
+        φ [rad], at most STEEPEST.
+    """
     rise = 1 / stiffness(side, s)  # du₀/dφ of small slopes
     most = np.full_like(s, STEEPEST)
     flat = u0 / rise
@@ -310,8 +441,8 @@ def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
     """The surface beside a line of this radius: ends of its elements, and u at their nodes."""
     radius = np.array([s])
     phi = inclination(side, radius, np.array([u0]))
-    steep = abs(float(phi[0])) > _MILD
-    found = solve(side, radius, np.sin(phi), _HALVINGS[steep])
+    is_steep = abs(float(phi[0])) > _MILD
+    found = solve(side, radius, np.sin(phi), _HALVINGS[is_steep])
     return np.append(0.0, np.cumsum(found.lengths[0])), found.u[0]
 
 
@@ -323,26 +454,33 @@ class MeniscusSurfaces(Surfaces):
         "state), or ends in a disc narrower than 3e-5 l"
     )
 
-    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, outward_slope: Any, w: Any) -> Any:
         """Displacement of a line at rest, read from its inclination, which is known.
 
-        Beyond the steepest of the family it only has to grow: a line that rests there has no state.
-        At the axis it is next to nothing, of the right sign. On a disc narrower than any that is
-        known it falls with the radius, so that what is there does not count.
+        Beyond the steepest inclination of the family u only has to grow: a line that rests there
+        has no state. At the axis u is next to nothing, of the right sign. On a disc narrower than
+        any that is known it falls with the radius, so that what is there does not count.
         """
         self._raise_for_ring(s + side * width)
-        one = not np.ndim(s)
-        phi = np.arctan(steep) - 2 * np.arcsin(np.sqrt(w / 2))
+        is_number = not np.ndim(s)
+        angle_at_line = np.arctan(outward_slope)
+        phi = angle_at_line - 2 * np.arcsin(np.sqrt(w / 2))
         side, s, phi = np.broadcast_arrays(*map(np.atleast_1d, (side, s, phi)))
-        known = np.maximum(s, np.where(side > 0, LEAST[1], LEAST[-1]))
-        off_axis = s > 0
-        u = np.sin(phi) * leading_order(1, BESIDE)
-        u[off_axis] = read(side[off_axis], known[off_axis], phi[off_axis])[0]
+        is_outside = side > 0
+        is_off_axis = s > 0
 
-        growth = np.maximum(np.abs(np.sin(phi / 2)) / math.sin(STEEPEST / 2), 1.0)
-        growth = growth * np.where(side > 0, 1.0, known / np.maximum(s, BESIDE))
-        u = np.where(off_axis | (side > 0), u * growth, ANY)
-        return u[0] if one else u
+        least_radius = np.where(is_outside, LEAST_RADIUS[1], LEAST_RADIUS[-1])
+        known = np.maximum(s, least_radius)
+        u = np.sin(phi) * leading_order(1, AXIS_RADIUS)  # of lines at the axis
+        u_off_axis, _ = read(side[is_off_axis], known[is_off_axis], phi[is_off_axis])
+        u[is_off_axis] = u_off_axis
+
+        beyond_steepest = np.abs(np.sin(phi / 2)) / math.sin(STEEPEST / 2)
+        within_narrowest_disc = known / np.maximum(s, AXIS_RADIUS)
+        growth = np.maximum(beyond_steepest, 1.0)
+        growth = growth * np.where(is_outside, 1.0, within_narrowest_disc)
+        u = np.where(is_off_axis | is_outside, u * growth, ANY)
+        return u[0] if is_number else u
 
     def _raise_for_ring(self, other: Any) -> None:
         """ValueError where there is another line."""
@@ -358,26 +496,27 @@ class MeniscusSurfaces(Surfaces):
         self, side: int, s: Any, width: Any, u: Any, rise: Any
     ) -> tuple[Any, Any] | None:
         """Those of the family."""
-        known = np.maximum(s, LEAST[side])
+        known = np.maximum(s, LEAST_RADIUS[side])
         phi = inclination(side, known, u)
         upright = np.abs(phi) >= STEEPEST * (1 - _UPRIGHT)
-        if (upright & (s >= LEAST[side])).any():
+        if (upright & (s >= LEAST_RADIUS[side])).any():
             return None
         return s * read(side, known, phi)[1], s * np.sin(phi)
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
         """As all nodes of the mesh are balanced, k∫u over the surface is what its line pulls."""
         found = self.energy_and_reaction(side, np.array([s]), width, np.array([u]), rise)
-        if s < LEAST[side] or found is None:
+        if s < LEAST_RADIUS[side] or found is None:
             return None
         energy, pull = (part.item() for part in found)
         return Free(energy, (pull, 0.0), pull, self._imbalance(side, s, u, pull / s))
 
     def _imbalance(self, side: int, s: float, u: float, sine: float) -> float:
-        """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms.
+        """How far d(sF)/ds is from ±s (1 - cos φ - u₀²/2), over the terms of that.
 
-        Next to 90° a radius changes φ at a given u₀ ever more. There φ is given in its place: what
-        u₀ changes by then takes the work s sin φ du₀.
+        The derivative is taken at a given u₀. Next to 90° the inclination at a given u₀ changes
+        ever faster with the radius. There φ is given in its place, and the work s sin φ du₀ of what
+        u₀ changes by is subtracted.
         """
         scaled = 1 + _DIFFERENCE * _STENCIL
         radii = s * scaled

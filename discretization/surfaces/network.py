@@ -28,15 +28,33 @@ import numpy as np
 from numpy.polynomial import Legendre, legendre
 from numpy.polynomial.chebyshev import chebpts1
 
+from discretization.certificate import DECAYED
 from energy.arrays import Array
 
 Shape = tuple[Array, Array]  # u and u' of a surface at places (n,)
-FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
-# l: an element up to which the polynomials of `Line` have errors that are rounding; longer parts
-# are several of them in a row.
-_LONGEST = 0.5
+
+
+@dataclass(frozen=True)
+class LineMesh:
+    """Elements beside a line of a line contact; lengths in l.
+
+    Attributes
+    ----------
+    longest : float
+        Longest element, up to which the polynomials of `Line` have errors that are rounding; longer
+        parts are several elements in a row.
+    covered : float
+        Distance from a line up to which there are elements; what is beyond is eliminated exactly.
+    """
+
+    longest: float = 0.5
+    covered: float = 4.0
+
+
+_MESH = LineMesh()
+
+
 _MANY = 500  # places from which on a recurrence is faster than as many cosines
-_COVERED = 4.0  # l: what is beyond so much of a surface is eliminated exactly
 TABLES = Path(__file__).with_name("families.npz")  # written by tables.py
 _WIDEST = 2.0**12  # l: up to these radii pieces of families are shipped; few contacts are wider
 
@@ -262,15 +280,25 @@ class Network(NamedTuple):
     right: Any
 
     def energy(self, u: Any, v: Any, difference: Any) -> Any:
-        """E of lines displaced by u and v.
+        """Energy E of a surface whose lines are displaced.
 
-        difference: u - v, given apart as a short surface would leave few of its digits.
+        Parameters
+        ----------
+        u, v : float or ndarray
+            Displacements of the left and the right line [l].
+        difference : float or ndarray
+            u - v, which is given besides: of a short surface, subtraction would leave few digits.
+
+        Returns
+        -------
+        float or ndarray
+            [γ₁ l].
         """
         grounded = self.left * u * u + self.right * v * v
         return (grounded + self.tie * difference * difference) / 2
 
     def pulls(self, u: Any, v: Any, difference: Any) -> tuple[Any, Any]:
-        """∂E/∂u and ∂E/∂v, the forces that displace the lines so."""
+        """∂E/∂u and ∂E/∂v, the forces that displace the lines by u and v; as `energy`."""
         tied = self.tie * difference
         return self.left * u + tied, self.right * v - tied
 
@@ -316,12 +344,12 @@ def _compliance(modes: Modes, square: Any) -> Any:
 
 
 def piece(degree: int, length: Any) -> Network:
-    """A part of a line contact's surface.
+    """A part of a line contact's surface, condensed to its two ends.
 
     Parameters
     ----------
     degree : int
-        Of its elements.
+        Degree of the polynomials on its elements.
     length : float, complex or ndarray
         > 0 [l].
 
@@ -330,7 +358,7 @@ def piece(degree: int, length: Any) -> Network:
     Network
     """
     longest = length.real.max() if isinstance(length, np.ndarray) else length.real
-    doublings = max(0, math.ceil(math.log2(longest / _LONGEST)))
+    doublings = max(0, math.ceil(math.log2(longest / _MESH.longest)))
     half = length / 2 ** (doublings + 1)  # η of one element
     square = half * half
     even, odd = modes(degree)
@@ -347,13 +375,13 @@ _piece_of_length = functools.lru_cache(maxsize=256)(piece)  # gaps of one length
 
 @functools.lru_cache(maxsize=16)
 def semi_infinite_stiffness(degree: int) -> float:
-    """What the surface beside a line pulls that has no other line, over its displacement.
+    """Reaction of a tail over the displacement of its line.
 
     That is 1 but for the discretisation. The far field, which acts on the last node of the elements
     with its displacement, is eliminated exactly.
     """
     far_field = Network(1.0, 0.0, 0.0)
-    return float(piece(degree, _COVERED).then(far_field).left)
+    return float(piece(degree, _MESH.covered).then(far_field).left)
 
 
 class Line(NamedTuple):
@@ -376,8 +404,8 @@ class Line(NamedTuple):
         Network
         """
         if isinstance(width, np.ndarray):
-            half = piece(self.degree, np.minimum(width, FAR) / 2)
-        elif width.real > FAR:
+            half = piece(self.degree, np.minimum(width, DECAYED) / 2)
+        elif width.real > DECAYED:
             stiffness = semi_infinite_stiffness(self.degree)
             return Network(stiffness, 0.0, stiffness)
         else:

@@ -23,8 +23,8 @@ from energy import Scene
 from energy.arrays import Array
 
 ANY = -1e200  # a displacement below every one there is: its line rests at any depth
-# l: gaps are taken to be at least that wide. It is far above the rounding of positions, and the
-# energy of a narrower gap is rounding of that of the scene.
+# Width of a gap at least [l]. It is far above the rounding of positions, and the energy of a
+# narrower gap is rounding of that of the scene.
 NARROWEST = 1e-13
 
 
@@ -262,23 +262,57 @@ class Surfaces:
             return 1 if left else -1, s, math.inf, u, -u
         return 1, s, (right.x - left.x) / length, u, (left.f - right.f) / length
 
-    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
-        """Displacement u at which the first line rests.
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, outward_slope: Any, w: Any) -> Any:
+        """Displacement u at which the first line rests: D - f in units of l.
 
-        steep: the slope f' there, outwards of the contact; w: over γ₁.
+        Parameters
+        ----------
+        side, s, width, rise
+            As of the class.
+        outward_slope : float or ndarray (n,)
+            f' at the line, outwards of its contact.
+        w : float or ndarray (n,)
+            Work of adhesion over γ₁.
+
+        Returns
+        -------
+        float or ndarray (n,)
+            [l].
         """
         raise NotImplementedError
 
     def energy_and_reaction(self, side: int, s: Any, width: Any, u: Any, rise: Any) -> Any:
-        """F and what all lines are pulled by, (n,) each; None if a tail would turn over."""
+        """Energy F and the sum of the reactions of all lines of n surfaces.
+
+        Returns
+        -------
+        tuple of ndarray (n,), or None
+            None if a tail would turn over.
+        """
         raise NotImplementedError
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
-        """One surface, its first line first; None if it would turn over."""
+        """One surface, whose pulls are those at its first and at its other line.
+
+        None if it would turn over.
+        """
         raise NotImplementedError
 
     def profile(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
-        """u and its slope towards the other line, at distances x from the first line."""
+        """Displacement and slope of one surface.
+
+        Parameters
+        ----------
+        x : ndarray (n,)
+            Distances from the first line, towards the other one [l].
+        side, s, width, u, rise
+            As of the class.
+
+        Returns
+        -------
+        u, slope : ndarray (n,)
+            [l], and du/dx.
+        """
         raise NotImplementedError
 
     def refusal(self, left: LinePosition | None, right: LinePosition | None, depth: float) -> str:

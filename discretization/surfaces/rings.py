@@ -9,14 +9,15 @@ beside the line and of the far field, eliminated exactly, and is kept as a famil
 
 import functools
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy
 from scipy.linalg import solveh_banded
 
+from discretization.certificate import DECAYED
 from discretization.surfaces.network import (
-    FAR,
     Family,
     Network,
     Shape,
@@ -27,16 +28,46 @@ from discretization.surfaces.network import (
 )
 from energy.arrays import Array
 
-_DEGREE = 12  # the least whose errors are rounding
-_POINTS = 28  # Chebyshev points of a piece of so many octaves of radii: its error is rounding
-_OCTAVES = 3.0
-_COVERED = 4.0  # l: beside a line, by elements
-_DISC_ELEMENTS = 6  # by so many inside it
-_GROWTH = 1.5  # radii of the two ends of an element of a ring, over each other, at most
-_LONGEST = 1.0  # l: of an element, far from the axis
+
+@dataclass(frozen=True)
+class RingMesh:
+    """Spectral elements about an axis, and the pieces on which S(s) is kept.
+
+    Attributes
+    ----------
+    degree : int
+        Degree of the polynomials on an element: the least whose errors are rounding
+        (tests/surfaces/test_families.py).
+    points : int
+        Chebyshev points of a piece of the family; with these its error is rounding.
+    octaves : float
+        Length of a piece in log₂ s.
+    covered : float
+        Distance from a line up to which there are elements [l]; what is beyond is eliminated
+        exactly.
+    disc_elements : int
+        Number of elements over that distance inside a line.
+    growth : float
+        Largest ratio of the radii of both ends of an element.
+    longest : float
+        Longest element, far from the axis [l].
+    """
+
+    degree: int = 12
+    points: int = 28
+    octaves: float = 3.0
+    covered: float = 4.0
+    disc_elements: int = 6
+    growth: float = 1.5
+    longest: float = 1.0
+
+
+_MESH = RingMesh()
+
+
 # l: a line at the axis is taken to have this radius. Springs change S by s² log s relative to the
 # tension's own there, which is less than rounding.
-BESIDE = 2.0**-40
+AXIS_RADIUS = 2.0**-40
 
 
 def stiffness(side: Any, s: Any) -> Any:
@@ -57,13 +88,13 @@ def stiffness(side: Any, s: Any) -> Any:
     float or ndarray
         [γ₁/l].
     """
-    if isinstance(s, float) and s >= BESIDE:
+    if isinstance(s, float) and s >= AXIS_RADIUS:
         return float(FAMILY.one(side, s)[0] / leading_order(side, s))
-    near = np.maximum(s, BESIDE)
+    near = np.maximum(s, AXIS_RADIUS)
     found = FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / leading_order(side, near)
     if (near == s).all():
         return found[()]
-    ratio = np.where(np.greater(s, 0), np.minimum(s / BESIDE, 1.0), 1.0)
+    ratio = np.where(np.greater(s, 0), np.minimum(s / AXIS_RADIUS, 1.0), 1.0)
     beyond = found / (ratio * (1 - near * found * np.log(ratio)))
     return np.where(np.greater(side, 0), beyond, found * ratio)[()]
 
@@ -79,21 +110,21 @@ def leading_order(side: Any, s: Any) -> Any:
 def _solved(side: int, s: Array) -> Array:
     """S(s) over its leading order (n, 1), by elements and the exact far field beyond them."""
     if side > 0:
-        end = s + _COVERED
+        end = s + _MESH.covered
         far = Network(end * far_stiffness(1, end), 0.0, 0.0)
-        pull = ring(s, np.full_like(s, _COVERED)).then(far).left
+        pull = ring(s, np.full_like(s, _MESH.covered)).then(far).left
     else:
-        start = np.maximum(s - _COVERED, 0.0)
-        width = (s - start) / _DISC_ELEMENTS
+        start = np.maximum(s - _MESH.covered, 0.0)
+        width = (s - start) / _MESH.disc_elements
         disc = Network(0.0, 0.0, start * far_stiffness(-1, start))
-        for i in range(_DISC_ELEMENTS):
+        for i in range(_MESH.disc_elements):
             disc = disc.then(_element(start + i * width, width))
         pull = disc.right
     return np.asarray(pull / s * leading_order(side, s))[:, None]
 
 
-_PIECES = shipped(BESIDE, _OCTAVES)
-FAMILY = Family("rings", _solved, 1, _POINTS, _OCTAVES, {1: _PIECES, -1: _PIECES})
+_PIECES = shipped(AXIS_RADIUS, _MESH.octaves)
+FAMILY = Family("rings", _solved, 1, _MESH.points, _MESH.octaves, {1: _PIECES, -1: _PIECES})
 
 
 def far_stiffness(side: int, r: Any) -> Any:
@@ -129,35 +160,44 @@ def ring(q: Array, width: Array) -> Network:
 
 
 def _longest(start: Array) -> Array:
-    """How wide an element of a ring may be that starts there."""
-    return np.maximum(np.minimum((_GROWTH - 1) * start, _LONGEST), np.spacing(np.real(start)))
+    """Largest width of an element of a ring that begins at these radii."""
+    by_growth = (_MESH.growth - 1) * start
+    rounding = np.spacing(np.real(start))
+    return np.maximum(np.minimum(by_growth, _MESH.longest), rounding)
 
 
 def _element(start: Array, width: Array) -> Network:
     """Elements of these widths beyond radii (n,), inner nodes eliminated.
 
-    The loads of the inner nodes are their springs, for a displacement that is 1 everywhere, and
-    the pull of the outer end: so no large numbers are subtracted that would cancel.
+    With the nodes ordered as ends and inner ones, u_inner = K_ii⁻¹ (loads of the ends). The loads
+    are those of a displacement that is 1 everywhere, which only springs resist, and of the pull of
+    the outer end: so no large numbers are subtracted that would cancel.
     """
     stiffness, mass = _matrices(start, width)
-    hessian = stiffness + mass[:, :, None] * np.eye(_DEGREE + 1)
-    loads = np.stack([mass, -stiffness[:, :, -1]], axis=2)[:, 1:-1]
-    solved = np.linalg.solve(hessian[:, 1:-1, 1:-1], loads)
-    of_ends = stiffness[:, [0, -1], 1:-1] @ solved
-    inner, outer = (mass[:, [0, -1]] - of_ends[:, :, 0]).T
-    return Network(inner, -stiffness[:, 0, -1] - of_ends[:, 0, 1], outer)
+    of_springs = mass[:, :, None] * np.eye(_MESH.degree + 1)
+    hessian = stiffness + of_springs
+    inner = slice(1, -1)
+    ends = [0, -1]
+
+    loads = np.stack([mass, -stiffness[:, :, -1]], axis=2)
+    solved = np.linalg.solve(hessian[:, inner, inner], loads[:, inner])
+    from_inner = stiffness[:, ends, inner] @ solved
+    grounded_by_springs = from_inner[:, :, 0]
+    left, right = (mass[:, ends] - grounded_by_springs).T
+    tie = -stiffness[:, 0, -1] - from_inner[:, 0, 1]
+    return Network(left, tie, right)
 
 
 def _matrices(start: Array, width: Array) -> tuple[Array, Array]:
     """Matrices of ∫u'² r dr and weights of ∫u² r dr of elements (n, degree+1, degree+1)."""
-    points, weights, derivative = gauss_lobatto(_DEGREE)
+    points, weights, derivative = gauss_lobatto(_MESH.degree)
     half = width[:, None] / 2
     measure = weights * (start[:, None] + half * (points + 1))
     return (derivative.T * (measure / half)[:, None, :]) @ derivative, measure * half
 
 
 class Axis:
-    """The networks about an axis; they answer as those of network.Line."""
+    """The networks of free surfaces about an axis, with the methods of `network.Line`."""
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """The surface from one line to another.
@@ -183,7 +223,7 @@ class Axis:
         inner = np.where(outwards, s, other)
         outer = np.where(outwards, other, s)
         found = np.zeros((3, s.size), s.dtype)
-        near = (np.real(width) <= FAR) & (np.real(inner) > 0)
+        near = (np.real(width) <= DECAYED) & (np.real(inner) > 0)
         if near.any():
             found[:, near] = ring(inner[near], width[near])
         beyond_inner = ~near & (np.real(inner) > 0)
@@ -201,7 +241,7 @@ class Axis:
         On a mesh of the ring; if its lines are far apart, or one is the axis, exact decays from
         each line.
         """
-        if width <= FAR and s > 0:
+        if width <= DECAYED and s > 0:
             ends, nodal = _mesh(s, width)
             bend, bend_slope = on_elements(ends, u * nodal[0] + rise * nodal[1], x)
             return u + rise * x / width + bend, rise / width + bend_slope
@@ -228,16 +268,16 @@ def _mesh(q: float, width: float) -> tuple[Array, Array]:
     ends = np.array(parts)
     lengths = np.diff(ends)
     stiffness, mass = _matrices(q + ends[:-1], lengths)
-    own = np.arange(len(mass))[:, None] * _DEGREE + np.arange(_DEGREE + 1)
+    own = np.arange(len(mass))[:, None] * _MESH.degree + np.arange(_MESH.degree + 1)
 
-    t = (gauss_lobatto(_DEGREE).points + 1) / 2
+    t = (gauss_lobatto(_MESH.degree).points + 1) / 2
     straight = np.ones((own[-1, -1] + 1, 2))
     straight[own, 1] = (ends[:-1, None] + lengths[:, None] * t) / width
     tension = stiffness @ (straight[own] - (1, 0))  # without the 1, of which none is left
     loads = np.zeros_like(straight)
     np.add.at(loads, own, tension + mass[:, :, None] * straight[own])
 
-    hessian = band(stiffness + mass[:, :, None] * np.eye(_DEGREE + 1))
+    hessian = band(stiffness + mass[:, :, None] * np.eye(_MESH.degree + 1))
     w = np.zeros_like(straight)
     w[1:-1] = -solveh_banded(hessian[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
     return ends, w.T

@@ -20,7 +20,7 @@ import numpy as np
 
 from discretization.surfaces.network import Line, Network, Shape
 from discretization.surfaces.protocol import ANY, NARROWEST, Free, Surfaces
-from discretization.surfaces.rings import BESIDE, Axis
+from discretization.surfaces.rings import AXIS_RADIUS, Axis
 from energy.arrays import Array
 
 # Step along the imaginary axis over the width of an element: the error of Im E(s + ih)/h is h².
@@ -37,7 +37,7 @@ class SmallSurfaces(Surfaces):
         """The networks of its geometry."""
         return _NETS[self.scene.geometry]
 
-    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, steep: Any, w: Any) -> Any:
+    def at_rest(self, side: Any, s: Any, width: Any, rise: Any, outward_slope: Any, w: Any) -> Any:
         """Displacement of a line at rest, [m (f' - √(2w)) + τ rise]/σ.
 
         A line at the axis, where m = 0, rests as just beside it if it does not adhere as it is
@@ -45,14 +45,14 @@ class SmallSurfaces(Surfaces):
         """
         if not self.scene.axisymmetric:
             network = self.net.between(side, s, width)
-            return (steep - np.sqrt(2 * w) + network.tie * rise) / network.left
+            return (outward_slope - np.sqrt(2 * w) + network.tie * rise) / network.left
         radius = s
-        near_axis = (s.min() if isinstance(s, np.ndarray) else s) < BESIDE
+        near_axis = (s.min() if isinstance(s, np.ndarray) else s) < AXIS_RADIUS
         if near_axis:  # differences may even look beyond the axis
             resolved = np.isinf(width) & np.greater(s, 0)
-            radius = np.where(resolved, s, np.maximum(s, BESIDE))[()]
+            radius = np.where(resolved, s, np.maximum(s, AXIS_RADIUS))[()]
         network = self.net.between(side, radius, width)
-        u = (radius * (steep - np.sqrt(2 * w)) + network.tie * rise) / network.left
+        u = (radius * (outward_slope - np.sqrt(2 * w)) + network.tie * rise) / network.left
         if not near_axis or np.isfinite(width).all():
             return u
         at_axis = np.where(np.greater(side, 0), np.minimum(u, 0.0), ANY)

@@ -18,7 +18,7 @@ EPSILON = float(np.finfo(float).eps)
 ROUNDINGS = 64
 # Of the first piece on discs: they are displaced by the 1/s-fold of what bends them, and steep ones
 # had 15 000.
-NARROW = 1 / menisci.LEAST[-1]
+NARROW = 1 / menisci.LEAST_RADIUS[-1]
 ALL = [(family, kind) for family in FAMILIES for kind in family.shipped]
 NAMES = [family.key(kind) for family, kind in ALL]
 
@@ -28,7 +28,7 @@ def roundings(family, kind, found, made):
 
     Over what is allowed; coefficients over inclinations belong together.
     """
-    count = menisci._INCLINATIONS if family is menisci.FAMILY else 1
+    count = menisci._PIECE.inclinations if family is menisci.FAMILY else 1
     found, made = (part.reshape(*part.shape[:2], -1, count) for part in (found, made))
     size = np.abs(made).max(axis=(1, 3), keepdims=True)
     allowed = np.full(len(made), float(ROUNDINGS))
@@ -116,7 +116,7 @@ def test_the_menisci_are_those_of_young_and_laplace(side, allowed):
     """At random radii and inclinations, against an integration that shares nothing."""
     rng = np.random.default_rng(5)
     compared = 0
-    least, most = (menisci._SOLVED, 2.0**9) if side > 0 else (menisci.LEAST[-1], 2.0**7)
+    least, most = (menisci._SOLVED, 2.0**9) if side > 0 else (menisci.LEAST_RADIUS[-1], 2.0**7)
     for radius in np.exp(rng.uniform(math.log(least), math.log(most), 20)):
         lines = meniscus.lines_of_a_surface(side, radius, rng.uniform(0.05, 1.5))
         r = lines.radius
