@@ -8,10 +8,9 @@ import pytest
 from support.example_scenes import DELTA0, L, adhesive, rough, wavy
 from truth.random_states import case_of
 
-from discretization import minimise
+from discretization import load_path, minimise
 from discretization.fitted.states import on_several
 from discretization.profile import resolve
-from discretization.refine import states
 from discretization.refine.nodes import FoundNodes, slope_turns
 from discretization.refine.pressed import pressed
 from discretization.refine.steady import steady_contacts
@@ -84,11 +83,17 @@ def test_contacts_next_to_an_event_are_not_believed():
     assert steady_contacts(nodes, lost.at - 2 * margin, margin) == ()
 
 
-def test_lines_move_from_first_touch_on_where_nodes_are_no_guide(monkeypatch):
-    scene = rough(1)
-    known = minimise(scene, 0.7 * DELTA0)
-    monkeypatch.setattr(states, "steady_contacts", lambda *_: None)
-    agree(minimise(scene, 0.7 * DELTA0), known)
+def test_states_right_beside_an_event_are_those_before_and_after_it():
+    """Nodes are no guide there, as they have the event at another depth."""
+    scene = rough(3)
+    touch = resolve(scene, 0.0).touch
+    path = load_path(scene, depths=touch + np.linspace(0, 3, 9) * DELTA0)
+    event = next(event for event in path.events if event.kind == "nucleation")
+    for side, known, contacts in ((-1, event.before, 1), (1, event.after, 2)):
+        state = minimise(scene, event.depth + side * 1e-6 * DELTA0)
+        assert state.certificate.ok and len(state.contacts) == contacts
+        assert abs(state.force - known.force) <= 1e-4 * state.scales["force"]
+        assert abs(state.energy - known.energy) <= 1e-4 * state.scales["energy"]
 
 
 def rippled(kind, samples):
@@ -107,28 +112,27 @@ def test_lines_pass_many_facets_of_a_measured_profile():
     assert np.abs(straight.contacts - smooth.contacts).max() <= 2 * 16 * L / 100_000
 
 
-def test_profiles_of_narrow_features_do_not_need_as_many_nodes(monkeypatch):
-    """Nodes that resolve a spike of 1e-3 l on 18 l would be too many."""
-    scene = adhesive(
-        Profile(
-            lambda x: (
-                np.asarray(x) ** 2
-                - 0.2 * DELTA0 * np.exp(-(((np.asarray(x) - L) / (1e-3 * L)) ** 2))
-            ),
-            lambda x: (
-                2 * np.asarray(x)
-                + 0.4
-                * DELTA0
-                * (np.asarray(x) - L)
-                / (1e-3 * L) ** 2
-                * np.exp(-(((np.asarray(x) - L) / (1e-3 * L)) ** 2))
-            ),
-            extent=(-9 * L, 9 * L),
-            knots=(L,),
-        )
-    )
-    monkeypatch.setattr(states, "FoundNodes", None)
-    assert minimise(scene, 0.5 * DELTA0).certificate.ok
+def test_profiles_of_narrow_features_do_not_need_as_many_nodes():
+    """A spike of 1e-3 l on 18 l is found without as many nodes as there are such widths."""
+    width = 1e-3 * L
+    places_read = []
+
+    def spike(x):
+        return 0.2 * DELTA0 * np.exp(-(((x - L) / width) ** 2))
+
+    def height(x):
+        x = np.asarray(x)
+        places_read.append(x.size)
+        return x**2 - spike(x)
+
+    def slope(x):
+        x = np.asarray(x)
+        return 2 * x + 2 * (x - L) / width**2 * spike(x)
+
+    scene = adhesive(Profile(height, slope, extent=(-9 * L, 9 * L), knots=(L,)))
+    state = minimise(scene, 0.5 * DELTA0)
+    assert state.certificate.ok and len(state.contacts) == 2
+    assert sum(places_read) < 18 * L / width / 2
 
 
 def test_slopes_turn_where_they_have_changed_and_change_back():
