@@ -11,10 +11,17 @@ from energy.indenters import Plane
 from energy.pattern import Patches
 from energy.sampled import Sampled
 
-_ROUNDING = 1e-12  # of the rise of f from 0 as far out: what f(-x) may differ from f(x) by
-_ROUNDINGS = 8 * float(np.finfo(float).eps)  # of f, if it does not rise
+# f(-x) may differ from f(x) by this share of how much f rises up to there: heights that are read
+# from a text of twelve digits do.
+_OF_RISE = 1e-12
+# Or by this share of f itself: eight roundings, where a profile does not rise.
+_OF_HEIGHT = 8 * float(np.finfo(float).eps)
+# Places at which a profile is compared with its mirror image, over its half-width: evenly spaced
+# ones, so that no wave of some hundredths of it is missed, and others that crowd at the centre.
 _PLACES = np.sort(np.concatenate([np.geomspace(1e-6, 1, 400), np.linspace(0, 1, 600)[1:-1]]))
-_FAR = 1e3  # lengths of the scene, as far as an endless profile is compared with its mirror image
+# How far an endless profile is compared, in the longest length of the scene: contacts beyond are
+# wider than any that the model is for.
+_FAR = 1e3
 
 
 @dataclass(frozen=True)
@@ -26,13 +33,15 @@ class Mirrored(Indenter):
 
     def __post_init__(self) -> None:
         base = self.base
-        end = self.base.extent[1]
-        steep = float(base.slope(0.0))
-        convex = base.convex and steep >= 0
+        end = base.extent[1]
+        slope_at_axis = float(base.slope(0.0))
+        convex = base.convex and slope_at_axis >= 0
         for name in ("corners", "knots"):
-            own = np.asarray(getattr(base, name), float)
-            centre = [0.0] if steep or name == "knots" else []
-            object.__setattr__(self, name, np.union1d(np.concatenate([-own, own]), centre))
+            right = np.asarray(getattr(base, name), float)
+            both = np.concatenate([-right, right])
+            jumps_at_axis = slope_at_axis != 0 or name == "knots"
+            centre = [0.0] if jumps_at_axis else []
+            object.__setattr__(self, name, np.union1d(both, centre))
         object.__setattr__(self, "walls", (-end, end) if end in base.walls else ())
         object.__setattr__(self, "extent", (-end, end))
         object.__setattr__(self, "complete", base.complete)
@@ -52,9 +61,14 @@ class Mirrored(Indenter):
 
 
 class Radial(Indenter):
-    """The half r >= 0 of a profile that is mirror-symmetric about the axis, which is its wall.
+    """The half r >= 0 of a profile that is mirror-symmetric about the axis.
 
-    Of a tip the slope at r = 0 is that beside it.
+    The axis is an end of it like that of a body, and the slope of a tip at r = 0 is that beside it.
+
+    Parameters
+    ----------
+    whole : Indenter
+        The profile, its apex at 0 if it has one.
     """
 
     def __init__(self, whole: Indenter) -> None:
@@ -65,10 +79,8 @@ class Radial(Indenter):
             self.slope = whole.slope  # type: ignore[method-assign]
         self.extent = (0.0, end)
         self.walls = (0.0, *(x for x in whole.walls if x > 0))
-        self.corners, self.knots = (
-            np.asarray([x for x in places if x > 0], float)
-            for places in (whole.corners, whole.knots)
-        )
+        self.corners = np.asarray([x for x in whole.corners if x > 0], float)
+        self.knots = np.asarray([x for x in whole.knots if x > 0], float)
         self.apex = 0.0 if whole.apex == 0 else None
         self.complete = whole.complete
         self.convex = whole.convex
@@ -82,15 +94,30 @@ class Radial(Indenter):
 
     def slope(self, x: ArrayLike) -> Array:
         x = np.asarray(x, float)
-        return self._whole.slope_beside(x, np.equal(x, 0).astype(int))
+        right_of_axis = np.equal(x, 0).astype(int)
+        return self._whole.slope_beside(x, right_of_axis)
 
 
 def about_axis(indenter: Indenter, length: float) -> Indenter:
     """The indenter as a profile that is mirror-symmetric about 0.
 
-    One that begins at r = 0 is mirrored; any other is compared with its mirror image on samples,
-    an endless one from 1e-6 to 1e3 of `length`. ValueError for a difference beyond rounding, and
-    for a plane without end, which has neither a radius nor a finite energy.
+    One that begins at r = 0 is mirrored; any other is compared with its mirror image on samples.
+
+    Parameters
+    ----------
+    indenter : Indenter
+    length : float
+        The longest length of the scene: an endless profile is compared up to 1e3 of it.
+
+    Returns
+    -------
+    Indenter
+
+    Raises
+    ------
+    ValueError
+        For a difference beyond rounding, and for a plane without end, which has neither a radius
+        nor a finite energy.
     """
     if isinstance(indenter, Plane):
         raise ValueError(
@@ -107,26 +134,49 @@ def about_axis(indenter: Indenter, length: float) -> Indenter:
 
 
 def difference(indenter: Indenter, centre: float, length: float) -> str:
-    """Where a profile is not its own mirror image about a place, in words; "" where it is.
+    """Where a profile is not its own mirror image about a place, as the beginning of a message.
 
-    By its heights on samples, of an endless one from 1e-6 to 1e3 of `length`.
+    Its heights are compared at the places of this module.
+
+    Parameters
+    ----------
+    indenter : Indenter
+    centre : float
+        x [length] of the place.
+    length : float
+        The longest length of the scene: an endless profile is compared up to 1e3 of it.
+
+    Returns
+    -------
+    str
+        The first two heights that differ beyond rounding; "" if there are none.
     """
-    lo, hi = (x - centre for x in indenter.extent)
-    if abs(lo + hi) > _ROUNDING * (hi - lo) if math.isfinite(hi - lo) else -lo != hi:
+    low = indenter.extent[0] - centre
+    high = indenter.extent[1] - centre
+    ends = math.isfinite(high - low)
+    lopsided = abs(low + high) > _OF_RISE * (high - low) if ends else -low != high
+    if lopsided:
         return f"extent = {indenter.extent}"
-    r = _PLACES * (hi if math.isfinite(hi) else _FAR * length)
+    reach = high if math.isfinite(high) else _FAR * length
+    r = _PLACES * reach
+    right_places = np.clip(centre + r, *indenter.extent)
+    left_places = np.clip(centre - r, *indenter.extent)
     with np.errstate(all="ignore"):
-        places = (np.clip(centre + x, *indenter.extent) for x in (r, -r))
-        one, other = (np.asarray(indenter.height(x), float) for x in places)
-        rise = np.fmax.accumulate(np.abs(one - indenter.height(centre)))
-        if math.isfinite(hi):
+        right = np.asarray(indenter.height(right_places), float)
+        left = np.asarray(indenter.height(left_places), float)
+        rise = np.fmax.accumulate(np.abs(right - indenter.height(centre)))
+        if math.isfinite(high):
             rise[:] = rise[-1]  # rounding of samples is that of their neighbours
-        noise = np.maximum(_ROUNDING * rise, _ROUNDINGS * np.abs(one))
-        off = ~((np.abs(one - other) <= noise) | (one == other) | np.isnan(one + other))
-    if not off.any():
+        rounding = np.maximum(_OF_RISE * rise, _OF_HEIGHT * np.abs(right))
+        alike = (np.abs(right - left) <= rounding) | (right == left)
+        unlike = ~(alike | np.isnan(right + left))
+    if not unlike.any():
         return ""
-    at = int(np.flatnonzero(off)[0])
-    pair = f"f({centre + r[at]:.6g}) = {one[at]!s} and f({centre - r[at]:.6g}) = {other[at]!s}"
+    first = int(np.flatnonzero(unlike)[0])
+    pair = (
+        f"f({centre + r[first]:.6g}) = {right[first]!s} and "
+        f"f({centre - r[first]:.6g}) = {left[first]!s}"
+    )
     return f"indenter = {indenter!r}: {pair} differ"
 
 
@@ -141,18 +191,31 @@ def _mirrored(indenter: Indenter) -> Indenter:
     """Both halves of a profile that begins at r = 0; of smooth samples one curve with f'(0) = 0."""
     if not isinstance(indenter, Sampled):
         return Mirrored(indenter)
-    x = indenter.x
-    z = indenter.z
-    whole = replace(indenter, x=np.concatenate([-x[:0:-1], x]), z=np.concatenate([z[:0:-1], z]))
-    return whole if whole.kind == "linear" else whole.level_at(x.size - 1)
+    x = np.concatenate([-indenter.x[:0:-1], indenter.x])
+    z = np.concatenate([indenter.z[:0:-1], indenter.z])
+    whole = replace(indenter, x=x, z=z)
+    if whole.kind == "linear":
+        return whole
+    axis = indenter.x.size - 1
+    return whole.level_at(axis)
 
 
 def check_rings(pattern: Patches) -> None:
-    """ValueError for a pattern that reaches to x < 0 without being its own mirror image."""
+    """Refuse a pattern that reaches to x < 0 without being its own mirror image.
+
+    Parameters
+    ----------
+    pattern : Patches
+
+    Raises
+    ------
+    ValueError
+    """
     edges = np.asarray(pattern.edges)
     factors = np.asarray(pattern.factors)
-    mirrored = np.allclose(edges, -edges[::-1], rtol=_ROUNDING, atol=0)
-    if edges.size and edges[0] < 0 and not (mirrored and (factors == factors[::-1]).all()):
+    mirrored = np.allclose(edges, -edges[::-1], rtol=_OF_RISE, atol=0)
+    symmetric = mirrored and (factors == factors[::-1]).all()
+    if edges.size and edges[0] < 0 and not symmetric:
         raise ValueError(
             f"pattern = {pattern!r} is not mirror-symmetric about 0; for geometry='axisymmetric' "
             "give edges r >= 0 only, or both halves alike"

@@ -7,44 +7,69 @@ import numpy as np
 
 from energy.axis import Mirrored
 from energy.indenter import Profile, Shifted, Sum, Tilted
-from energy.indenters import Bowl
+from energy.indenters import Circle, FlatPunch, Parabola, Plane, PowerLaw, Wedge
 from energy.layer import ElasticLayer
 from energy.pattern import Patches
 from energy.sampled import Sampled
 from energy.scene import Scene
 from energy.surfaces import SurfaceEnergies
 
-_SHAPES = (*Bowl.__subclasses__(), Sampled)
-_BODIES = (*_SHAPES, Shifted, Tilted, Sum, Mirrored)
-KINDS = {kind.__name__: kind for kind in (Scene, ElasticLayer, SurfaceEnergies, Patches, *_BODIES)}
+_SHAPES = (Circle, FlatPunch, Parabola, Plane, PowerLaw, Wedge, Sampled)
+_COMPOSED = (Shifted, Tilted, Sum, Mirrored)
+_PARTS = (ElasticLayer, SurfaceEnergies, Patches)
+KINDS = {kind.__name__: kind for kind in (Scene, *_PARTS, *_SHAPES, *_COMPOSED)}
 
 
 def described(thing: Any) -> Any:
-    """Nested dicts, lists, numbers and strings that say what a scene or a part of it is.
+    """Plain data that say what a scene or a part of it is.
 
-    Functions of a `Profile` are named only: `rebuilt` refuses it.
+    Parameters
+    ----------
+    thing : Scene, or anything that a scene is made of
+        The functions of a `Profile` are not described, and `rebuilt` refuses it.
+
+    Returns
+    -------
+    dict, list, float, str, bool or None
+        Of a scene, a layer or an indenter a dict with its class as "type" and what it was made
+        with, as JSON can hold it.
     """
     if isinstance(thing, np.ndarray):
         return thing.tolist()
     if isinstance(thing, (tuple, list)):
         return [described(part) for part in thing]
-    if isinstance(thing, (np.number, float, int)) and not isinstance(thing, bool):
+    if thing is None or isinstance(thing, (str, bool)):
+        return thing
+    if isinstance(thing, (np.number, float, int)):
         return float(thing)
     if not is_dataclass(thing) or isinstance(thing, type):
-        return thing if thing is None or isinstance(thing, (str, bool)) else repr(type(thing))
+        return repr(type(thing))
     if isinstance(thing, Profile):
         return {"type": "Profile", "extent": [float(end) for end in thing.extent]}
     if isinstance(thing, SurfaceEnergies):
-        return {
-            "type": "SurfaceEnergies",
-            **{name: float(value) for name, value in thing.given.items()},
-        }
+        energies = {name: float(value) for name, value in thing.given.items()}
+        return {"type": "SurfaceEnergies", **energies}
     given = {f.name: described(getattr(thing, f.name)) for f in fields(thing) if f.init}
     return {"type": type(thing).__name__, **given}
 
 
 def rebuilt(description: Any) -> Any:
-    """What `described` described. ValueError for a profile given by functions."""
+    """The scene, or part of one, that a description is of.
+
+    Parameters
+    ----------
+    description : dict, list, float, str, bool or None
+        As `described` gives it.
+
+    Returns
+    -------
+    Scene, or anything that a scene is made of
+
+    Raises
+    ------
+    ValueError
+        For a profile given by functions, and for an indenter that is not one of `energy`.
+    """
     if not isinstance(description, dict):
         return description
     kind = KINDS.get(description.get("type", ""))
@@ -54,19 +79,31 @@ def rebuilt(description: Any) -> Any:
             "scene that was used"
         )
     parts = {name: rebuilt(part) for name, part in description.items() if name != "type"}
-    return SurfaceEnergies.from_work(**parts) if "w" in parts else kind(**parts)
+    if kind is SurfaceEnergies and "w" in parts:
+        return SurfaceEnergies.from_work(**parts)
+    return kind(**parts)
 
 
 def alike(one: Any, other: Any) -> bool:
-    """Whether two descriptions are of equal things, however their surface energies were given."""
-    return bool(_spelt_out(one) == _spelt_out(other))
+    """Whether two descriptions are of equal things, however their surface energies were given.
+
+    Parameters
+    ----------
+    one, other : dict, list, float, str, bool or None
+        As `described` gives them.
+
+    Returns
+    -------
+    bool
+    """
+    return bool(_with_three_energies(one) == _with_three_energies(other))
 
 
-def _spelt_out(description: Any) -> Any:
+def _with_three_energies(description: Any) -> Any:
     """The description with γ₁, γ₂, γ₁₂ for surface energies given by γ₁ and w."""
     if not isinstance(description, dict):
         return description
     if description.get("type") == "SurfaceEnergies":
         made = rebuilt(description)
         return made.gamma1, made.gamma2, made.gamma12
-    return {name: _spelt_out(part) for name, part in description.items()}
+    return {name: _with_three_energies(part) for name, part in description.items()}

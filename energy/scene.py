@@ -73,20 +73,25 @@ class Scene:
         for name in ("layer", "surfaces", "opening", "pattern"):
             not_a_class(name, getattr(self, name))
         for name, kind in (("layer", ElasticLayer), ("surfaces", SurfaceEnergies)):
-            if not isinstance(getattr(self, name), kind):
-                raise ValueError(
-                    f"{name} = {getattr(self, name)!r} is not of energy.{kind.__name__}; build one"
-                )
+            given = getattr(self, name)
+            if not isinstance(given, kind):
+                raise ValueError(f"{name} = {given!r} is not of energy.{kind.__name__}; build one")
         option("slopes", self.slopes, SLOPES)
         object.__setattr__(self, "indenter", as_indenter(self.indenter))
         if self.opening is not None:
             self._check_opening(self.opening)
         if self.pattern is not None and not isinstance(self.pattern, Patches):
             raise ValueError(f"pattern = {self.pattern!r} must be Patches(...) or None")
-        if option("geometry", self.geometry, GEOMETRIES) == "axisymmetric":
-            self._turn()
+        option("geometry", self.geometry, GEOMETRIES)
+        if self.axisymmetric:
+            self._turn_about_axis()
+        if self.slopes == "finite":
+            self._check_young_angle()
+
+    def _check_young_angle(self) -> None:
+        """ValueError where Young's law has no angle."""
         w = self.opened.work_of_adhesion
-        if self.slopes == "finite" and w > 2 * self.gamma1:
+        if w > 2 * self.gamma1:
             raise ValueError(
                 f"w = {w!r} exceeds 2 gamma1 = {2 * self.gamma1!r}: with finite slopes there is no "
                 "Young angle; lower w, raise gamma1 or use slopes='small'"
@@ -94,6 +99,7 @@ class Scene:
             )
 
     def _check_opening(self, opening: SurfaceEnergies) -> None:
+        """ValueError unless a contact that opens has the same tension and adheres as much."""
         if not isinstance(opening, SurfaceEnergies):
             raise ValueError(f"opening = {opening!r} must be SurfaceEnergies(...) or None")
         if opening.gamma1 != self.gamma1 or opening.work_of_adhesion < self.work_of_adhesion:
@@ -102,28 +108,29 @@ class Scene:
                 f"work of adhesion not below theirs, {self.work_of_adhesion!r}"
             )
 
-    def _turn(self) -> None:
-        object.__setattr__(self, "indenter", about_axis(self.indenter, self._length))
+    def _turn_about_axis(self) -> None:
+        """Take the profile f(r); ValueError where profile or pattern is not symmetric."""
+        object.__setattr__(self, "indenter", about_axis(self.indenter, self._longest))
         if self.pattern is not None:
             check_rings(self.pattern)
 
     @property
-    def _length(self) -> float:
-        """The largest of those that displacements vary over."""
+    def _longest(self) -> float:
+        """The largest of the lengths l, δ₀ and h of the scene."""
         return max(self.elastocapillary_length, self.critical_separation, self.layer.h)
 
     @functools.cached_property
     def mirror(self) -> float | None:
-        """x about which the profile is its own mirror image, None if it is not about any known.
+        """x [length] about which the profile is its own mirror image; None if none is known.
 
-        As the profile says, or else by its heights on samples, about the middle of its extent, or
-        0; see `energy.axis.difference`.
+        It is the apex of a profile that says so. Of others the heights on samples are compared,
+        about the middle of the extent, or about 0 if there is none (`energy.axis.difference`).
         """
-        body, (lo, hi) = self.indenter, self.indenter.extent
-        if body.symmetric:
-            return body.apex
-        centre = (lo + hi) / 2 if math.isfinite(hi - lo) else 0.0
-        return None if difference(body, centre, self._length) else centre
+        if self.indenter.symmetric:
+            return self.indenter.apex
+        low, high = self.indenter.extent
+        centre = (low + high) / 2 if math.isfinite(high - low) else 0.0
+        return None if difference(self.indenter, centre, self._longest) else centre
 
     @property
     def axisymmetric(self) -> bool:
@@ -131,7 +138,18 @@ class Scene:
         return self.geometry == "axisymmetric"
 
     def measure(self, x: ArrayLike) -> Array:
-        """What an integral over x counts with: 1, or 2πr for r = x with rotational symmetry."""
+        """The measure of integrals over x: 1, or 2πr at r = x with rotational symmetry.
+
+        Parameters
+        ----------
+        x : array_like
+            Positions, or radii [length], of any shape.
+
+        Returns
+        -------
+        ndarray
+            [1] or [length], of the shape of x.
+        """
         x = np.asarray(x, float)
         return 2 * math.pi * x if self.axisymmetric else np.ones_like(x)
 
@@ -143,53 +161,77 @@ class Scene:
     @functools.cached_property
     def opened(self) -> Scene:
         """This scene with the surface energies of a contact that is being opened."""
-        return self if self.opening is None else replace(self, surfaces=self.opening, opening=None)
+        if self.opening is None:
+            return self
+        return replace(self, surfaces=self.opening, opening=None)
 
     @functools.cached_property
     def stiffness(self) -> float:
-        """k = Ẽ/h, Eq. (3)."""
+        """Stiffness per area k = Ẽ/h [stress/length], Eq. (3)."""
         return self.layer.stiffness
 
     def spring(self, u: ArrayLike) -> terms.Density:
-        """What springs store per area at a displacement u, and its derivatives; `terms.spring`."""
+        """Energy of the springs per area, and its derivatives; see `terms.spring`.
+
+        Parameters
+        ----------
+        u : array_like
+            Displacements [length], of any shape.
+
+        Returns
+        -------
+        terms.Density
+        """
         return terms.spring(u, k=self.stiffness)
 
     @functools.cached_property
     def hookean(self) -> bool:
-        """Whether `spring` is quadratic, as nearly all that knows a free surface needs it to be."""
+        """Whether `spring` is quadratic, as the closed forms of free surfaces need it to be."""
         return self.spring(np.zeros(2)).quadratic
 
     @functools.cached_property
     def gamma1(self) -> float:
-        """Surface tension γ₁ of the layer."""
+        """Surface tension γ₁ of the layer [energy/area]."""
         return self.surfaces.gamma1
 
     @functools.cached_property
     def work_of_adhesion(self) -> float:
-        """w = γ₁ + γ₂ - γ₁₂, Eq. (1)."""
+        """Work of adhesion w = γ₁ + γ₂ - γ₁₂ [energy/area], Eq. (1)."""
         return self.surfaces.work_of_adhesion
 
     @functools.cached_property
     def elastocapillary_length(self) -> float:
-        """l = √(γ₁/k), Eq. (7)."""
+        """Elastocapillary length l = √(γ₁/k) [length], Eq. (7)."""
         return math.sqrt(self.gamma1 / self.stiffness)
 
     @functools.cached_property
     def effective_length(self) -> float:
-        """ℓ, which stands for l in Eq. (16) of a layer; see energy.layer.effective_length."""
+        """ℓ [length], which stands for l in Eq. (16) of a layer; `energy.layer.effective_length`.
+
+        Raises
+        ------
+        ValueError
+            For an incompressible layer.
+        """
         return effective_length(self.layer, self.gamma1)
 
     @functools.cached_property
     def critical_separation(self) -> float:
-        """δ₀ = √(2w/k), Eq. (20)."""
+        """Critical separation δ₀ = √(2w/k) [length], Eq. (20)."""
         return math.sqrt(2 * self.work_of_adhesion / self.stiffness)
 
     @property
     def path_dependent(self) -> bool:
-        """Whether where a line rests depends on the way it came: by its work, or a pattern."""
+        """Whether the place where a line rests depends on the direction it came from.
+
+        It does where two works of adhesion differ, or adhesion varies along the surface.
+        """
         return self.opening is not None or self.pattern is not None
 
     @functools.cached_property
     def hysteretic(self) -> bool:
-        """Whether a contact line resists both ways: two works of adhesion, or springs alone."""
+        """Whether a contact line is pinned over a range of depths, in either direction.
+
+        It is with two works of adhesion, and on springs without tension.
+        """
         return self.opening is not None or not self.gamma1

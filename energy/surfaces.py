@@ -7,7 +7,11 @@ from dataclasses import dataclass, field
 
 from energy.checks import finite, not_negative
 
+# A work of adhesion of this share of the largest energy, four roundings of it, is taken for zero.
 _ROUNDING = 1e-15
+# From this w/γ₁ on a message asks whether the two have changed places: measured contact angles give
+# w < 2γ₁, and the model needs w well below that.
+_DOUBTFUL = 10
 
 
 @dataclass(frozen=True)
@@ -89,7 +93,7 @@ class SurfaceEnergies:
 
     @property
     def given(self) -> dict[str, float]:
-        """The numbers it was made of: gamma1 and w, or gamma1, gamma2 and gamma12."""
+        """The numbers it was made of, by name: gamma1 and w, or gamma1, gamma2 and gamma12."""
         if self.given_by_work:
             return {"gamma1": self.gamma1, "w": self.gamma2}
         return {"gamma1": self.gamma1, "gamma2": self.gamma2, "gamma12": self.gamma12}
@@ -105,23 +109,28 @@ class SurfaceEnergies:
         A sum that vanishes to rounding counts as zero.
         """
         w = (self.gamma1 - self.gamma12) + self.gamma2
-        size = max(self.gamma1, abs(self.gamma2), abs(self.gamma12))
-        return 0.0 if abs(w) <= _ROUNDING * size and self.gamma1 != self.gamma12 else w
+        if self.gamma1 == self.gamma12:  # as `from_work` makes them: nothing was rounded
+            return w
+        largest = max(self.gamma1, abs(self.gamma2), abs(self.gamma12))
+        return 0.0 if abs(w) <= _ROUNDING * largest else w
 
     @property
     def doubt(self) -> str:
-        """A question behind messages about w > 2γ₁ where the two may have changed places."""
+        """The end of a message about w > 2γ₁ where the two may have changed places, else ""."""
         w = self.work_of_adhesion
         gamma1 = self.gamma1
-        return (
-            f"; w is {w / gamma1:.3g} gamma1: are the two swapped?" if w > 10 * gamma1 > 0 else ""
-        )
+        if not w > _DOUBTFUL * gamma1 > 0:
+            return ""
+        return f"; w is {w / gamma1:.3g} gamma1: are the two swapped?"
 
     @property
     def angle_deficit(self) -> float:
         """π - θ [rad] of Young's law without cancellation: 2 asin √(w/(2γ₁)), Eq. (8).
 
-        ValueError for γ₁ = 0 and for w > 2γ₁, where there is no angle.
+        Raises
+        ------
+        ValueError
+            For γ₁ = 0 and for w > 2γ₁, where there is no angle.
         """
         w = self.work_of_adhesion
         gamma1 = self.gamma1
@@ -136,13 +145,22 @@ class SurfaceEnergies:
     def contact_angle(self) -> float:
         """Young's contact angle θ [rad]: γ₁₂ + γ₁ cos θ - γ₂ = 0, Eq. (8); π for w = 0 (35).
 
-        Errors as `angle_deficit`.
+        Raises
+        ------
+        ValueError
+            As `angle_deficit`.
         """
         return math.pi - self.angle_deficit
 
     @property
     def small_slope_deficit(self) -> float:
-        """π - θ [rad] for small slopes: √(2w/γ₁), Eq. (15). ValueError for γ₁ = 0."""
+        """π - θ [rad] for small slopes: √(2w/γ₁), Eq. (15).
+
+        Raises
+        ------
+        ValueError
+            For γ₁ = 0, where there is no angle.
+        """
         if self.gamma1 == 0:
             raise ValueError("gamma1 = 0 has no contact angle; give gamma1 > 0")
         return math.sqrt(2 * self.work_of_adhesion / self.gamma1)

@@ -2,9 +2,9 @@
 
     U[u] = ∫ spring(u) dx + ∫_free surface(u') dx + ∫_contact contact(f') dx.
 
-The measure dx (a line contact) belongs to whoever integrates. All functions are vectorised;
-energies are per length of the contact line and per dx. A new energy term is written down here,
-and its parameters come from `Scene.spring`; discretization/README.md says what answers it.
+The measure dx of a line contact, or 2πr dr about an axis, is left to whoever integrates
+(`Scene.measure`). A new energy term is written down here, and its parameters come from
+`Scene.spring`; discretization/README.md says which minimisers support it.
 """
 
 from typing import NamedTuple
@@ -17,9 +17,15 @@ GEOMETRIES = ("line", "axisymmetric")
 
 
 class Density(NamedTuple):
-    """An energy density with its first and second derivative by the displacement or slope.
+    """An energy density with its derivatives by the displacement or the slope.
 
-    Of densities that are quadratic the second is one number.
+    Attributes
+    ----------
+    value : ndarray
+        Energy per area, of the shape of the argument.
+    first, second : ndarray
+        Its first and second derivative; the second is one number, of shape (), of a density that is
+        quadratic.
     """
 
     value: np.ndarray
@@ -33,30 +39,70 @@ class Density(NamedTuple):
 
 
 def spring(u: ArrayLike, *, k: float) -> Density:
-    """Winkler foundation: k u²/2, k u, k. Source of Eqs. (5) and (9)."""
+    """Energy of the Winkler foundation per area, k u²/2, the source of Eqs. (5) and (9).
+
+    Parameters
+    ----------
+    u : array_like
+        Displacements [length], of any shape.
+    k : float
+        Stiffness per area [stress/length].
+
+    Returns
+    -------
+    Density
+        k u²/2, k u and k.
+    """
     u = np.asarray(u, float)
     return Density(k / 2 * u * u, k * u, np.asarray(float(k)))
 
 
 def surface(slope: ArrayLike, *, gamma1: float, slopes: str = "small") -> Density:
-    """Stretched free surface, minus the flat one.
+    """Energy of the stretched free surface per projected area, minus that of the flat one.
 
-    small: γ₁ u'²/2, whose stationarity is Eq. (5); finite: γ₁(√(1+u'²) - 1), the true length,
-    written without cancellation.
+    For small slopes γ₁ u'²/2, whose stationarity is Eq. (5); for finite ones γ₁(√(1+u'²) - 1), the
+    true length, evaluated as γ₁ u'²/(1 + √(1+u'²)) without cancellation.
+
+    Parameters
+    ----------
+    slope : array_like
+        Slopes u' [1], of any shape.
+    gamma1 : float
+        Surface tension γ₁ [energy/area].
+    slopes : {"small", "finite"}
+
+    Returns
+    -------
+    Density
     """
     s = np.asarray(slope, float)
     if slopes == "small":
         return Density(gamma1 / 2 * s * s, gamma1 * s, np.asarray(float(gamma1)))
-    root = np.sqrt(1 + s * s)
-    return Density(gamma1 * s * s / (1 + root), gamma1 * s / root, gamma1 / root**3)
+    stretch = np.sqrt(1 + s * s)
+    value = gamma1 * s * s / (1 + stretch)
+    return Density(value, gamma1 * s / stretch, gamma1 / stretch**3)
 
 
 def contact(slope: ArrayLike, *, gamma1: float, w: float, slopes: str = "small") -> np.ndarray:
-    """Surface in contact, minus the flat free surface; it follows the indenter's slope f'.
+    """Energy of the surface in contact per projected area, minus that of the flat free surface.
 
-    small: γ₁ f'²/2 - w; finite: (γ₁ - w)√(1+f'²) - γ₁.
+    It follows the indenter: γ₁ f'²/2 - w for small slopes, (γ₁ - w)√(1+f'²) - γ₁ for finite ones.
+
+    Parameters
+    ----------
+    slope : array_like
+        Slopes f' of the indenter [1], of any shape.
+    gamma1, w : float
+        Surface tension γ₁ and work of adhesion w [energy/area].
+    slopes : {"small", "finite"}
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `slope`.
     """
     s = np.asarray(slope, float)
     if slopes == "small":
         return gamma1 / 2 * s * s - w
-    return surface(s, gamma1=gamma1, slopes=slopes).value - w * np.sqrt(1 + s * s)
+    stretched = surface(s, gamma1=gamma1, slopes=slopes).value
+    return stretched - w * np.sqrt(1 + s * s)
