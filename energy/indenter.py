@@ -33,8 +33,12 @@ from energy.arrays import Array
 from energy.checks import array, finite, not_a_class
 
 UNBOUNDED = (-math.inf, math.inf)
-_BESIDE = 8 * float(np.finfo(float).eps)  # of |x| and the corners: beyond what rounding moves them
-_LEAST = 1e-150  # beside a corner at 0, in any unit: a profile may square it or divide by it
+# Distance from a corner at which the slope beside it is read, over |x| and the largest corner:
+# eight roundings, more than shifting a profile moves its corners by.
+_BESIDE = 8 * float(np.finfo(float).eps)
+# The same beside a corner at 0, in any unit: so small that it is no length of a scene, and so large
+# that its square is a float (1e-300).
+_BESIDE_ZERO = 1e-150
 
 
 class Indenter:
@@ -55,25 +59,58 @@ class Indenter:
         return None
 
     def height(self, x: ArrayLike) -> Array:
-        """f(x) [length]."""
+        """Height of the profile.
+
+        Parameters
+        ----------
+        x : array_like
+            Positions [length], of any shape.
+
+        Returns
+        -------
+        ndarray
+            f(x) [length], of the shape of x; inf where there is no profile.
+        """
         raise NotImplementedError
 
     def slope(self, x: ArrayLike) -> Array:
-        """f'(x) [1]."""
+        """Slope of the profile.
+
+        Parameters
+        ----------
+        x : array_like
+            Positions [length], of any shape.
+
+        Returns
+        -------
+        ndarray
+            f'(x) [1], of the shape of x; NaN where there is no profile.
+        """
         raise NotImplementedError
 
     def slope_beside(self, x: ArrayLike, side: ArrayLike) -> Array:
-        """f'(x + 0) for side = 1, f'(x - 0) for side = -1, which differ at a corner; 0: at x.
+        """Slope on one side of x; the two sides of a corner differ.
 
-        Read as near to x as rounding allows, inside the extent.
+        Parameters
+        ----------
+        x : array_like
+            Positions [length].
+        side : array_like of int
+            1 for f'(x + 0), -1 for f'(x - 0), 0 for f'(x).
+
+        Returns
+        -------
+        ndarray
+            Slopes [1] of the common shape, read as near to x as rounding allows, inside the extent.
         """
         x = np.asarray(x, float)
         corners = np.asarray(self.corners, float)
         if not corners.size:
             return self.slope(x)
         size = np.maximum(np.abs(x), np.abs(corners[[0, -1]]).max())
-        near = np.asarray(side) * np.maximum(_BESIDE * size, _LEAST)
-        return self.slope(np.clip(x + near, *self.extent))
+        distance = np.maximum(_BESIDE * size, _BESIDE_ZERO)
+        beside = x + np.asarray(side) * distance
+        return self.slope(np.clip(beside, *self.extent))
 
     def breaks(self) -> Array:
         """x of the corners, the knots and the apex, between which a built-in profile is smooth."""
@@ -81,22 +118,53 @@ class Indenter:
         return np.array([*self.corners, *self.knots, *apex], float)
 
     def shifted(self, x0: float) -> Indenter:
-        """The profile moved sideways: f(x - x0)."""
+        """The profile moved sideways, f(x - x0).
+
+        Parameters
+        ----------
+        x0 : float
+            [length]
+
+        Returns
+        -------
+        Indenter
+        """
         return Shifted(self, finite("x0", x0))
 
     def tilted(self, slope: float) -> Indenter:
-        """The profile tilted by a small angle about x = 0: f(x) + slope·x."""
+        """The profile tilted by a small angle about x = 0, f(x) + slope·x.
+
+        Parameters
+        ----------
+        slope : float
+            [1]
+
+        Returns
+        -------
+        Indenter
+        """
         return Tilted(self, finite("slope", slope))
 
     def within(self, lo: float, hi: float) -> Indenter:
-        """The profile as it is known between these places alone."""
-        ends = max(self.extent[0], lo), min(self.extent[1], hi)
-        if ends == tuple(self.extent):
+        """The profile as it is known between two places alone.
+
+        Parameters
+        ----------
+        lo, hi : float
+            The places [length].
+
+        Returns
+        -------
+        Indenter
+            Itself if it ends there already.
+        """
+        first = max(self.extent[0], lo)
+        last = min(self.extent[1], hi)
+        if (first, last) == tuple(self.extent):
             return self
-        corners, knots = (
-            [x for x in places if ends[0] < x < ends[1]] for places in (self.corners, self.knots)
-        )
-        return Profile(self.height, self.slope, ends, corners, self.convex, knots)
+        corners = [x for x in self.corners if first < x < last]
+        knots = [x for x in self.knots if first < x < last]
+        return Profile(self.height, self.slope, (first, last), corners, self.convex, knots)
 
     def __add__(self, other: object) -> Indenter:
         """Sum of two profiles, defined where both are."""
@@ -159,23 +227,38 @@ class Profile(Indenter):
 
 
 def _takes_arrays(name: str, function: Callable[[ArrayLike], Any], x: Array) -> None:
-    """ValueError unless the function of x answers an array with one number for each position."""
+    """ValueError unless the function of x gives an array with one number for each position."""
     try:
         with np.errstate(all="ignore"):
-            found = np.shape(function(x))
-        said = f"for {x.size} positions it gives {found or 'one number'}"
+            shape = np.shape(function(x))
     except (TypeError, ValueError, IndexError) as error:
-        found = None
-        said = f"{type(error).__name__}: {error}"
-    if found != x.shape:
-        raise ValueError(
-            f"{name} = {function!r} must take an array of x and give one number for each: write it "
-            f"with numpy (np.maximum for max, np.where for if, np.zeros_like(x) for 0); {said}"
-        )
+        reason = f"{type(error).__name__}: {error}"
+    else:
+        if shape == x.shape:
+            return
+        reason = f"for {x.size} positions it gives {shape or 'one number'}"
+    raise ValueError(
+        f"{name} = {function!r} must take an array of x and give one number for each: write it "
+        f"with numpy (np.maximum for max, np.where for if, np.zeros_like(x) for 0); {reason}"
+    )
 
 
 def as_indenter(profile: Any) -> Indenter:
-    """Return profile itself, or wrap any object with height(x) and slope(x)."""
+    """The profile itself, or any object with height(x) and slope(x) as one.
+
+    Parameters
+    ----------
+    profile : Indenter, or any object with these two methods
+
+    Returns
+    -------
+    Indenter
+
+    Raises
+    ------
+    ValueError
+        For a class, and an object without these methods.
+    """
     if isinstance(profile, Indenter):
         return profile
     not_a_class("indenter", profile)
@@ -220,12 +303,13 @@ class Shifted(Indenter):
 
     def _own(self, x: ArrayLike) -> Array:
         """x in the base's frame; an end of the extent stays on it in spite of rounding."""
-        x, (lo, hi), (base_lo, base_hi) = np.asarray(x, float), self.extent, self.base.extent
+        x = np.asarray(x, float)
         own = x - self.x0
+        lo, hi = self.extent
         if math.isinf(lo) and math.isinf(hi):
             return own
         inside = (x >= lo) & (x <= hi)
-        return np.where(inside, np.clip(own, base_lo, base_hi), own)
+        return np.where(inside, np.clip(own, *self.base.extent), own)
 
 
 @dataclass(frozen=True)
@@ -267,7 +351,8 @@ class Sum(Indenter):
         object.__setattr__(self, "extent", (lo, hi))
         for name in ("corners", "knots"):
             both = np.union1d(np.asarray(getattr(one, name)), np.asarray(getattr(two, name)))
-            object.__setattr__(self, name, both[(both >= lo) & (both <= hi)].astype(float))
+            inside = both[(both >= lo) & (both <= hi)]
+            object.__setattr__(self, name, inside.astype(float))
         walls = {*one.walls, *two.walls} & {lo, hi}
         object.__setattr__(self, "walls", tuple(sorted(walls)))
         for name in ("convex", "complete"):

@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike
 from energy.checks import finite, positive, real
 from energy.indenter import Array, Indenter
 
+# Of a power law: up to it |x|ⁿ is a float where |x| is ten times the width of the contact, 1e300.
+_LARGEST_EXPONENT = 300
+
 __all__ = ["Circle", "FlatPunch", "Parabola", "Plane", "PowerLaw", "Wedge"]
 
 
@@ -179,9 +182,10 @@ class Circle(Bowl):
 
     def height(self, x: ArrayLike) -> Array:
         x = np.asarray(x, float)
-        rest = (self.R - x) * (self.R + x)
+        chord2 = (self.R - x) * (self.R + x)
         with np.errstate(invalid="ignore"):
-            return np.where(rest >= 0, x * x / (self.R + np.sqrt(rest)), math.inf)[()]
+            arc = x * x / (self.R + np.sqrt(chord2))  # R - √(R² - x²) without cancellation
+        return np.where(chord2 >= 0, arc, math.inf)[()]
 
     def slope(self, x: ArrayLike) -> Array:
         x = np.asarray(x, float)
@@ -216,7 +220,7 @@ class PowerLaw(Bowl):
             raise ValueError(f"c = {self.c!r} must be positive; give a value > 0")
         if finite("n", self.n) < 1:
             raise ValueError(f"n = {self.n!r} makes a cusp with a vertical tip; give n >= 1")
-        if self.n > 300:
+        if self.n > _LARGEST_EXPONENT:
             raise ValueError(f"n = {self.n!r} is a punch in all but name; use FlatPunch")
 
     @property

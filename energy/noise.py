@@ -1,4 +1,4 @@
-"""How large the noise of measured heights is, told from the profile that they measure.
+"""The size of the noise of measured heights, from the profile that they measure.
 
 Neighbouring samples of a profile that they resolve follow from each other: the residual of sample i
 in the polynomial through m of its neighbours, with the weights c_j of the divided difference
@@ -16,12 +16,19 @@ import numpy as np
 
 from energy.arrays import Array
 
-FEWEST = 40  # samples: of fewer, corners of the body cannot be told from noise
-_WINDOW = 256  # samples at least, if there are as many
-_ENOUGH = 24  # residuals for a quartile: it scatters by a third
+# Fewest samples: with the highest order 8 and stride 2, fewer leave no quartile; a polygon of few
+# corners, whose residuals are its corners, would be taken for noise.
+FEWEST = 40
+# Fewest samples in a window, if there are as many: a part that was filled in by a program without
+# noise is seldom longer, and a quartile of as many residuals is known to a tenth.
+_WINDOW = 256
+# Fewest residuals for a quartile: it scatters by a third then.
+_ENOUGH = 24
+# Orders m and strides p that are tried: polygons have m = 2, smooth curves the higher ones.
 _ORDERS = (1, 2, 4, 8)
 _STRIDES = (1, 2, 3, 4)
-_QUARTILE = 0.318639  # of |N(0, 1)|, the lower one
+# Lower quartile of |N(0, 1)|: the x with erf(x/√2) = ¼.
+_QUARTILE = 0.318639
 
 
 def noise_slope(x: Array, z: Array) -> float:
@@ -31,8 +38,13 @@ def noise_slope(x: Array, z: Array) -> float:
 
     Parameters
     ----------
-    x, z : array (n,)
+    x, z : ndarray (n,)
         Increasing positions, and heights there [length].
+
+    Returns
+    -------
+    float
+        [1]
 
     Examples
     --------
@@ -44,24 +56,27 @@ def noise_slope(x: Array, z: Array) -> float:
     """
     if x.size < FEWEST:
         return 0.0
-    count = max(1, x.size // _WINDOW)
-    width = x.size // count
-    rows = (count, width)
-    places = x[: count * width].reshape(rows)
-    heights = z[: count * width].reshape(rows)
+    windows = max(1, x.size // _WINDOW)
+    width = x.size // windows
+    places = x[: windows * width].reshape(windows, width)
+    heights = z[: windows * width].reshape(windows, width)
     spacing = np.median(np.diff(places), axis=1)
-    places = (places - places[:, :1]) / spacing[:, None]  # numbers whose powers are numbers, too
-    least = np.full(count, np.inf)
+    # in units of the spacing, so that products of eight distances neither overflow nor vanish
+    places = (places - places[:, :1]) / spacing[:, None]
+    sigma = np.full(windows, np.inf)
     for order in _ORDERS:
         for stride in _STRIDES:
-            if width - order * stride >= _ENOUGH:
-                residual = np.abs(_residuals(places, heights, order, stride))
-                least = np.minimum(least, np.quantile(residual, 0.25, axis=1) / _QUARTILE)
-    return float(np.max(np.sqrt(2) * least / spacing))
+            if width - order * stride < _ENOUGH:
+                continue
+            residual = np.abs(_residuals(places, heights, order, stride))
+            quartile = np.quantile(residual, 0.25, axis=1)
+            sigma = np.minimum(sigma, quartile / _QUARTILE)
+    slopes = np.sqrt(2) * sigma / spacing
+    return float(np.max(slopes))
 
 
 def _residuals(x: Array, z: Array, order: int, stride: int) -> Array:
-    """r_i of the module, of all i that have so many neighbours in their row."""
+    """The residuals r_i of the module, for all samples with so many neighbours in their row."""
     count = x.shape[1] - order * stride
     starts = [j * stride for j in range(order + 1)]
     places = [x[:, start : start + count] for start in starts]

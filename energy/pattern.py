@@ -57,9 +57,25 @@ class Patches:
 
     @classmethod
     def stripes(cls, period: float, low: float, high: float, extent: float) -> Patches:
-        """Stripes of width period/2 of both factors from -extent to extent, `high` at x = 0.
+        """Stripes of two factors that alternate, `high` at x = 0.
 
-        ValueError for lengths that are not positive, a period above `extent`, and factors as above.
+        Parameters
+        ----------
+        period : float
+            Width of two stripes [length].
+        low, high : float
+            The factors, >= 0.
+        extent : float
+            There are stripes from -extent to extent [length].
+
+        Returns
+        -------
+        Patches
+
+        Raises
+        ------
+        ValueError
+            For lengths that are not positive, a period above `extent`, and factors as above.
         """
         if positive("period", period) > positive("extent", extent):
             raise ValueError(
@@ -71,5 +87,17 @@ class Patches:
         return cls(edges.tolist(), factors.tolist())
 
     def factor(self, x: ArrayLike) -> Array:
-        """c(x)."""
-        return np.asarray(self.factors)[np.searchsorted(self.edges, x, side="right")]
+        """The factor at some places.
+
+        Parameters
+        ----------
+        x : array_like
+            Positions [length], of any shape.
+
+        Returns
+        -------
+        ndarray
+            c(x) [1], of the shape of x; at an edge that on its right.
+        """
+        stripe = np.searchsorted(self.edges, x, side="right")
+        return np.asarray(self.factors)[stripe]

@@ -16,7 +16,11 @@ from energy.checks import array, option, positive
 from energy.indenter import Array, Indenter
 from energy.noise import noise_slope
 
-_SAME = 1e-12  # of an interval: a lowest point so near to a sample is that
+# Of an interval between samples: a lowest point nearer than this to a sample is that sample. The
+# slope there is known to some roundings of the largest, and so is its root.
+_SAME = 1e-12
+# Of the largest slope: a slope may decrease by this in a convex profile, as differences of heights
+# with twelve digits do.
 _ROUNDING = 1e-12
 
 
@@ -66,22 +70,9 @@ class Sampled(Indenter):
 
     def __post_init__(self) -> None:
         option("kind", self.kind, ("linear", "smooth"))
-        x, z = (array(name, getattr(self, name)) for name in ("x", "z"))
-        least = 2 if self.kind == "linear" else 3
-        if x.ndim != 1 or x.shape != z.shape or x.size < least:
-            raise ValueError(
-                f"x and z have shapes {x.shape} and {z.shape}; give two equally long "
-                f"one-dimensional arrays of at least {least} samples"
-            )
-        for name, values in (("x", x), ("z", z)):
-            if not np.isfinite(values).all():
-                bad = int(np.flatnonzero(~np.isfinite(values))[0])
-                raise ValueError(f"{name}[{bad}] = {values[bad]} is not finite; remove or mend it")
-        if (np.diff(x) <= 0).any():
-            bad = int(np.flatnonzero(np.diff(x) <= 0)[0])
-            raise ValueError(
-                f"x[{bad + 1}] = {x[bad + 1]} does not exceed x[{bad}]; sort the samples"
-            )
+        x = array("x", self.x)
+        z = array("z", self.z)
+        _check_samples(x, z, least=2 if self.kind == "linear" else 3)
         slopes = np.diff(z) / np.diff(x) if self.kind == "linear" else _spline_slopes(x, z)
         for name, values in (("x", x), ("z", z), ("_slopes", slopes)):
             values.flags.writeable = False
@@ -113,7 +104,16 @@ class Sampled(Indenter):
         return Sampled(x, z, self.kind)
 
     def level_at(self, sample: int) -> Sampled:
-        """The same with f' = 0 at a sample, as symmetry has it there but for rounding."""
+        """The same with f' = 0 at a sample, as symmetry has it there but for rounding.
+
+        Parameters
+        ----------
+        sample : int
+
+        Returns
+        -------
+        Sampled
+        """
         found = replace(self)
         slopes = np.where(np.arange(self.x.size) == sample, 0, self._slopes)
         object.__setattr__(found, "_slopes", slopes)
@@ -134,31 +134,34 @@ class Sampled(Indenter):
     @functools.cached_property
     def convex(self) -> bool:  # type: ignore[override]
         """Whether the slope of the interpolation never decreases beyond rounding."""
-        m = self._slopes
-        rounding = _ROUNDING * np.abs(self._slopes).max()
+        slopes = self._slopes
+        rounding = _ROUNDING * np.abs(slopes).max()
         if self.kind == "linear":
-            return bool((np.diff(m) >= -rounding).all())
-        secant = np.diff(self.z) / np.diff(self.x)  # f'' is linear between samples: both its ends
-        bends = 3 * secant - 2 * m[:-1] - m[1:], m[:-1] + 2 * m[1:] - 3 * secant
-        return bool((np.minimum(*bends) >= -rounding).all())
+            return bool((np.diff(slopes) >= -rounding).all())
+        # f'' is linear between two samples, so that it suffices to look at both ends
+        secant = np.diff(self.z) / np.diff(self.x)
+        bend_at_left = 3 * secant - 2 * slopes[:-1] - slopes[1:]
+        bend_at_right = slopes[:-1] + 2 * slopes[1:] - 3 * secant
+        return bool((np.minimum(bend_at_left, bend_at_right) >= -rounding).all())
 
     @functools.cached_property
     def apex(self) -> float | None:  # type: ignore[override]
         """The lowest point of a convex profile."""
         if not self.convex:
             return None
-        lowest = int(np.argmin(self.z))
-        m = self._slopes
-        if self.kind == "linear" or not m[0] < 0 < m[-1]:
-            return float(self.x[lowest])
-        i = int(np.searchsorted(m, 0.0)) - 1
+        slopes = self._slopes
+        if self.kind == "linear" or not slopes[0] < 0 < slopes[-1]:
+            return float(self.x[int(np.argmin(self.z))])
+        i = int(np.searchsorted(slopes, 0.0)) - 1  # f' changes its sign in the interval after x[i]
         h = float(self.x[i + 1] - self.x[i])
-        bend = 6 * (self.z[i + 1] - self.z[i]) / h - 4 * m[i] - 2 * m[i + 1]
-        curl = 3 * (m[i] + m[i + 1] - 2 * (self.z[i + 1] - self.z[i]) / h)
-        root = math.sqrt(max(bend * bend / 4 - curl * m[i], 0.0))
-        at = float(self.x[i] - h * m[i] / (bend / 2 + root))  # m + bend s + curl s² = 0
-        near = float(self.x[np.abs(self.x - at).argmin()])
-        return near if abs(near - at) <= _SAME * h else at
+        rise = self.z[i + 1] - self.z[i]
+        # f' = slopes[i] + first s + second s² with s = (x - x[i])/h
+        first = 6 * rise / h - 4 * slopes[i] - 2 * slopes[i + 1]
+        second = 3 * (slopes[i] + slopes[i + 1] - 2 * rise / h)
+        root = math.sqrt(max(first * first / 4 - second * slopes[i], 0.0))
+        lowest = float(self.x[i] - h * slopes[i] / (first / 2 + root))
+        sample = float(self.x[np.abs(self.x - lowest).argmin()])
+        return sample if abs(sample - lowest) <= _SAME * h else lowest
 
     @functools.cached_property
     def noise_slope(self) -> float:
@@ -166,61 +169,86 @@ class Sampled(Indenter):
         return noise_slope(self.x, self.z)
 
     def height(self, x: ArrayLike | float) -> Array:
-        return self._read(x, self._heights, math.inf)
+        return self._evaluated(x, self._height_coefficients, math.inf)
 
     def slope(self, x: ArrayLike | float) -> Array:
-        return self._read(x, self._slants, math.nan)
+        return self._evaluated(x, self._slope_coefficients, math.nan)
 
     @functools.cached_property
-    def _heights(self) -> Array:
-        """Coefficients (2 or 4, n - 1) of the powers of the distance from the last sample in f."""
+    def _height_coefficients(self) -> Array:
+        """Coefficients (2 or 4, n - 1) of f in powers of the distance from the sample before."""
         h = np.diff(self.x)
-        m = self._slopes
-        rows = [self.z[:-1], m[: h.size]]
-        if self.kind == "smooth":
-            over = np.diff(self.z) / h - m[:-1], np.diff(m)
-            rows += [(3 * over[0] - over[1]) / h, (over[1] - 2 * over[0]) / h**2]
-        return np.array(rows)
+        slopes = self._slopes
+        if self.kind == "linear":
+            return np.array([self.z[:-1], slopes])
+        excess = np.diff(self.z) / h - slopes[:-1]
+        turn = np.diff(slopes)
+        second = (3 * excess - turn) / h
+        third = (turn - 2 * excess) / h**2
+        return np.array([self.z[:-1], slopes[: h.size], second, third])
 
     @functools.cached_property
-    def _slants(self) -> Array:
-        """The same in f'."""
-        return self._heights[1:] * np.arange(1, len(self._heights))[:, None]
+    def _slope_coefficients(self) -> Array:
+        """Those of f'."""
+        powers = np.arange(1, len(self._height_coefficients))
+        return self._height_coefficients[1:] * powers[:, None]
 
-    def _read(self, x: Any, rows: Array, outside: float) -> Array:
-        """What has these coefficients between the samples; a value for what is outside of them."""
+    def _evaluated(self, x: Any, coefficients: Array, outside: float) -> Array:
+        """The piecewise polynomial with these coefficients, and a value outside of the samples."""
         x = np.asarray(x, float)[()]  # numbers, not arrays of one: faster
         i = self.x[1:-1].searchsorted(x, side="right")
-        t = x - self.x[i]
-        value = rows[-1][i]
-        for row in rows[-2::-1]:
-            value = value * t + row[i]
+        distance = x - self.x[i]
+        value = coefficients[-1][i]
+        for of_power in coefficients[-2::-1]:  # Horner's scheme
+            value = value * distance + of_power[i]
         known = (x >= self.x[0]) & (x <= self.x[-1])
         if not x.ndim:
             return np.asarray(value if known else outside)
         return np.where(known, value, outside)
 
 
+def _check_samples(x: Array, z: Array, least: int) -> None:
+    """ValueError unless x increases and both are finite, equally long and of some length."""
+    if x.ndim != 1 or x.shape != z.shape or x.size < least:
+        raise ValueError(
+            f"x and z have shapes {x.shape} and {z.shape}; give two equally long "
+            f"one-dimensional arrays of at least {least} samples"
+        )
+    for name, values in (("x", x), ("z", z)):
+        if not np.isfinite(values).all():
+            bad = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise ValueError(f"{name}[{bad}] = {values[bad]} is not finite; remove or mend it")
+    if (np.diff(x) <= 0).any():
+        bad = int(np.flatnonzero(np.diff(x) <= 0)[0])
+        raise ValueError(f"x[{bad + 1}] = {x[bad + 1]} does not exceed x[{bad}]; sort the samples")
+
+
 def _spline_slopes(x: Array, z: Array) -> Array:
     """Slopes at the samples that make the piecewise cubic twice differentiable.
 
     h_i m_{i-1} + 2(h_{i-1}+h_i) m_i + h_{i-1} m_{i+1} = 3(h_i s_{i-1} + h_{i-1} s_i), with the
-    secants s and the spacings h; the two end slopes are given, by cubics through heights from the
-    end on: a height of all samples would only round.
+    secants s and the spacings h; the slopes at both ends are those of the cubics through the four
+    samples there.
     """
     h = np.diff(x)
-    secant = np.diff(z) / np.diff(x)
+    secant = np.diff(z) / h
     near = min(4, x.size)
-    ends = [
-        np.polynomial.Polynomial.fit(x[i], z[i] - z[end], near - 1).deriv()(x[end])
-        for i, end in ((slice(near), 0), (slice(-near, None), -1))
-    ]
-    band = np.zeros((3, x.size))
-    rhs = np.empty_like(z)
-    band[1, [0, -1]] = 1
-    rhs[[0, -1]] = ends
+    right_hand_side = np.empty_like(z)
+    right_hand_side[0] = _end_slope(x[:near], z[:near], 0)
+    right_hand_side[-1] = _end_slope(x[-near:], z[-near:], -1)
+    right_hand_side[1:-1] = 3 * (h[1:] * secant[:-1] + h[:-1] * secant[1:])
+    band = np.zeros((3, x.size))  # above the diagonal, on it, below it
     band[0, 2:] = h[:-1]
+    band[1, [0, -1]] = 1
     band[1, 1:-1] = 2 * (h[:-1] + h[1:])
     band[2, :-2] = h[1:]
-    rhs[1:-1] = 3 * (h[1:] * secant[:-1] + h[:-1] * secant[1:])
-    return np.asarray(solve_banded((1, 1), band, rhs))
+    return np.asarray(solve_banded((1, 1), band, right_hand_side))
+
+
+def _end_slope(x: Array, z: Array, end: int) -> float:
+    """Slope at the sample `end` of the polynomial through all of these samples.
+
+    Heights are counted from the one there: a height that all have in common would only round.
+    """
+    polynomial = np.polynomial.Polynomial.fit(x, z - z[end], x.size - 1)
+    return float(polynomial.deriv()(x[end]))

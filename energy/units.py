@@ -17,6 +17,8 @@ KINDS = {
     "force per length": re.compile(f"{_NEWTON}/{_METRE}"),
     "voltage": re.compile("([mµuμn]?)V"),
 }
+# Added to log₁₀(value)/3 before it is rounded down, so that 1000 is 1 k in spite of rounding.
+_OF_A_THOUSAND = 1e-9
 _SPELLED = {  # units as words, in the singular and in small letters
     "metre": "m",
     "meter": "m",
@@ -38,25 +40,45 @@ _SPELLED = {  # units as words, in the singular and in small letters
 
 
 def size(unit: str, kind: str) -> float | None:
-    """The unit in m, N, N/m or V; None unless it is one of that kind of KINDS, such as "mN/m".
+    """The size of a unit in m, N, N/m or V.
 
-    Units may be written as words: "microns", "Micrometer", "nanonewtons".
+    Parameters
+    ----------
+    unit : str
+        Such as "mN/m" or "µm"; words are known, too: "microns", "Micrometer", "nanonewtons".
+    kind : str
+        One of `KINDS`.
+
+    Returns
+    -------
+    float or None
+        None if it is no unit of that kind.
     """
     unit = unit.strip()
     symbol = _SPELLED.get(unit.casefold().removesuffix("s"), unit)
     found = KINDS[kind].fullmatch(symbol)
     if found is None:
         return None
-    first, *below = found.groups()
-    return _SIZES[first] / (_SIZES[below[0]] if below else 1.0)
+    prefix, *below = found.groups()  # that of "per length" has a prefix of its own
+    denominator = _SIZES[below[0]] if below else 1.0
+    return _SIZES[prefix] / denominator
 
 
 def named(cell: str) -> tuple[str, str]:
-    """Name and unit of a column; unit "" if none.
+    """Name and unit of a column from its header.
 
     Whatever stands in brackets at the end is taken for the unit, as in "depth [µm]" and "depth
     (inch)", and a short word behind a slash, "depth/µm"; "depth in µm", "depth, µm", "depth_um" and
     "depth µm" only where that is a known unit.
+
+    Parameters
+    ----------
+    cell : str
+
+    Returns
+    -------
+    name, unit : str
+        The unit is "" if there is none.
     """
     text = " ".join(cell.split())
     loose = re.fullmatch(r"(.*?[^\s/])(?:\s+in\s+|\s*[,_]\s*|\s+)(\S+)", text)
@@ -68,33 +90,73 @@ def named(cell: str) -> tuple[str, str]:
 
 
 def any_kind(unit: str) -> bool:
-    """Whether the text is a unit of one of the KINDS."""
+    """Whether a text is a unit of one of the `KINDS`.
+
+    Parameters
+    ----------
+    unit : str
+
+    Returns
+    -------
+    bool
+    """
     return any(size(unit, kind) is not None for kind in KINDS)
 
 
 class Unit(NamedTuple):
-    """A unit to draw in: value/size is the number, symbol what stands on the axis."""
+    """A unit to draw in.
+
+    Attributes
+    ----------
+    size : float
+        By which values are divided.
+    symbol : str
+        What stands on the axis, with its prefix.
+    """
 
     size: float
     symbol: str
 
 
 def prefixed(values: ArrayLike, unit: str) -> Unit:
-    """The prefix that puts the largest finite |value| into 1..1000; none if all are zero.
+    """The unit with the prefix that puts the largest of some values into 1..1000.
 
-    `unit` is a plain SI unit ("m", "N/m"); the prefix applies to its first symbol. Numbers without
-    a unit, "", have no prefix.
+    Parameters
+    ----------
+    values : array_like
+        In the plain unit; those that are not finite do not count.
+    unit : str
+        A plain SI unit ("m", "N/m"), to whose first symbol the prefix applies; "" for numbers
+        without a unit, which have no prefix.
+
+    Returns
+    -------
+    Unit
+        Without a prefix if all values are zero.
     """
     if not unit:
         return Unit(1.0, "")
     sizes = np.abs(np.asarray(values, float))
     largest = float(sizes[np.isfinite(sizes)].max(initial=0.0))
-    exponent = 3 * int(np.floor(np.log10(largest) / 3 + 1e-9)) if largest else 0
+    thousands = np.log10(largest) / 3 if largest else 0.0
+    exponent = 3 * int(np.floor(thousands + _OF_A_THOUSAND))
     exponent = min(max(exponent, min(PREFIXES)), max(PREFIXES))
     return Unit(10.0**exponent, PREFIXES[exponent] + unit)
 
 
 def quantity(value: float, unit: str) -> str:
-    """A value with its unit, prefixed: "20 mN/m"."""
+    """A value with its unit and a prefix, "20 mN/m".
+
+    Parameters
+    ----------
+    value : float
+        In the plain unit.
+    unit : str
+        As in `prefixed`.
+
+    Returns
+    -------
+    str
+    """
     size, symbol = prefixed(value, unit)
     return f"{value / size:.4g} {symbol}"
