@@ -16,7 +16,11 @@ from energy.sampled import Sampled
 TEXT = (".txt", ".csv", ".dat", ".tsv", ".xyz", ".asc", ".prn")
 NAMES = ("x", "z")
 LEVELS = {"tilt": 1, "curvature": 2}  # degrees of the polynomials that are removed
-NEAR_END = 0.02  # of the length: where the end of a scan begins
+# Share of the length of a scan that counts as its end. A body is scanned with its lowest point near
+# the middle; noise moves the lowest point of a scan that was turned over by a few samples.
+NEAR_END = 0.02
+# A unit given may differ from the file's own by this share, as 2.54e-2 and 0.0254 do by rounding.
+_SAME_UNIT = 1e-9
 
 
 def read_profile(
@@ -83,7 +87,7 @@ def read_profile(
     [-1.e-06  0.e+00  1.e-06]
     """
     path = Path(path)
-    given = None if unit is None else positive("unit", unit)
+    size = None if unit is None else positive("unit", unit)
     if level is not None:
         option("level", level, tuple(LEVELS))
     if flip is not None and not isinstance(flip, bool):
@@ -91,38 +95,44 @@ def read_profile(
     if not path.is_file():
         raise ValueError(f"path = {str(path)!r} is no file; give the name of a measured profile")
     layout = Layout(delimiter, decimal, encoding, skip)
-    text = path.suffix.lower() in TEXT
-    if not text and (columns is not None or layout != Layout()):
+    suffix = path.suffix.lower()
+    is_text = suffix in TEXT
+    is_scan = not is_text and suffix != ".npz"
+    if not is_text and (columns is not None or layout != Layout()):
         raise ValueError(
             f"path = {str(path)!r}: columns and layout are for text ({', '.join(TEXT)}); "
             "leave them out, or name the file so"
         )
-    is_scan = not text and path.suffix.lower() != ".npz"
     if line is not None and not is_scan:
         raise ValueError(f"line = {line!r} is for area scans, which {str(path)!r} is not")
-    if text:
-        x, z = _columns(read_table(path, layout), columns, given)
+    if is_text:
+        x, z = _columns(read_table(path, layout), columns, size)
     elif is_scan:
-        x, z = _topography(path, given, line)
+        x, z = _topography(path, size, line)
     else:
-        x, z = ((given or 1.0) * column for column in _arrays(path))
+        x, z = _arrays(path, size)
     try:
-        whole = Sampled(x, z, kind)
-        x, z = _levelled(whole.x, -whole.z if flip else whole.z, level)
-        if flip is None:
-            _check_lowest_point(x, z)
-        body = Sampled(x, z, kind)
-        return body if cutoff is None else body.filtered(cutoff)
+        return _treated(Sampled(x, z, kind), flip, level, cutoff)
     except ValueError as error:
         raise ValueError(f"path = {str(path)!r}: {error}") from None
 
 
-def _levelled(x: Array, z: Array, level: str | None) -> tuple[Array, Array]:
+def _treated(read: Sampled, flip: bool | None, level: str | None, cutoff: float | None) -> Sampled:
+    """The profile turned over, levelled and filtered; ValueError if it may be upside down."""
+    upright = -read.z if flip else read.z
+    z = _levelled(read.x, upright, level)
+    if flip is None:
+        _check_lowest_point(read.x, z)
+    body = Sampled(read.x, z, read.kind)
+    return body if cutoff is None else body.filtered(cutoff)
+
+
+def _levelled(x: Array, z: Array, level: str | None) -> Array:
     """The heights less the polynomial nearest to them."""
     if level is None:
-        return x, z
+        return z
     trend = np.polynomial.Polynomial.fit(x, z, LEVELS[level])
-    return x, z - trend(x)
+    return z - trend(x)
 
 
 def _check_lowest_point(x: Array, z: Array) -> None:
@@ -138,13 +148,17 @@ def _check_lowest_point(x: Array, z: Array) -> None:
     )
 
 
-def _arrays(path: Path) -> tuple[Array, Array]:
+def _arrays(path: Path, unit: float | None) -> tuple[Array, Array]:
+    """The arrays x and z of a file of numpy's, in metres unless a unit is given."""
+    size = unit or 1.0
     with np.load(path) as file:
         if not {"x", "z"} <= set(file):
             raise ValueError(
                 f"path = {str(path)!r} holds the arrays {sorted(file)}; name them x and z"
             )
-        return np.asarray(file["x"], float), np.asarray(file["z"], float)
+        x = np.asarray(file["x"], float)
+        z = np.asarray(file["z"], float)
+    return size * x, size * z
 
 
 def _columns(
@@ -154,7 +168,8 @@ def _columns(
     wanted = _wanted(table) if columns is None else tuple(columns)
     if len(wanted) != 2:
         raise ValueError(f"columns = {wanted!r} must be two: that of x and that of z")
-    x, z = (_length(table, column, given) for column in wanted)
+    x = _length(table, wanted[0], given)
+    z = _length(table, wanted[1], given)
     return x, z
 
 
@@ -188,7 +203,7 @@ def _length(table: TextTable, column: str | int, given: float | None) -> Array:
             f"{table.path}: the unit {unit!r} of column {column!r} is no length; correct it to m, "
             "mm, µm or nm"
         )
-    if unit and given is not None and abs(size / given - 1) > 1e-9:
+    if unit and given is not None and abs(size / given - 1) > _SAME_UNIT:
         raise ValueError(
             f"{table.path}: unit = {given!r} contradicts the file's own {unit!r} of column "
             f"{column!r}; leave unit out or correct the file"
@@ -206,26 +221,29 @@ def _topography(path: Path, given: float | None, line: int | str | None) -> tupl
             "elastocap[topography] to read instrument files"
         ) from None
     scan = library.read_topography(str(path))
-    if scan.unit is None and given is None:
+    if scan.unit is not None:
+        scan = scan.to_unit("m")
+        size = 1.0
+    elif given is not None:
+        size = given
+    else:
         raise ValueError(
             f"path = {str(path)!r} states no unit; give unit=1e-6 if its lengths are micrometres"
         )
-    if scan.unit is not None:
-        scan = scan.to_unit("m")
-        given = 1.0
     if scan.dim == 1:
         if line is not None:
             raise ValueError(f"line = {line!r}: {str(path)!r} is a line scan; leave it out")
         x, z = scan.positions_and_heights()
     else:
         x, z = _line_of_area(path, scan, line)
-    size = given or 1.0
     return size * np.asarray(x, float), size * np.asarray(z, float)
 
 
 def _line_of_area(path: Path, scan: Any, line: int | str | None) -> tuple[Array, Array]:
     """One line of an area scan along x, or the mean of all lines that have no missing heights."""
-    x, _, heights = (np.ma.filled(part, np.nan) for part in scan.positions_and_heights())
+    x, _, z = scan.positions_and_heights()
+    x = np.ma.filled(x, np.nan)
+    heights = np.ma.filled(z, np.nan)
     count = heights.shape[1]
     if line == "mean":
         return x[:, 0], heights.mean(axis=1)

@@ -1,4 +1,7 @@
-"""The lines of a text file and their cells: encoding, delimiter, decimal mark."""
+"""The lines of a text file and their cells: encoding, delimiter, decimal mark.
+
+What is not given is found: the encoding by `decoded`, delimiter and decimal mark by `rows_of`.
+"""
 
 import codecs
 import csv
@@ -23,11 +26,26 @@ _MARKS = {
 _MISSING = re.compile(r"[+-]?(nan|inf|infinity)|n/?a|null|none|-+|\?+|#[A-Z/0]+[!?]?|", re.I)
 _BINARY = re.compile("[\x00-\x08\x0e-\x19\x1b-\x1f\x7f-\x9f]")
 _TOKEN = re.compile(r"[^\s\[(]\S*(?:\s*[\[(][^\])]*[\])])?|\S+")  # a name keeps the unit behind it
-_SHOWN = 60  # characters of a line in errors
+_SHOWN = 60  # characters of a line in errors, which then fit on two lines of a terminal
+# In UTF-16 every second byte of text in European languages is zero: a file with more than this
+# share of zero bytes, all of them at even places or all at odd ones, is taken for UTF-16.
+_ZERO_BYTES = 0.3
+_LOOKED_AT = 4096  # bytes at the beginning of a file, in which that is counted
+_NOT_IN_CP1252 = b"\x81\x8d\x8f\x90\x9d"  # bytes that are no character in Windows's code page
 
 
 class Row(NamedTuple):
-    """A line that is not empty: its number from 1, its text, its cells, whether a comment."""
+    """A line of a file that is not empty.
+
+    Attributes
+    ----------
+    line : int
+        Its number from 1.
+    text : str
+    cells : tuple of str
+    comment : bool
+        Whether it begins with # or %.
+    """
 
     line: int
     text: str
@@ -36,18 +54,27 @@ class Row(NamedTuple):
 
 
 class Pattern(NamedTuple):
-    """What the rows of data have in common: the decimal mark, and which cells are numbers."""
+    """What the rows of data have in common.
+
+    Attributes
+    ----------
+    decimal : str
+        The decimal mark, "." or ",".
+    numeric : tuple of bool
+        Which cells are numbers.
+    """
 
     decimal: str
     numeric: tuple[bool, ...]
 
     def fits(self, row: Row) -> bool:
-        """Whether the row has these cells, numbers or missing ones where numbers should be."""
+        """Whether the row has as many cells, and numbers or missing ones where they should be."""
         if row.comment or len(row.cells) != len(self.numeric):
             return False
         cells = [cell for cell, wanted in zip(row.cells, self.numeric, strict=True) if wanted]
-        found = [self.is_number(cell) for cell in cells]
-        return any(found) and all(map(lambda f, c: f or missing(c), found, cells))
+        if not any(self.is_number(cell) for cell in cells):
+            return False
+        return all(self.is_number(cell) or missing(cell) for cell in cells)
 
     def is_number(self, cell: str) -> bool:
         """Whether the whole cell is a number with this decimal mark."""
@@ -55,19 +82,54 @@ class Pattern(NamedTuple):
 
 
 def missing(cell: str) -> bool:
-    """Whether a cell stands for a number that is not there: empty, nan, n/a, -, #N/A."""
+    """Whether a cell stands for a number that is not there: empty, nan, n/a, -, #N/A.
+
+    Parameters
+    ----------
+    cell : str
+
+    Returns
+    -------
+    bool
+    """
     return _MISSING.fullmatch(cell) is not None
 
 
 def refuse(path: Path, row: Row, why: str) -> NoReturn:
-    """ValueError naming file and line."""
+    """Raise a ValueError that names file and line.
+
+    Parameters
+    ----------
+    path : Path
+    row : Row
+    why : str
+        What is wrong with the line, and the remedy.
+    """
     text = row.text.strip()
     shown = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
     raise ValueError(f"{path}: line {row.line}: {why}; the line is {shown!r}")
 
 
 def decoded(path: Path, encoding: str | None) -> str:
-    """The text of a file. ValueError for one that cannot be read, is empty or no text."""
+    """The text of a file.
+
+    Parameters
+    ----------
+    path : Path
+    encoding : str or None
+        As Python names it; None: by the byte-order mark, else UTF-16 by its zero bytes, else UTF-8,
+        else Windows's code page.
+
+    Returns
+    -------
+    str
+        With "-" for a true minus sign.
+
+    Raises
+    ------
+    ValueError
+        For a file that cannot be read, is empty, or is no text.
+    """
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -93,65 +155,116 @@ def _encoding(data: bytes) -> str:
     for mark, name in _MARKS.items():
         if data.startswith(mark):
             return name
-    even = data[0:4096:2].count(0)
-    odd = data[1:4096:2].count(0)
-    if max(even, odd) > 0.3 * len(data[:4096]) and min(even, odd) == 0:
+    beginning = data[:_LOOKED_AT]
+    even = beginning[0::2].count(0)
+    odd = beginning[1::2].count(0)
+    if max(even, odd) > _ZERO_BYTES * len(beginning) and min(even, odd) == 0:
         return "utf-16-le" if odd else "utf-16-be"
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:
-        return "latin-1" if any(byte in data for byte in b"\x81\x8d\x8f\x90\x9d") else "cp1252"
+        unknown_to_windows = any(byte in data for byte in _NOT_IN_CP1252)
+        return "latin-1" if unknown_to_windows else "cp1252"
     return "utf-8"
 
 
 def rows_of(
     path: Path, lines: Sequence[tuple[int, str]], delimiter: str | None, decimal: str | None
 ) -> tuple[list[Row], Pattern, str]:
-    """The rows of numbered lines, the pattern of the data among them, and their delimiter.
+    """The rows of a file, the pattern of the data among them, and their delimiter.
 
     Each pair of a delimiter and a decimal mark that is not given is tried. The pair taken is the
-    one with the most rows of one pattern with at least two numbers; among these with the fewest
-    cells that are none. ValueError if there is no such pair.
+    one with the most rows of one pattern with at least two numbers; among these the one with the
+    fewest cells that are no numbers.
+
+    Parameters
+    ----------
+    path : Path
+    lines : sequence of (int, str)
+        The lines that are not empty, with their numbers from 1.
+    delimiter : str or None
+        One of `DELIMITERS`; None: found.
+    decimal : str or None
+        "." or ","; None: found.
+
+    Returns
+    -------
+    rows : list of Row
+    pattern : Pattern
+    delimiter : str
+
+    Raises
+    ------
+    ValueError
+        If no pair gives a row with two numbers or more.
     """
-    best: tuple[tuple[int, int], list[Row], Pattern, str] | None = None
+    best: tuple[list[Row], Pattern, str] | None = None
+    best_score = (0, 0)
     for key in [delimiter] if delimiter else DELIMITERS:
-        if not any(DELIMITERS[key] in line or key == "space" for _, line in lines):
+        if key != "space" and not any(DELIMITERS[key] in line for _, line in lines):
             continue
         rows = [row_of(number, line, key) for number, line in lines]
         for mark in [decimal] if decimal else NUMBER:
-            found = Counter(_numeric(row, mark) for row in rows if not row.comment)
-            usable = [(count, numeric) for numeric, count in found.items() if sum(numeric) > 1]
-            if usable:
-                count, numeric = max(usable, key=lambda pair: pair[0])
-                score = count, sum(numeric) - len(numeric)
-                if best is None or score > best[0]:
-                    best = score, rows, Pattern(mark, numeric), key
+            count, numeric = _most_frequent(rows, mark)
+            score = (count, sum(numeric) - len(numeric))
+            if count and (best is None or score > best_score):
+                best = (rows, Pattern(mark, numeric), key)
+                best_score = score
     if best is None:
         raise ValueError(
             f"{path}: no line has two numbers or more with one decimal mark; give rows of numbers "
             f"in columns, or say how it is written: delimiter ({', '.join(DELIMITERS)}), decimal "
             "mark, encoding"
         )
-    return best[1:]
+    return best
+
+
+def _most_frequent(rows: list[Row], mark: str) -> tuple[int, tuple[bool, ...]]:
+    """The most frequent pattern with at least two numbers, after the count of its rows.
+
+    (0, ()) if there is none; the first in the file of several that are as frequent.
+    """
+    counts = Counter(_numeric(row, mark) for row in rows if not row.comment)
+    usable = {numeric: count for numeric, count in counts.items() if sum(numeric) > 1}
+    if not usable:
+        return 0, ()
+    numeric = max(usable, key=lambda pattern: usable[pattern])
+    return usable[numeric], numeric
 
 
 def _numeric(row: Row, mark: str) -> tuple[bool, ...]:
     """Which cells are numbers; () for a row that this delimiter does not take apart."""
     numeric = tuple(NUMBER[mark].fullmatch(cell) is not None for cell in row.cells)
     words = (cell for cell, number in zip(row.cells, numeric, strict=True) if not number)
-    return () if any(re.search("[;|\t]", cell) for cell in words) else numeric
+    other_delimiter = any(re.search("[;|\t]", cell) for cell in words)
+    return () if other_delimiter else numeric
 
 
 def row_of(number: int, line: str, delimiter: str) -> Row:
-    """The cells of a line; those of a comment, too, since it may hold the names of columns."""
+    """The cells of a line; those of a comment, too, since it may hold the names of columns.
+
+    Parameters
+    ----------
+    number : int
+        Of the line in the file, from 1.
+    line : str
+    delimiter : str
+        One of `DELIMITERS`.
+
+    Returns
+    -------
+    Row
+    """
     comment = re.match(r"\s*[#%]+", line)
-    text = line[comment.end() :] if comment else re.sub(r"\s#\s.*", "", line)
+    without_remark = re.sub(r"\s#\s.*", "", line)
+    text = line[comment.end() :] if comment else without_remark
     if delimiter == "space":
         cells = _TOKEN.findall(text)
     else:
-        given = csv.reader([text], delimiter=DELIMITERS[delimiter], skipinitialspace=True)
+        reader = csv.reader([text], delimiter=DELIMITERS[delimiter], skipinitialspace=True)
         try:
-            cells = next(given, [])
+            cells = next(reader, [])
         except csv.Error:  # a cell too long for any number
             cells = [text]
-    return Row(number, line, tuple(cell.strip() for cell in cells), comment is not None)
+    stripped = tuple(cell.strip() for cell in cells)
+    return Row(number, line, stripped, comment is not None)

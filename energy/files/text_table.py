@@ -30,14 +30,30 @@ from energy.files.text_lines import (
 
 _THOUSANDS = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}\{mark}\d{{3}}") for mark in NUMBER}
 _WORD = re.compile(r"[^\W\d_]{2,}")
+# Names by which a line of words separated by blanks is taken for a header with too few cells.
+_USUAL_NAMES = frozenset({"x", "z", "depth", "force"})
+_LONGEST_UNIT = 8  # characters: more than any symbol has, fewer than most names of columns
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How a text file is written; None: found from the file.
+    """How a text file is written.
 
-    delimiter: one of DELIMITERS; decimal: "." or ","; encoding: as Python names it; skip: lines
-    at the beginning that are no data. ValueError for others.
+    Parameters
+    ----------
+    delimiter : str, optional
+        One of `DELIMITERS`: "tab", ";", "|", ",", "space"; None: found from the file.
+    decimal : str, optional
+        "." or ","; None: found from the file.
+    encoding : str, optional
+        As Python names it; None: found from the file.
+    skip : int
+        Lines at the beginning that are no data.
+
+    Raises
+    ------
+    ValueError
+        For any other value.
     """
 
     delimiter: str | None = None
@@ -74,7 +90,18 @@ def _is_of_kind(unit: str, kinds: Sequence[str]) -> bool:
 
 @dataclass(frozen=True)
 class TextTable:
-    """The rows of a file, all with as many cells, below a header (None: there is none)."""
+    """The columns of numbers of a text file.
+
+    Attributes
+    ----------
+    path : Path
+    pattern : Pattern
+        Of the rows.
+    header : Row or None
+        The names of the columns; None if there are none.
+    rows : tuple of Row
+        The data, all rows with as many cells.
+    """
 
     path: Path
     pattern: Pattern
@@ -84,11 +111,22 @@ class TextTable:
     @cached_property
     def columns(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of every column; ("", "") without a header."""
-        cells = self.header.cells if self.header else ("",) * len(self.pattern.numeric)
-        return tuple(units.named(cell) for cell in cells)
+        if self.header is None:
+            return (("", ""),) * len(self.pattern.numeric)
+        return tuple(units.named(cell) for cell in self.header.cells)
 
     def find(self, column: str) -> list[int]:
-        """Places of the columns of this name, whatever its case, or of this number from 1."""
+        """Places of the columns of a name, whatever its case, or of a number from 1.
+
+        Parameters
+        ----------
+        column : str
+
+        Returns
+        -------
+        list of int
+            From 0; empty if there is none.
+        """
         if column.strip().isdecimal():
             place = int(column) - 1
             return [place] if 0 <= place < len(self.columns) else []
@@ -105,6 +143,11 @@ class TextTable:
             "depth [nm]"; or a number from 1. The first of these that is in the file counts.
         kinds : sequence of str
             Kinds of units (`units.KINDS`). They choose among several columns of one name.
+
+        Returns
+        -------
+        list of int
+            From 0; empty if there is none.
         """
         header = self.header.cells if self.header else ()
         exact = [i for i, cell in enumerate(header) if _plain(cell) == _plain(column)]
@@ -121,7 +164,24 @@ class TextTable:
         return of_these_kinds or found
 
     def place(self, column: str, kinds: Sequence[str] = ()) -> int:
-        """Place of the only column that this text names; ValueError unless there is one."""
+        """Place of the only column that a text names.
+
+        Parameters
+        ----------
+        column : str
+        kinds : sequence of str
+            As in `places`.
+
+        Returns
+        -------
+        int
+            From 0.
+
+        Raises
+        ------
+        ValueError
+            If there is none, or more than one.
+        """
         found = self.places(column, kinds)
         if len(found) != 1:
             count = "no column" if not found else f"{len(found)} columns"
@@ -133,9 +193,24 @@ class TextTable:
         return found[0]
 
     def unit(self, place: int, column: str) -> str:
-        """Unit of a column: the file's own, else the one in the text that names it.
+        """Unit of a column: the file's own, else the one in the text that names the column.
 
-        ValueError where the two contradict each other.
+        Parameters
+        ----------
+        place : int
+            Of the column, from 0.
+        column : str
+            The text that names it.
+
+        Returns
+        -------
+        str
+            "" if there is none.
+
+        Raises
+        ------
+        ValueError
+            Where the two contradict each other.
         """
         stated = self.columns[place][1]
         header = self.header.cells[place] if self.header else ""
@@ -148,7 +223,7 @@ class TextTable:
         return stated or given
 
     def told(self) -> str:
-        """The columns in words, for errors."""
+        """The columns in words, for messages."""
         count = len(self.columns)
         if self.header is None:
             return f"it has {count} columns without names"
@@ -156,38 +231,75 @@ class TextTable:
         return f"its line {self.header.line} names {count} columns: {listed}"
 
     def filled(self, places: Sequence[int]) -> int:
-        """How many rows there are up to the last one in which one of these columns is filled."""
+        """How many rows there are up to the last one in which one of some columns is filled.
+
+        Parameters
+        ----------
+        places : sequence of int
+            Of the columns, from 0.
+
+        Returns
+        -------
+        int
+        """
         count = len(self.rows)
         while count and all(missing(self.rows[count - 1].cells[place]) for place in places):
             count -= 1
         return count
 
     def numbers(self, place: int, count: int | None = None) -> Array:
-        """The first numbers of a column (count,), by default all.
+        """The first numbers of a column.
 
-        ValueError naming file, line and cell of what is no finite number.
+        Parameters
+        ----------
+        place : int
+            Of the column, from 0.
+        count : int, optional
+            How many; None: all.
+
+        Returns
+        -------
+        ndarray (count,)
+
+        Raises
+        ------
+        ValueError
+            Naming file, line and cell of what is no finite number.
         """
         name = self.columns[place][0] or f"column {place + 1}"
         return np.array([self._number(row, place, name) for row in self.rows[:count]])
 
     def _number(self, row: Row, place: int, name: str) -> float:
+        """One number of a column of this name; ValueError unless it is finite."""
         text = row.cells[place]
+        if self.pattern.is_number(text):
+            value = float(text.replace(",", "."))
+            if np.isfinite(value):
+                return value
         mark = self.pattern.decimal
-        value = float(text.replace(",", ".")) if self.pattern.is_number(text) else np.nan
-        if not np.isfinite(value):
-            why = f"{name} = {text!r} must be a finite number with the decimal mark {mark!r}"
-            refuse(
-                self.path, row, f"{why}; mend or remove the line, or skip what is above the data"
-            )
-        return value
+        why = f"{name} = {text!r} must be a finite number with the decimal mark {mark!r}"
+        refuse(self.path, row, f"{why}; mend or remove the line, or skip what is above the data")
 
 
 def read_table(path: Path, layout: Layout | None = None) -> TextTable:
-    """The columns of numbers of a text file, in the layout given or found.
+    """The columns of numbers of a text file.
 
-    ValueError naming file, line and what was expected for a file that is no text or has no rows
-    of numbers, for a layout that can be read in more than one way, and for rows whose number of
-    cells differs from the header's.
+    Parameters
+    ----------
+    path : Path
+    layout : Layout, optional
+        How it is written; what is not given is found from the file.
+
+    Returns
+    -------
+    TextTable
+
+    Raises
+    ------
+    ValueError
+        Naming file, line and what was expected, for a file that is no text or has no rows of
+        numbers, for a layout that can be read in more than one way, and for rows whose number of
+        cells differs from the header's.
     """
     layout = layout or Layout()
     lines = re.split(r"\r\n|\r|\n", decoded(path, layout.encoding))
@@ -207,6 +319,7 @@ def read_table(path: Path, layout: Layout | None = None) -> TextTable:
 
 
 def _refuse_width(path: Path, row: Row, first: Row) -> None:
+    """ValueError for a row with another number of cells than the first one."""
     found = len(row.cells)
     count = len(first.cells)
     why = f"{found} {'cell' if found == 1 else 'cells'} where line {first.line} has {count}"
@@ -223,18 +336,21 @@ def _without_empty_columns(rows: list[Row], pattern: Pattern) -> tuple[list[Row]
     first = next(i for i, row in enumerate(rows) if pattern.fits(row))
     data = [row.cells for row in rows if pattern.fits(row)]
     names = [row.cells for row in rows[:first] if not row.comment][-1:]
-    filled = [_last_filled(cells) for cells in data]
-    filled += [_last_filled(cells) for cells in names if len(cells) == width]
-    keep = max(filled)
-    if keep == width and not any(len(cells) > width for cells in names):
+    names_of_data = [cells for cells in names if len(cells) == width]
+    keep = max(_last_filled(cells) for cells in (*data, *names_of_data))
+    wider_names = any(len(cells) > width for cells in names)
+    if keep == width and not wider_names:
         return rows, pattern
-    shortened = []
-    for row in rows:
-        end = len(row.cells)
-        while end > keep and not row.cells[end - 1]:
-            end -= 1
-        shortened.append(row._replace(cells=row.cells[:end]))
+    shortened = [row._replace(cells=_without_empty_end(row.cells, keep)) for row in rows]
     return shortened, pattern._replace(numeric=pattern.numeric[:keep])
+
+
+def _without_empty_end(cells: tuple[str, ...], keep: int) -> tuple[str, ...]:
+    """The cells without the empty ones at the end, but at least the first `keep` of them."""
+    end = len(cells)
+    while end > keep and not cells[end - 1]:
+        end -= 1
+    return cells[:end]
 
 
 def _last_filled(cells: Sequence[str]) -> int:
@@ -256,8 +372,9 @@ def _header(
 
 def _is_names(row: Row, width: int, pattern: Pattern) -> bool:
     """Whether a row holds as many cells as the data, and words in them."""
-    words = any(row.cells) and not any(map(pattern.is_number, row.cells))
-    return words and len(row.cells) == width
+    if len(row.cells) != width or not any(row.cells):
+        return False
+    return not any(pattern.is_number(cell) for cell in row.cells)
 
 
 def _without_remarks(above: Sequence[Row], width: int, pattern: Pattern) -> Sequence[Row]:
@@ -296,13 +413,16 @@ def _joined(above: Sequence[Row], width: int, pattern: Pattern) -> Row | None:
 def _are_units(row: Row) -> bool:
     """Whether the cells are units rather than names: at least half of them known, all short."""
     cells = [cell.strip("[]() ") for cell in row.cells if cell]
-    known = sum(map(units.any_kind, cells))
-    return 2 * known >= len(cells) and max(map(len, cells)) <= 8
+    known = sum(units.any_kind(cell) for cell in cells)
+    longest = max(len(cell) for cell in cells)
+    return 2 * known >= len(cells) and longest <= _LONGEST_UNIT
 
 
 def _with_unit(name: str, unit: str) -> str:
+    """A name with the unit that stands below it, unless it has one already."""
     unit = unit.strip("[]() ")
-    return f"{name} [{unit}]" if unit and not units.named(name)[1] else name
+    _, own = units.named(name)
+    return f"{name} [{unit}]" if unit and not own else name
 
 
 def _check_line_above(path: Path, row: Row, first: Row, pattern: Pattern, delimiter: str) -> None:
@@ -314,14 +434,13 @@ def _check_line_above(path: Path, row: Row, first: Row, pattern: Pattern, delimi
         bad = next(cell for cell in row.cells if not pattern.is_number(cell))
         why = f"{bad!r} must be a number with the decimal mark {pattern.decimal!r}"
         refuse(path, row, f"{why}; mend the line, or skip what is above the data")
-    others = any(DELIMITERS[key] in row.text for key in ("tab", ";", "|"))
-    if delimiter == "space":
+    if delimiter == "space":  # between the words of a sentence, too: only known names count
         words = {cell.casefold() for cell in row.cells}
-        others = False
-        several = bool(words & {"x", "z", "depth", "force"})
+        looks_like_names = not words.isdisjoint(_USUAL_NAMES)
     else:
-        several = len(row.cells) > 1
-    if numbers or several or others:
+        other_delimiter = any(DELIMITERS[key] in row.text for key in ("tab", ";", "|"))
+        looks_like_names = len(row.cells) > 1 or other_delimiter
+    if numbers or looks_like_names:
         _refuse_width(path, row, first)
 
 
@@ -337,21 +456,21 @@ def _check_marks(
     if layout.decimal is not None:
         return
     mark = pattern.decimal
-    other = "," if pattern.decimal == "." else "."
+    other = "," if mark == "." else "."
     for row in data:
         for cell in row.cells:
             if other in cell and NUMBER[other].fullmatch(cell):
                 why = f"{cell!r} has the mark {other!r}, other cells have {mark!r}"
                 refuse(path, row, f"{why}; write one decimal mark, or give decimal")
-    marked = [
-        cell for row in data for cell in row.cells if pattern.is_number(cell) and mark in cell
-    ]
-    doubtful = mark == "," or delimiter == ";"
-    if doubtful and marked and all(map(_THOUSANDS[mark].fullmatch, marked)):
+    cells = [cell for row in data for cell in row.cells]
+    marked = [cell for cell in cells if pattern.is_number(cell) and mark in cell]
+    may_group = mark == "," or delimiter == ";"
+    if may_group and marked and all(_THOUSANDS[mark].fullmatch(cell) for cell in marked):
         why = f"{marked[0]!r} may be a number with three decimals or one in thousands"
         refuse(path, data[0], f"{why}; give decimal, without marks between thousands")
-    whole = header is None and delimiter == "," and not marked and layout.delimiter is None
+    only_commas = delimiter == "," and not marked
     width = len(data[0].cells)
-    if whole and width > 2 and width % 2 == 0:
+    may_be_pairs = width > 2 and width % 2 == 0  # as 1,5,2,5 may be 1.5 and 2.5
+    if only_commas and may_be_pairs and header is None and layout.delimiter is None:
         why = "the commas may separate columns or decimals"
         refuse(path, data[0], f"{why}; give delimiter and decimal, or a header")
