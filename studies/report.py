@@ -31,6 +31,7 @@ from studies.shared.table import commit, read, versions
 
 DOCUMENTS = (".csv", ".md", ".pdf", ".txt")
 SHADES = 128  # of a figure on the page, which keeps that small
+SCALE = 0.62  # of all figures on the page, so that 10 points are 12 pixels in each of them
 LAST = 40  # lines of a study that failed
 JUDGED = ("equation", "what", "error", "order", "fitted_error", "passed")  # of verify.csv
 HEADS = {"error": "error on nodes", "order": "order on nodes", "fitted_error": "error on the mesh"}
@@ -43,13 +44,13 @@ STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 75rem; margin: 2rem auto; padding: 0 1rem;
   overflow-wrap: break-word }
 h2 { margin-top: 3rem; border-top: 1px solid var(--line); padding-top: 1rem }
-nav li { margin: .4rem 0 }
+nav ul { list-style: none; padding: 0; display: flex; flex-wrap: wrap; gap: .2rem 1.5rem }
 .good { color: var(--good) } .bad { color: var(--bad) } .good, .bad { font-weight: bold }
 .answer { font-size: 1.1rem }
 pre, .wide, figure { overflow-x: auto }
 pre { background: var(--soft); padding: .7rem; font-size: .8rem }
 figure { margin: 1.5rem 0 }
-img { max-width: 100%; background: white; display: block }
+img { width: var(--width); max-width: 100%; background: white; display: block }
 figcaption { margin-top: .3rem }
 table { border-collapse: collapse; font-size: .8rem }
 td, th { border-bottom: 1px solid var(--line); padding: .15rem .5rem; text-align: right;
@@ -58,7 +59,7 @@ td.text, th.text { text-align: left }
 summary { cursor: pointer; padding: .4rem 0 }
 @media screen and (max-width: 600px) {
   body { margin: 1rem auto; padding: 0 .6rem }
-  img { min-width: 34rem; max-width: none }
+  img { width: calc(.8 * var(--width)); max-width: none }
   td, th { padding: .1rem .25rem }
 }
 @media print {
@@ -99,18 +100,16 @@ def page(sections: Sequence[Section], command: str, facts: str, waiting: int = 0
         "<!doctype html><html lang=en><meta charset=utf-8>"
         "<meta name=viewport content='width=device-width, initial-scale=1'>"
         f"<title>{title}</title><style>{STYLE}</style><h1>{title}</h1>",
-        f"<p>{verdict(sections)}{more}</p>"
-        f"<p>Made by <code>{_text(command)}</code>: {_text(facts)}.</p>",
-        "<nav><h2>Contents</h2><ul>",
+        f"<p>{verdict(sections)}{more}</p>",
+        "<nav><ul>",
     ]
     for one in sections:
-        answers = " ".join(map(_text, one.said("answer")))
-        link = f'<a href="#{one.name}">{one.name}</a>'
-        parts.append(f"<li>{link}: {_text(one.question)} {_marked(one)}. {answers}</li>")
+        parts.append(f'<li><a href="#{one.name}">{one.name}</a> {_marked(one)}</li>')
     parts.append("</ul></nav>")
     for one in sections:
         parts += _section(one)
-    return "\n".join([*parts, "</html>"])
+    made = f"<footer><p>Made by <code>{_text(command)}</code>: {_text(facts)}.</p></footer>"
+    return "\n".join([*parts, made, "</html>"])
 
 
 def verdict(sections: Sequence[Section]) -> str:
@@ -132,12 +131,12 @@ def _marked(one: Section) -> str:
 
 
 def _section(one: Section) -> list[str]:
-    """Heading, answer, limits missed and figures; the rest as links, but for what has failed."""
+    """Heading, figures, answers, limits missed; the rest as links, but for what has failed."""
     parts = [f"<h2 id={one.name}>{one.name}</h2><p>{_text(one.question)} {_marked(one)}.</p>"]
-    parts += [f"<p class=answer>{_text(answer)}</p>" for answer in one.said("answer")]
-    parts += [f"<p class=bad>Missed: {_text(missed)}</p>" for missed in one.said("missed")]
     files = sorted(path for path in one.folder.rglob("*") if path.is_file())
     parts += [_figure(one, path) for path in files if path.suffix == ".png"]
+    parts += [f"<p class=answer>{_text(answer)}</p>" for answer in one.said("answer")]
+    parts += [f"<p class=bad>Missed: {_text(missed)}</p>" for missed in one.said("missed")]
     parts += [_verified(path) for path in files if path.name == "verify.csv"]
     if one.status:
         last = "\n".join(one.printed.splitlines()[-LAST:])
@@ -150,7 +149,7 @@ def _figure(one: Section, path: Path) -> str:
     content = path.read_bytes()
     told = _text(caption(content) or path.stem.replace("_", " "))
     source = f"data:image/png;base64,{base64.b64encode(smaller(content)).decode()}"
-    shown = f'<img alt="{told}" src="{source}">'
+    shown = f'<img style="--width:{width(content)}px" alt="{told}" src="{source}">'
     return f"<figure>{shown}<figcaption>{told} ({_link(one, path)})</figcaption></figure>"
 
 
@@ -159,6 +158,13 @@ def caption(picture: bytes) -> str:
     with contextlib.suppress(UnidentifiedImageError), Image.open(io.BytesIO(picture)) as image:
         return str(image.info.get("Title", ""))
     return ""
+
+
+def width(picture: bytes) -> int:
+    """Of a picture on the page, in pixels; 0 if it is none."""
+    with contextlib.suppress(UnidentifiedImageError), Image.open(io.BytesIO(picture)) as image:
+        return round(SCALE * image.width)
+    return 0
 
 
 @functools.cache

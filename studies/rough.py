@@ -212,7 +212,7 @@ def _touching(axes: Any, params: Parameters, loop: Loop) -> None:
     axes.set(xlabel=f"position x in {across.symbol}", ylabel=f"displacement in {up.symbol}")
     depth = quantity(state.depth, "m")
     axes.set_title(f"l = {loop.tension:g} × shortest wavelength, d = {depth} (not to scale)")
-    axes.legend(loc="upper right", fontsize=9)
+    axes.legend(loc="lower left", fontsize=9, ncols=3)
 
 
 def table(loops: Sequence[Loop]) -> Table:

@@ -201,7 +201,7 @@ def draw_regimes() -> Figure:
     lifted = "outside: adhesion lifts the layer\nby more than h/10 (w > Ẽh/200)"
     axes.text(0.2, 0.006, lifted, **words)
     axes.text(2.0, 0.35, "outside: slopes are not small (2w > γ₁/10)", **words)
-    axes.text(0.3, 3e-6, "springs", **words)
+    axes.text(0.47, 3e-6, "springs", **words)
     axes.text(15, 1e-4, "exact layer:\nresponse = 'layer'", **words)
     axes.set(xscale="log", yscale="log", xlim=THIN, ylim=STICKY)
     axes.set(xlabel="thickness over elastocapillary length, h/l")

@@ -149,6 +149,20 @@ def test_what_the_page_shows_is_small_and_the_rest_is_linked(tmp_path):
     assert "late" in failed and failed.count("early") == page.LAST - 1
 
 
+def test_figures_come_first_and_all_at_one_scale(tmp_path):
+    folder = tmp_path / "one"
+    folder.mkdir()
+    for name, width in (("small", 5), ("wide", 10)):
+        figure, _ = canvas(width, 4)
+        save(figure, folder / name, pdf=False)
+    said = "answer: All of them.\nmissed: a time\n"
+    shown = page.page([page.Section("one", "What?", said, 0, folder, 1.0)], "a command", "facts")
+    places = [shown.index(text) for text in ("<h2", "<figure", "All of them", "a time", "command")]
+    assert places == sorted(places) and shown.count("All of them") == 1
+    widths = [int(width) for width in re.findall(r"--width:(\d+)px", shown)]
+    assert widths == [round(report.SCALE * 140 * inches) for inches in (5, 10)]
+
+
 def test_every_study_that_needs_no_input_is_in_the_report():
     tools = {"run", "new", "explore", "sweep", "fit", "plan", "report"}
     files = Path(report.__file__).parent.rglob("[!_]*.py")
