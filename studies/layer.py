@@ -203,9 +203,9 @@ def answers(record: Record) -> dict[str, str]:
     return {
         "angle": f"The angle stays √(2w/γ₁) whatever ν and h, within {100 * angle:.1g} % on nodes",
         "length": f"Eq. (16) holds with ℓ in place of l, within {length:.0e} h",
-        "pull": f"A sphere sticks with {narrow.force:.3g} πwR if h ≫ a (JKR: 1.5, γ₁ = 0), up to "
-        f"{most.force:.3g} at "
-        f"ν = {most.nu:g}, a = {most.radius:.2g} h, and {strong.force:.3g} where tension rules",
+        "pull": f"A sphere sticks with {narrow.force:.3g} πwR if h ≫ a (JKR: 1.5, γ₁ = 0), "
+        f"{most.force:.3g} at ν = {most.nu:g}, a = {most.radius:.2g} h, {strong.force:.3g} where "
+        "tension rules",
         "springs": f"Springs serve within 5 % from l/h = {', '.join(served)} on",
     }
 
