@@ -192,6 +192,8 @@ RECIPES = [
         r"\n\n((?:(?!\n\n)[\s\S])*?)\n\n```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", text, re.S
     )
 ]
+CONTRIBUTING = (ROOT / ".github" / "CONTRIBUTING.md").read_text("utf-8")
+SHELL_OF_CONTRIBUTING = re.findall(r"```sh\n(.*?)```", CONTRIBUTING, re.S)[0].splitlines()
 SHELL = {path: re.findall(r"```sh\n(.*?)```", text, re.S) for path, text in TEXT.items()}
 
 
@@ -306,13 +308,25 @@ def test_every_study_is_in_the_table():
     assert sorted(re.findall(r"`(\w+)`", " ".join(listed))) == sorted(STUDIES)
 
 
-def test_the_version_stands_in_one_place():
+def test_the_version_is_that_of_citation_and_changelog():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
-    kinds = ("*.toml", "*.py", "*.md", ".github/*.cff", *(f"{name}/**/*.py" for name in PACKAGES))
+    kinds = ("*.toml", "*.py", "*.md", *(f"{name}/**/*.py" for name in PACKAGES))
     files = [path for kind in kinds for path in ROOT.glob(kind)]
     stands = re.compile(rf"\b{re.escape(version)}\b")
     assert [p.name for p in files if stands.search(p.read_text("utf-8"))] == ["pyproject.toml"]
-    assert f"## {version}" in (ROOT / ".github" / "CHANGELOG.md").read_text("utf-8")
+    changes = (ROOT / ".github" / "CHANGELOG.md").read_text("utf-8")
+    (date,) = re.findall(rf"^## \[{re.escape(version)}\] - (\d{{4}}-\d\d-\d\d)$", changes, re.M)
+    citation = (ROOT / ".github" / "CITATION.cff").read_text("utf-8")
+    assert f"\nversion: {version}\ndate-released: {date}\n" in citation
+
+
+def test_workflows_call_the_scripts_that_run_here():
+    workflows = ROOT / ".github" / "workflows"
+    called = {path.stem: path.read_text("utf-8") for path in workflows.glob("*.yml")}
+    assert set(called) == {"tests", "docs"}
+    assert "run: .ci/run\n" in called["tests"] and "run: .ci/docs\n" in called["docs"]
+    install = SHELL_OF_CONTRIBUTING[0]
+    assert f"run: {install}\n" in called["docs"]
 
 
 def test_the_page_of_a_package_index_needs_no_files_beside_it():
