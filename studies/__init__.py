@@ -20,7 +20,10 @@ from typing import Any
 TIMED = ("skipping", "runtime_vs_error")  # one job
 MODULES = {
     **{name: f"studies.{name}.study" for name in ("verify", "contact_angle", "applicability")},
-    **{name: f"studies.{name}" for name in ("hysteresis", "pull_off", "sphere", "layer", "rough")},
+    **{
+        name: f"studies.{name}"
+        for name in ("hysteresis", "pull_off", "sphere", "layer", "rough", "levels")
+    },
     "stress": "studies.benchmarks.stress.study",
     **{name: f"studies.benchmarks.{name}" for name in TIMED},
     "run": "studies.scenes.run",

@@ -8,7 +8,7 @@ import pytest
 
 from energy import Parabola, Wedge
 from energy.validity import springs_error
-from studies import hysteresis, layer, pull_off, rough, sphere
+from studies import hysteresis, layer, levels, pull_off, rough, sphere
 from studies.__main__ import main
 from studies.contact_angle import study as contact_angle
 from studies.contact_angle.study import measured
@@ -321,3 +321,55 @@ def test_the_study_of_layers_writes_tables_and_figures(layered, monkeypatch, tmp
     spoilt = {**layered, "angle": [layered["angle"][0]._replace(measured=1.02)]}
     monkeypatch.setattr(layer, "run", lambda preset, show, jobs: spoilt)
     assert main(["layer", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
+
+
+@pytest.fixture(scope="module")
+def shared_work():
+    return levels.run(replace(levels.QUICK, steps=12))
+
+
+def test_nodes_find_what_the_mesh_refines(shared_work):
+    """Lines to half a link; events and energies with second order, on four numbers of nodes."""
+    assert shared_work.passed and shared_work.balance < 1e-12
+    assert len(shared_work.refined.events) == 15
+    found = shared_work.errors
+    counts = [one.nodes for one in found]
+    for name, order, finest in (("line", 1, 0.011), ("depth", 2, 5e-5), ("energy", 2, 4e-6)):
+        values = [getattr(one, name) for one in found]
+        slope = -np.polyfit(np.log(counts), np.log(values), 1)[0]
+        assert slope == pytest.approx(order, abs=0.35) and values[-1] < finest, name
+    assert all(one.line < 0.55 / one.nodes for one in found)
+
+
+def test_an_event_is_enclosed(shared_work):
+    """The gap narrows like a square root towards the fold at which it is lost."""
+    refined = shared_work.enlarged[0]
+    held = refined.depth < refined.event
+    assert np.all(refined.width[held] > 0) and np.all(refined.width[~held] == 0)
+    left = refined.event - refined.depth[held]
+    near = left < 0.01 * shared_work.refined.scene.critical_separation
+    power = np.polyfit(np.sqrt(left[near]), refined.width[held][near], 1)
+    line = np.polyval(power, np.sqrt(left[near]))
+    assert power[0] > 0 and np.abs(line / refined.width[held][near] - 1).max() < 2e-3
+    off = [abs(shared_work.enlarged[n].event - refined.event) for n in levels.QUICK.nodes]
+    assert off == sorted(off, reverse=True) and off[-1] < off[0] / 20
+
+
+def test_levels_fail_where_nodes_find_other_events(shared_work, tmp_path, monkeypatch, capsys):
+    assert "in the same order" in levels.answer(shared_work)
+    fewer = {n: replace(p, events=p.events[:-1]) for n, p in shared_work.on_nodes.items()}
+    wrong = replace(shared_work, on_nodes=fewer)
+    assert wrong.balance < levels.BALANCE and not wrong.passed
+    assert math.isnan(wrong.errors[0].line)
+    lost = replace(shared_work.refined, events=shared_work.refined.events[:-1])
+    assert replace(shared_work, refined=lost).balance > levels.BALANCE
+    partly = replace(shared_work.refined, on_nodes=((0.0, 1e-7),))
+    assert not replace(shared_work, refined=partly).passed
+    monkeypatch.setattr(levels, "run", lambda *_: shared_work)
+    assert levels.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert (tmp_path / "levels.png").stat().st_size > 20_000
+    assert len(read(tmp_path / "levels.csv")) == 4
+    monkeypatch.setattr(levels, "run", lambda *_: wrong)
+    monkeypatch.setattr(levels, "plot", lambda record: shared_work.refined.plot("a path"))
+    assert levels.main(["--quick", "--out", str(tmp_path)]) == 1
+    assert "They do not agree" in capsys.readouterr().out

@@ -1,0 +1,390 @@
+"""How do nodes and the mesh share the work on several contacts: who finds, and who has the digits?
+
+A wavy cylinder, f = x²/(2R) + A (1 - cos(2πx/λ + φ)), is pressed and pulled off, twice:
+
+- on nodes, energies of contact sets say which contacts there are and in which order events come;
+- on the mesh, the lines of those contacts are taken to rest by Newton's method, and the depths of
+  the events are roots: a gap, for example, is lost where its two lines have no place to rest any
+  more, det ∂D/∂x = 0. Just before, its width goes like the square root of the depth that is left.
+
+Compared on nodes of growing number in l = √(γ₁/k), next to the refined path: the largest
+difference of a line, in l (lines on nodes stand on nodes, so that half a link is expected); that of
+the depth of an event, in δ₀; and that of the energy released at an event, over all that is lost
+(both of second order). Kinds and order of events must be the same.
+
+Output: a line per number of nodes, levels.csv, levels.png. Exit status 1 if nodes find other events
+than the mesh, the energy balance of the refined path is off, or a part of it is not refined.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from discretization import History, load_path, minimise
+from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
+from energy.arrays import Array
+from energy.units import prefixed, quantity
+from studies.shared import command
+from studies.shared.batches import Show, each, silent
+from studies.shared.figures import (
+    BLUE,
+    COLOURS,
+    GREY,
+    MARKERS,
+    ORANGE,
+    RIGID,
+    SOFT,
+    Figure,
+    canvas,
+    shades,
+)
+from studies.shared.table import Columns, Table
+
+BALANCE = 1e-9  # of the energy lost: how well work and released energies must agree
+ENCLOSED = "coalescence"  # the kind of event that is enlarged
+BEFORE = 0.03  # of δ₀: how much of the path before it
+AFTER = 0.004  # of δ₀: how much of the path beyond it
+CLOSE = 160  # depths there
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Layer, energies and wavy cylinder [SI]; top, bottom: of the depth, the latter in δ₀.
+
+    nodes: in l; drawn: of these, for contacts; steps: of the loading.
+    """
+
+    E: float = 2.5e3
+    nu: float = 0.3
+    h: float = 5e-6
+    gamma1: float = 0.07
+    w: float = 4e-6
+    R: float = 0.3
+    height: float = 0.2e-6
+    wave: float = 180e-6
+    phase: float = 0.5
+    top: float = 5e-7
+    bottom: float = -0.9
+    steps: int = 101
+    nodes: tuple[int, ...] = (6, 12, 25, 50, 100)
+    drawn: int = 6
+
+    @property
+    def scene(self) -> Scene:
+        """The cylinder on its layer."""
+        q = 2 * np.pi / self.wave
+
+        def height(x: ArrayLike) -> Array:
+            at = np.asarray(x, float)
+            waves = self.height * (1 - np.cos(q * at + self.phase))
+            return np.asarray(at**2 / (2 * self.R) + waves)
+
+        def slope(x: ArrayLike) -> Array:
+            at = np.asarray(x, float)
+            return np.asarray(at / self.R + self.height * q * np.sin(q * at + self.phase))
+
+        surfaces = SurfaceEnergies.from_work(self.gamma1, self.w)
+        return Scene(ElasticLayer(self.E, self.nu, self.h), surfaces, Profile(height, slope))
+
+    @property
+    def depths(self) -> Array:
+        """Pressed to the top, and pulled."""
+        last = self.bottom * self.scene.critical_separation
+        return np.r_[np.linspace(0, self.top, self.steps), np.linspace(self.top, last, self.steps)]
+
+
+QUICK = Parameters(steps=31, nodes=(6, 12, 25, 50))
+
+
+class Errors(NamedTuple):
+    """Of a path on nodes: a line over l, the depth of an event over δ₀, an energy over all lost.
+
+    same: whether kinds and order of events are those of the refined path.
+    """
+
+    nodes: int
+    line: float
+    depth: float
+    energy: float
+    same: bool
+
+
+class Enlarged(NamedTuple):
+    """The width of the gap that an event closes, beside the depth of that event."""
+
+    depth: Array
+    width: Array
+    event: float
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The refined path, and on nodes of each number; both again beside one event, 0 for refined."""
+
+    parameters: Parameters
+    refined: History
+    on_nodes: dict[int, History]
+    enlarged: dict[int, Enlarged]
+
+    @property
+    def errors(self) -> list[Errors]:
+        """For each number of nodes."""
+        return [errors(self.refined, path, nodes) for nodes, path in self.on_nodes.items()]
+
+    @property
+    def balance(self) -> float:
+        """Work over the energy that is lost, from the refined path, less 1."""
+        closed = self.refined.work() - self.refined.at(-1).energy
+        return abs(closed / self.refined.dissipated - 1)
+
+    @property
+    def passed(self) -> bool:
+        """Whether all events agree, the balance holds, and all is refined."""
+        alike = all(one.same for one in self.errors)
+        return alike and self.balance <= BALANCE and not self.refined.on_nodes
+
+
+def followed(params: Parameters, depths: Array, nodes: int) -> History:
+    """The path on so many nodes in l, refined if 0."""
+    scene = params.scene
+    if not nodes:
+        return load_path(scene, depths=depths)
+    spacing = scene.elastocapillary_length / nodes
+    return load_path(scene, depths=depths, method="lattice", spacing=spacing)
+
+
+def run(params: Parameters = Parameters(), show: Show = silent, jobs: int = 1) -> Record:
+    """All paths, in `jobs` processes; `show` gets a line per number of nodes."""
+    counts = [0, *params.nodes]
+    paths = list(each(partial(followed, params, params.depths), counts, jobs))
+    refined = paths[0]
+    chosen = next(event for event in refined.events if event.kind == ENCLOSED)
+    near = close_to(chosen.before.depth, params.scene.critical_separation)
+    again = each(partial(followed, params, near), counts, jobs)
+    gap = gap_that_closes(chosen.before.lines, chosen.after.lines)
+    enlarged = {n: beside(path, gap) for n, path in zip(counts, again, strict=True)}
+    record = Record(params, refined, dict(zip(params.nodes, paths[1:], strict=True)), enlarged)
+    show(COLUMNS.head)
+    for one in record.errors:
+        show(COLUMNS.line(*one[:4], "yes" if one.same else "NO"))
+    return record
+
+
+def close_to(depth: float, size: float) -> Array:
+    """From first touch to just beyond the depth of an event, with many steps beside it."""
+    start = depth - BEFORE * size
+    fine = np.linspace(start, depth + AFTER * size, CLOSE)
+    return np.r_[np.linspace(0, start, CLOSE // 4, endpoint=False), fine]
+
+
+def gaps(lines: Sequence[float]) -> list[tuple[float, float]]:
+    """The ends of the free surfaces between contacts."""
+    return list(zip(lines[1:-1:2], lines[2::2], strict=True))
+
+
+def gap_that_closes(before: Sequence[float], after: Sequence[float]) -> float:
+    """The middle of the gap that is there before an event and not after it."""
+    middles = [(left + right) / 2 for left, right in gaps(before)]
+    return next(middle for middle in middles if not width_at(after, middle))
+
+
+def beside(path: History, gap: float) -> Enlarged:
+    """The width of a gap over the depth, and the depth at which it is closed."""
+    depth = path.depth[-CLOSE:]
+    width = np.array([width_at(path.at(len(path) - CLOSE + i).lines, gap) for i in range(CLOSE)])
+    events = [event for event in path.events if event.kind == ENCLOSED]
+    closing = [event for event in events if width_at(event.after.lines, gap) == 0]
+    return Enlarged(depth, width, closing[0].before.depth)
+
+
+def width_at(lines: Sequence[float], x: float) -> float:
+    """Of the gap at x; 0 if that is in contact."""
+    return sum(right - left for left, right in gaps(lines) if left < x < right)
+
+
+def errors(refined: History, path: History, nodes: int) -> Errors:
+    """Largest differences of a path on nodes to the refined one."""
+    scene = refined.scene
+    kinds = [[event.kind for event in one.events] for one in (refined, path)]
+    if kinds[0] != kinds[1]:
+        return Errors(nodes, np.nan, np.nan, np.nan, False)
+    pairs = list(zip(refined.events, path.events, strict=True))
+    depth = max(abs(one.before.depth - other.before.depth) for one, other in pairs)
+    energy = max(abs(one.energy_released - other.energy_released) for one, other in pairs)
+    line = max(apart(refined, path, step) for step in range(len(refined)))
+    return Errors(
+        nodes,
+        line / scene.elastocapillary_length,
+        depth / scene.critical_separation,
+        energy / refined.dissipated,
+        True,
+    )
+
+
+def apart(refined: History, path: History, step: int) -> float:
+    """The largest distance of lines that correspond; 0 at a step between their events."""
+    one = refined.at(step).lines
+    other = path.at(step).lines
+    if len(one) != len(other) or np.isnan([*one, *other]).any():
+        return 0.0
+    at_event = {event.step for path in (refined, path) for event in path.events}
+    return 0.0 if step in at_event else float(np.abs(np.subtract(one, other)).max())
+
+
+COLUMNS = Columns("nodes in l 11|line/l 9.1e|event/δ₀ 9.1e|energy 9.1e|same events 12")
+
+
+def plot(record: Record) -> Figure:
+    """Contacts on nodes; lines refined; an event enclosed; and how fast nodes converge."""
+    figure, ((contacts, closing), (lines, convergence)) = canvas(11, 8.2, 2, 2)
+    _contacts(contacts, record)
+    _lines(lines, record)
+    _enclosed(closing, record)
+    _convergence(convergence, record)
+    figure.suptitle(
+        "Nodes find contacts and the order of events, the mesh refines lines and depths"
+    )
+    return figure
+
+
+def _contacts(axes: Any, record: Record) -> None:
+    """Indenter, surface, contact nodes and refined lines, with as many contacts as there are."""
+    params = record.parameters
+    path = record.refined
+    step = int(np.argmax([len(path.at(i).lines) for i in range(params.steps)]))
+    held = path.at(step).lines
+    nodes = record.on_nodes[params.drawn].at(step).lines
+    state = minimise(params.scene, float(path.depth[step]))
+    x = np.linspace(1.15 * held[0], 1.15 * held[-1], 2001)
+    u = state.displacement(x)
+    body = state.depth - params.scene.indenter.height(x)
+    across = prefixed(x, "m")
+    up = prefixed([*u, *body], "m")
+    low = (u.min() - 0.4 * np.ptp(u)) / up.size
+    high = (u.max() + 0.4 * np.ptp(u)) / up.size
+    s = x / across.size
+    axes.fill_between(s, body / up.size, low, color=RIGID, lw=0, label="indenter")
+    axes.fill_between(s, u / up.size, high, color=SOFT, lw=0, label="layer")
+    spacing = params.scene.elastocapillary_length / params.drawn
+    for left, right in zip(nodes[::2], nodes[1::2], strict=True):
+        at = np.arange(left, right + spacing / 2, spacing)
+        height = (state.depth - params.scene.indenter.height(at)) / up.size
+        axes.plot(at / across.size, height, ".", color=BLUE, ms=4)
+    axes.plot([], [], ".", color=BLUE, label=f"contact nodes, {params.drawn} in l")
+    for line in held:
+        axes.axvline(line / across.size, color=ORANGE, lw=1)
+    axes.plot([], [], color=ORANGE, lw=1, label="refined lines")
+    axes.set(xlim=(s[0], s[-1]), ylim=(high, low))
+    axes.set(xlabel=f"x in {across.symbol}", ylabel=f"displacement in {up.symbol}")
+    axes.set_title(f"{len(held) // 2} contacts at d = {quantity(state.depth, 'm')} (not to scale)")
+    axes.legend(fontsize=9, loc="lower center", ncols=2)
+
+
+def _lines(axes: Any, record: Record) -> None:
+    """Contact lines over the depth while the cylinder is pressed: on nodes, and refined."""
+    params = record.parameters
+    across = prefixed(record.refined.contacts, "m")
+    down = prefixed(record.refined.depth, "m")
+    for path, style in (
+        (record.on_nodes[params.drawn], {"color": BLUE, "ms": 5, "marker": "."}),
+        (record.refined, {"color": ORANGE, "ms": 1.5, "marker": "."}),
+    ):
+        found = [
+            (path.depth[step] / down.size, line / across.size)
+            for step in range(params.steps)
+            for line in path.at(step).lines
+        ]
+        axes.plot(*np.transpose(found), ls="", **style)
+    for event in record.refined.events:
+        if event.step < params.steps:
+            axes.axvline(event.before.depth / down.size, color=GREY, lw=0.8, ls="--")
+    axes.plot([], [], ".", color=BLUE, label=f"lines on {params.drawn} nodes in l")
+    axes.plot([], [], ".", color=ORANGE, ms=3, label="refined")
+    axes.plot([], [], "--", color=GREY, lw=0.8, label="events")
+    axes.set(xlabel=f"depth d in {down.symbol}", ylabel=f"contact lines x in {across.symbol}")
+    axes.set_title("while the cylinder is pressed")
+    axes.legend(fontsize=9, loc="upper left")
+
+
+def _enclosed(axes: Any, record: Record) -> None:
+    """The width of the gap that an event closes."""
+    params = record.parameters
+    length = params.scene.elastocapillary_length
+    size = params.scene.critical_separation
+    refined = record.enlarged[0]
+    counts = params.nodes[:3]
+    for count, marker, colour in zip(counts, MARKERS, shades(len(counts), top=0.7), strict=False):
+        one = record.enlarged[count]
+        x = (one.depth - refined.event) / size
+        held = one.width > 0
+        label = f"{count} nodes in l"
+        axes.plot(
+            x[held][::4], one.width[held][::4] / length, marker, color=colour, ms=4, label=label
+        )
+        axes.axvline((one.event - refined.event) / size, color=colour, ls=":", lw=1.2)
+    held = refined.width > 0
+    x = (refined.depth - refined.event) / size
+    axes.plot(x[held], refined.width[held] / length, color=ORANGE, lw=1.8, label="refined")
+    axes.axvline(0, color=ORANGE, lw=1)
+    axes.set(xlabel="depth from that of the event, over δ₀", ylabel="width of the gap over l")
+    axes.set_title("an event enclosed: a gap is lost at the vertical lines")
+    axes.legend(fontsize=9, loc="lower left")
+    axes.grid(alpha=0.25)
+
+
+def _convergence(axes: Any, record: Record) -> None:
+    """Differences to the refined path over the number of nodes."""
+    found = [one for one in record.errors if one.same]
+    counts = np.array([one.nodes for one in found])
+    names = {"line": "a line, over l", "depth": "depth of an event, over δ₀"}
+    names["energy"] = "energy released, over all that is lost"
+    for (name, label), marker, colour in zip(names.items(), MARKERS, COLOURS, strict=False):
+        values = [getattr(one, name) for one in found]
+        axes.loglog(counts, values, marker=marker, ms=5, color=colour, label=label)
+    axes.loglog(counts, 0.5 / counts, ":", color="black", lw=1, label="half a link; second order")
+    first = found[0].energy
+    axes.loglog(counts, 0.5 * first * (counts[0] / counts) ** 2, ":", color="black", lw=1)
+    axes.set(
+        xlabel="nodes in the elastocapillary length l", ylabel="difference to the refined path"
+    )
+    axes.set_xticks(counts, [f"{count}" for count in counts])
+    axes.minorticks_off()
+    axes.set_ylim(top=20)  # room for the legend
+    axes.set_title(f"refined, the energy balance closes to {record.balance:.0e}")
+    axes.legend(fontsize=9, loc="upper right")
+    axes.grid(alpha=0.25)
+
+
+def table(record: Record) -> Table:
+    """Columns and a row per number of nodes."""
+    return list(Errors._fields), [list(one) for one in record.errors]
+
+
+def answer(record: Record) -> str:
+    """Who finds, and who has the digits."""
+    finest = record.errors[-1]
+    count = len(record.refined.events)
+    if not record.passed:
+        return (
+            "They do not agree here: nodes find other events, or the refined path is not balanced."
+        )
+    return (
+        f"Nodes find the same {count} events in the same order, on {finest.nodes} nodes in l with "
+        f"depths within {finest.depth:.0e} δ₀ and lines within {finest.line:.0e} l; refined, the "
+        f"energy balance of the path closes to {record.balance:.0e}."
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line of the study."""
+    given = "levels", __doc__, argv, "fewer steps and nodes", Parameters(), QUICK
+    params, jobs, out = command.start(*given)
+    record = run(params, command.say, jobs)
+    out.table("levels.csv", params, *table(record))
+    out.figure("levels.png", plot(record))
+    command.answer(answer(record))
+    return int(not record.passed)
