@@ -258,15 +258,7 @@ def _branch(table: TextTable, reading: Reading, position: _Column, force: _Colum
     if reading.spring_constant is not None:
         stiffness = reading.spring_constant / (reading.width or 1.0)
     is_height = name in map(str.casefold, HEIGHTS)
-    if is_height:
-        measured = -measured
-    notes: tuple[str, ...] = ()
-    if falls_on_approach(measured, load):
-        measured = -measured
-        notes = (
-            f"the layer is where {position.name!r} is {'larger' if is_height else 'smaller'}, "
-            "against what its name says: its sign is reversed",
-        )
+    measured, notes = _towards_layer(measured, load, position.name, is_height)
     if is_height or name in DRIVES:
         if math.isinf(stiffness):
             raise ValueError(
@@ -275,6 +267,23 @@ def _branch(table: TextTable, reading: Reading, position: _Column, force: _Colum
             )
         measured = measured - load / stiffness
     return Curve(measured, load, stiffness, notes)
+
+
+def _towards_layer(
+    position: Array, force: Array, name: str, is_height: bool
+) -> tuple[Array, tuple[str, ...]]:
+    """A position that rises as the indenter comes nearer to the layer, and what is said of it.
+
+    Whatever the name of its column promises, the force shows on which side the layer is.
+    """
+    rising = -position if is_height else position
+    if not falls_on_approach(rising, force):
+        return rising, ()
+    side = "larger" if is_height else "smaller"
+    note = (
+        f"the layer is where {name!r} is {side}, against what its name says: its sign is reversed"
+    )
+    return -rising, (note,)
 
 
 def _load(table: TextTable, reading: Reading, force: _Column, count: int) -> Array:
@@ -399,12 +408,20 @@ def _of_instrument(path: Path, reading: Reading) -> Curve:
             "--spring-constant and --sensitivity"
         )
     stiffness = reading.spring_constant or _stated(data, "spring constant")
-    force = np.asarray(data["force"], float) * _calibration(path, data, reading)
-    depth = -_tip(path, data, force, stiffness)
-    bad = np.flatnonzero(~np.isfinite(depth + force))
+    force = _instrument_column(path, data, "force", number) * _calibration(path, data, reading)
+    depth, notes = _instrument_depth(path, data, force, stiffness, number)
+    return Curve(depth, force / width, (stiffness or math.inf) / width, notes)
+
+
+def _instrument_column(path: Path, data: Any, name: str, number: int) -> Array:
+    """The numbers of a column of an instrument file. ValueError for one that is not finite."""
+    values = np.asarray(data[name], float)
+    bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
-        raise ValueError(f"{path}: point {bad[0] + 1} of curve {number} is not finite; remove it")
-    return Curve(depth, force / width, (stiffness or math.inf) / width)
+        raise ValueError(
+            f"{path}: {name!r} of point {bad[0] + 1} of curve {number} is not finite; remove it"
+        )
+    return values
 
 
 def _stated(data: Any, name: str) -> float | None:
@@ -467,17 +484,28 @@ def _loaded(path: Path) -> list[Any]:
         ) from None
 
 
-def _tip(path: Path, data: Any, force: Array, stiffness: float | None) -> Array:
-    """Height of the tip above an arbitrary level [m]."""
+def _instrument_depth(
+    path: Path, data: Any, force: Array, stiffness: float | None, number: int
+) -> tuple[Array, tuple[str, ...]]:
+    """Depth of the tip from an arbitrary level [m], and what is said of it.
+
+    The file's own position of the tip is taken if it has the spring constant in use and the layer
+    is on the side of small positions; else the tip is below the height of the piezo by the force
+    over the spring constant.
+    """
+    name = next((one for one in INSTRUMENT_HEIGHTS if one in data.columns), None)
     own = _stated(data, "spring constant")
     if "tip position" in data.columns and stiffness == own:
-        return np.asarray(data["tip position"], float)
-    height = next((name for name in INSTRUMENT_HEIGHTS if name in data.columns), None)
-    if height is None:
+        depth = -_instrument_column(path, data, "tip position", number)
+        if name is None or not falls_on_approach(depth, force):
+            return depth, ()
+    if name is None:
         raise ValueError(f"{path}: states no heights, which the depth needs; export it as text")
     if stiffness is None:
         raise ValueError(
             f"{path}: states no spring constant of the cantilever, which the depth needs; give it "
             "with --spring-constant"
         )
-    return np.asarray(data[height], float) + force / stiffness
+    height = _instrument_column(path, data, name, number)
+    position, notes = _towards_layer(height, force, name, True)
+    return position - force / stiffness, notes

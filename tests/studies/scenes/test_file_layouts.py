@@ -376,3 +376,24 @@ def test_a_sensitivity_replaces_that_of_an_instrument(tmp_path, monkeypatch):
 def test_paths_may_be_text(tmp_path):
     path = write(tmp_path / "a.csv", "depth [m]\tforce [N/m]", PIEZO, FORCE)
     assert_close(read_curve(str(path)).depth, PIEZO)
+
+
+@pytest.mark.parametrize("own_tip", [False, True])
+def test_an_instrument_whose_height_rises_towards_the_layer(tmp_path, monkeypatch, own_tip):
+    """Its sign is reversed, and said so; a position of the tip made of that height is not taken."""
+    path = tmp_path / "a.jpk-force"
+    path.write_bytes(b"\0")
+    way = np.linspace(-300e-9, 60e-9, 60)
+    drive = np.concatenate([way, way[::-1]])
+    force = np.maximum(drive, 0.0) * SPRING / 2
+    metadata = {"spring constant": SPRING}
+    for height, said in ((-drive, False), (drive, True)):
+        columns = {"force": force, "height": height}
+        if own_tip:
+            columns["tip_position"] = height + force / SPRING
+        instrument(monkeypatch, metadata, **columns)
+        found = read_curve(path, Reading(width=1.0))
+        assert_close(found.drive, drive)
+        assert_close(found.force, force)
+        assert bool(found.notes) == said
+    assert found.notes[0].startswith("the layer is where 'height (measured)' is larger, against")
