@@ -28,11 +28,11 @@ from studies.scenes.fit.verdict import (
     Quality,
     along,
     compared,
-    drifting,
-    hanging,
-    hysteretic,
-    judged,
-    outlying,
+    depth_drift,
+    hysteresis,
+    outlier_dependence,
+    outlier_remedy,
+    quality_of,
     unsuited,
 )
 from studies.scenes.run import violations
@@ -47,6 +47,7 @@ JKR_TENSION = 0.01  # of w, in place of no tension on a layer
 LOSSES = ("linear", "soft_l1")
 LOOSE = 1.0
 CONDITION = 100.0
+NEGLIGIBLE = 0.05  # coefficient of a combination that is not shown
 CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
 FARTHEST = 20.0  # half-widths of the linearised interval
 ELSEWHERE = "start from other parameters, or leave it out of --parameters"
@@ -58,10 +59,21 @@ Interval = tuple[float, float]
 
 
 class Estimate(NamedTuple):
-    """A parameter, its linearised and profile intervals, and whether it is identifiable.
+    """A parameter with its intervals.
 
-    bound: its value is the bound of the search; intervals are None where they are withheld (the
-    model does not fit, or bound), a profile also where it was not asked for or is not identifiable.
+    Attributes
+    ----------
+    name : str
+    value : float
+    interval : (float, float) or None
+        Linearised, at 95 %; None where the model does not fit, and on a bound.
+    profile : (float, float) or None
+        From the profile of the sum of squares, at 95 %; None also where it was not computed, and
+        for a parameter that is not identifiable.
+    identifiable : bool
+        Whether the interval spans at most a factor e to either side.
+    bound : bool
+        Whether the value is the bound of the search, and so no estimate.
     """
 
     name: str
@@ -74,7 +86,7 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """A finished fit of a measured curve, as `fit` gives it; `str` tells all of it in words.
+    """A finished fit of a measured curve, as `fit` gives it; `str` is its report.
 
     Attributes
     ----------
@@ -145,8 +157,8 @@ class Fit:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What speaks against the model as a whole, in plain words."""
-        others = [one.told for one in self.alternatives if one.doubtful]
-        return tuple(one for one in (self.quality.told, self.unsuited, *others) if one)
+        others = [one.message for one in self.alternatives if one.doubtful]
+        return tuple(one for one in (self.quality.message, self.unsuited, *others) if one)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -159,12 +171,20 @@ class Fit:
             elif not e.identifiable and e.name not in self.needless:
                 found.append(f"{e.name} is not identifiable from this curve: {OPEN}")
         if self.condition > CONDITION:
-            terms = zip(self.combination, self.model.fitted, strict=True)
-            text = " ".join(f"{c:+.2f} log {name}" for c, name in terms)
-            text = text.replace("log offset", "offset/range")
-            found.append(f"ill-conditioned ({self.condition:.2g}): the curve hardly fixes {text}")
+            condition = f"(condition number {self.condition:.2g})"
+            found.append(f"{self.weakest} is poorly constrained by this curve {condition}")
         found += [f"{one}; worst at d = {depth:.3g} m" for one, depth in self.strained]
         return tuple(found)
+
+    @property
+    def weakest(self) -> str:
+        """The combination of parameters that the data constrain least, in words."""
+        terms = zip(self.combination, self.model.fitted, strict=True)
+        shown = [(share, name) for share, name in terms if abs(share) > NEGLIGIBLE]
+        if len(shown) == 1:
+            return shown[0][1]
+        text = " ".join(f"{share:+.2f} log {name}" for share, name in shown)
+        return "the combination " + text.replace("log offset", "offset/range")
 
     def unit(self, name: str) -> str:
         """The unit of a parameter."""
@@ -175,18 +195,18 @@ class Fit:
         rows = [f"{'parameter':12s}{'estimate':>13s}{'95 % linearised':>29s}{'95 % profile':>29s}"]
         for e in self.estimates:
             digits = _digits(e.interval)
-            row = f"{e.name:12s}{e.value:>13.{digits}g} {self._told(e, e.interval):>28s}"
-            rows.append(f"{row} {self._told(e, e.profile):>28s} {self.unit(e.name)}")
+            row = f"{e.name:12s}{e.value:>13.{digits}g} {self._interval_text(e, e.interval):>28s}"
+            rows.append(f"{row} {self._interval_text(e, e.profile):>28s} {self.unit(e.name)}")
         data = self.model.data
         count = f"{data.used.sum()} of {data.used.size} points in contact, {data.free.sum()} free"
         ends = ", ".join(mark.kind for mark in data.ends) or "no end of contact"
         residual = f"residual {self.scatter:.3g} {self.unit('level')}{self.quality.size}"
         rows.append(f"{count}; {ends} used; {residual}")
         rows += self.left_out
-        rows += [one.told for one in self.alternatives if not one.doubtful]
+        rows += [one.message for one in self.alternatives if not one.doubtful]
         return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
 
-    def _told(self, estimate: Estimate, interval: Interval | None) -> str:
+    def _interval_text(self, estimate: Estimate, interval: Interval | None) -> str:
         if interval is not None:
             low, high = interval
             return f"[{low:.{_digits(interval)}g}, {high:.{_digits(interval)}g}]"
@@ -194,7 +214,7 @@ class Fit:
             return "bound of the search"
         if not self.quality.fits:
             return "withheld"
-        return "not sought" if estimate.identifiable else "open"
+        return "not computed" if estimate.identifiable else "unbounded"
 
 
 def _digits(interval: Interval | None) -> int:
@@ -277,22 +297,34 @@ def fit(
     condition, weakest, spread = conditioning(best.jac, len(names))
     reach = math.sqrt((best.limit - 1) * best.squares) * spread
     quality = _quality(model, best)
-    asked = quality.fits, profiles
-    own = [_estimate(model, best, i, float(reach[i]), *asked) for i in range(best.x.size)]
+    own = [
+        _estimate(model, best, i, float(reach[i]), quality.fits, profiles)
+        for i in range(best.x.size)
+    ]
     estimates = (*own, *_baseline(model, best, reach, quality.fits))
     others = compared(model, best, reach) if alternatives else ()
     combination = tuple(weakest.tolist())
     states = along(model, best)
     wrong = unsuited(states)
     if quality.fits:
-        wrong = wrong or hanging(model, best, reach) or drifting(model, best)
+        wrong = wrong or outlier_dependence(model, best, reach) or depth_drift(model, best)
     else:
-        wrong = wrong or hysteretic(model, best) or outlying(model, best)
+        wrong = wrong or hysteresis(model, best) or outlier_remedy(model, best)
     strained = violations(states)
     if without_tension:
         strained = tuple(one for one in strained if one[0].name not in OF_TENSION)
-    said = quality, others, strained, wrong, notes
-    return Fit(model, best, estimates, condition, combination, *said)
+    return Fit(
+        model=model,
+        best=best,
+        estimates=estimates,
+        condition=condition,
+        combination=combination,
+        quality=quality,
+        alternatives=others,
+        strained=strained,
+        unsuited=wrong,
+        left_out=notes,
+    )
 
 
 def _without_tension(
@@ -336,9 +368,9 @@ def _disturbances(data: Data) -> tuple[str, ...]:
     found = []
     if data.spikes.any():
         first = float(data.curve.depth[int(np.argmax(data.spikes))])
-        points = f"{data.spikes.sum()} points stick out of their neighbours and are"
+        points = f"{data.spikes.sum()} points stick out from their neighbours and are"
         if data.spikes.sum() == 1:
-            points = "1 point sticks out of its neighbours and is"
+            points = "1 point sticks out from its neighbours and is"
         found.append(f"{points} left out, the first at d = {first:.4g} m")
     if data.wave:
         period = f"a period of {1 / data.wave:.3g} m"
@@ -356,7 +388,7 @@ def _quality(model: Model, best: Best) -> Quality:
     # no noise is less than what simulated forces are to be trusted to
     least = SIMULATED * data.size if sigma else 0.0
     lone = np.empty(0) if free else data.curve.force[model.apart(best.x)]
-    return judged(contact, np.append(out, ends), lone, best.spare, max(sigma, least))
+    return quality_of(contact, np.append(out, ends), lone, best.spare, max(sigma, least))
 
 
 def _baseline(model: Model, best: Best, reaches: Array, fits: bool) -> list[Estimate]:

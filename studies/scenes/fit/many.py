@@ -44,7 +44,7 @@ class FittedFile:
     fixed: tuple[tuple[str, float], ...] = ()
 
     def __call__(self, point: dict[str, Any]) -> dict[str, Any]:
-        """Estimates with linearised intervals, the verdict and what is warned of."""
+        """Estimates with linearised intervals, whether the model fits, and the warnings."""
         name, _, number = str(point["curve"]).partition("#")
         reading = replace(self.reading, number=int(number)) if number else self.reading
         scene = load(self.scene).scene
@@ -112,14 +112,14 @@ class Common(NamedTuple):
     def __str__(self) -> str:
         low, high = self.interval
         text = f"{self.name} = {self.value:.5g} [{low:.5g}, {high:.5g}] {UNITS[self.name]}"
-        verdict = "they may have it in common"
+        verdict = "consistent with one value for all"
         if self.chance > 1 + 3 * math.sqrt(2 / max(self.curves - 1, 1)):
-            verdict = "WARNING: they do not have it in common"
+            verdict = "WARNING: not consistent with one value for all"
         return f"{text} from {self.curves} curves, χ² per curve {self.chance:.2g}: {verdict}"
 
 
 def common(name: str, low: Array, high: Array) -> Common:
-    """The mean of the logarithms weighted by what each curve tells, from intervals at 95 % (n,).
+    """The mean of the logarithms, weighted by the inverse variances, from intervals at 95 % (n,).
 
     nan: a curve without one. ValueError if none has one.
     """
@@ -173,7 +173,7 @@ def report(
     out: Output,
     jobs: int,
 ) -> int:
-    """Fit all, tell the medians, write table and figure; 1 if a curve failed or does not fit."""
+    """Fit all, print the medians, write table and figure; 1 if a curve failed or does not fit."""
     shown = [one for one in job.names if one != "offset"]
     if shared is not None and (shared not in shown or len(job.names) < 2):
         raise ValueError(f"shared = {shared!r} must be one of what is fitted: {', '.join(shown)}")
@@ -202,8 +202,8 @@ def report(
     if fits.any() and shown:
         for one in shown:
             low, middle, high = np.quantile(record.column(one)[fits], (0.16, 0.5, 0.84))
-            told = f"{one}: median {middle:.4g} {UNITS[one]}"
-            print(f"{told}, 68 % of curves in [{low:.4g}, {high:.4g}]")
+            median = f"{one}: median {middle:.4g} {UNITS[one]}"
+            print(f"{median}, 68 % of curves in [{low:.4g}, {high:.4g}]")
         written += out.figure(f"{name}.png", plot(record, shown, title))
     print(f"written: {', '.join(map(str, written))}")
     return 0 if fits.all() else 1

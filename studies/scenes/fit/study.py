@@ -1,4 +1,4 @@
-"""Which w and γ₁ does a measured force–depth curve have, and how well does it fix them?
+"""Which w and γ₁ does a measured force–depth curve have, and how well does it determine them?
 
     min over p of Σ (Pᵢ - P(Dᵢ - D₀; p) - line)²,   p from log w, log γ₁, log Ẽ/h and the offset D₀,
 
@@ -6,8 +6,8 @@ over the points in contact, the simulated P along the measured positions in thei
 unloading; a contact that is lost and touches again begins anew), and over those without force. With
 `opening` the work of adhesion of a contact that opens is fitted too, from a loop. DATA has columns
 of depth and force with units, such as `depth [µm], force [mN/m]` or `Weg [nm];Kraft [nN]`; the
-delimiter, decimal mark, encoding and preamble are found, the rest is said by the options below or a
-table [measured] in the scene file (studies/scenes/curve_file.py). The scene file gives the layer,
+delimiter, decimal mark, encoding and preamble are found, the rest is given by the options below or
+a table [measured] in the scene file (studies/scenes/curve_file.py). The scene file gives the layer,
 the indenter and where the search begins; its depth and [path] do not matter. DATA may be a folder,
 or an instrument file with several curves: then all are fitted, a row each, DATA_fits.csv.
 
@@ -34,21 +34,23 @@ measurements too, with the error of the interval between the points.
 Intervals at 95 %: linearised, p ± t(n - m) s √((JᵀJ)⁻¹)ᵢᵢ, s² = Σr²/(n - m); and profile, to be
 trusted where the two differ: all values of pᵢ at which the sum of squares, the others fitted anew,
 is below min (1 + t²/(n - m)). Noise is taken as independent and of equal size. A parameter whose
-interval spans more than a factor e to either side is reported as not identifiable, as is a
-combination for which the Jacobian's condition exceeds 100: the curve does not fix it. (While a line
-is pinned, as at the edge of a flat punch, the force does not feel w: only the detachment does.)
+interval spans more than a factor e to either side is reported as not identifiable. Where the
+condition number of the Jacobian exceeds 100, the combination that the curve constrains least is
+named. (While a line is pinned, as at the edge of a flat punch, the force does not depend on w: only
+the detachment does.)
 
 The model does not fit, and there are no intervals, where the residual s exceeds twice the noise
 that the third differences of the data show, or keeps its sign over too many points (a runs test),
 or where the force out of contact is not zero in the mean (verdict.py beside this file). The fit is
 compared with those without tension, without adhesion (where w is not well known) and with the
-layer's own response by Schwarz's criterion n log(Σr²/n) + m log n: the least one tells the data
-best. The assumptions of the model that do not hold along the fitted curve are warned of; a layer
-thicker than every contact is wide speaks against springs, however small the residual.
+layer's own response by Schwarz's criterion BIC = n log(Σr²/n) + m log n: the lowest one describes
+the data best, and ΔBIC is that of the other model less that of the fit. The assumptions of the
+model that do not hold along the fitted curve are warned of; a layer thicker than every contact is
+wide speaks against springs, however small the residual.
 
 Output: DATA_fit.csv, DATA_fit.png. Exit status 1 if the model does not fit. --self-test: simulated
 curves of many kinds in place of DATA (studies/scenes/fit/trials.py); exit status 1 if too few are
-called rightly or too few intervals hold the truth.
+judged rightly or too few intervals contain the truth.
 """
 
 import math
@@ -64,12 +66,14 @@ from energy.units import prefixed
 from studies.scenes.curve_file import MEASURED, read_curve
 from studies.scenes.file import built, read
 from studies.scenes.fit import many, trials
-from studies.scenes.fit.estimate import LOSSES, Fit, fit
+from studies.scenes.fit.estimate import LOSSES, Estimate, Fit, fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.model import DEFAULT, NAMES
 from studies.shared import command
 from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
 from studies.shared.table import Table
+
+SYMBOLS = {"gamma1": "γ₁", "offset": "D₀"}  # of parameters, in figures
 
 
 def plot(found: Fit, title: str) -> Figure:
@@ -92,8 +96,10 @@ def plot(found: Fit, title: str) -> Figure:
         style = {"color": "black", "lw": 1.2, "zorder": 3, "label": "_" if number else "fit"}
         top.plot(drive[leg.points], found.fitted[leg.points] / y.size, **style)
     if data.free.any():
+        outside = np.flatnonzero(~data.used)
+        outside = outside[np.argsort(drive[outside])]
         style = {"ls": "--", "color": "black", "lw": 1, "label": "line without contact"}
-        top.plot(drive, found.line / y.size, **style)
+        top.plot(drive[outside], found.line[outside] / y.size, **style)
     s = 2 * found.best.scatter / z.size
     bottom.axhspan(-s, s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
     rigid = math.isinf(curve.machine_stiffness)
@@ -102,10 +108,22 @@ def plot(found: Fit, title: str) -> Figure:
     bottom.margins(y=0.25)
     top.set_ylabel(f"force P in {y.symbol}")
     top.legend(ncols=2)
-    values = ", ".join(f"{e.name} = {e.value:.4g}" for e in found.estimates if e.name in NAMES)
+    values = ", ".join(_result(found, e) for e in found.estimates if e.name in NAMES)
     verdict = "the model fits with" if found.quality.fits else "the model does NOT fit, nearest at"
-    figure.suptitle(f"{title}: {verdict} {values} (SI)", fontsize=11, wrap=True)
+    figure.suptitle(f"{title}: {verdict}\n{values}", fontsize=11, wrap=True)
     return figure
+
+
+def _result(found: Fit, estimate: Estimate) -> str:
+    """A parameter as a figure shows it: its symbol, value and half the interval, with a unit."""
+    name = SYMBOLS.get(estimate.name, estimate.name)
+    size, unit = prefixed(estimate.value, found.unit(estimate.name))
+    value = estimate.value / size
+    if estimate.interval is None or not estimate.identifiable:
+        return f"{name} = {value:.3g} {unit}"
+    half = np.ptp(estimate.interval) / (2 * size)
+    decimals = min(max(1 - math.floor(math.log10(half)), 0), 9)
+    return f"{name} = {value:.{decimals}f} ± {half:.{decimals}f} {unit}"
 
 
 def _points(axes: Any, found: Fit, x: Array, y: Array, aside: Mask) -> None:
@@ -146,13 +164,13 @@ def _reading_options(parser: command.Parser) -> None:
     about += "; four where extending and retracting stand in columns of their own"
     group.add_argument("--columns", nargs="+", metavar="NAME", help=about)
     about = "length of the line contact in m, for forces in newtons"
-    group.add_argument("--width", type=float, metavar="M", help=about)
+    group.add_argument("--width", type=float, metavar="LENGTH", help=about)
     about = "of the cantilever in N/m: the noise of the force is in the depth, too"
-    group.add_argument("--spring-constant", type=float, metavar="N/M", help=about)
+    group.add_argument("--spring-constant", type=float, metavar="N/m", help=about)
     about = "of its deflection in m/V, for a signal in volts"
-    group.add_argument("--sensitivity", type=float, metavar="M/V", help=about)
+    group.add_argument("--sensitivity", type=float, metavar="m/V", help=about)
     about = "number of the curve in an instrument file with several"
-    group.add_argument("--curve", type=int, metavar="N", help=about)
+    group.add_argument("--curve", type=int, metavar="NUMBER", help=about)
     group.add_argument("--delimiter", choices=DELIMITERS, help="between columns of text")
     group.add_argument("--decimal", choices=NUMBER, help="decimal mark of text")
     group.add_argument("--encoding", metavar="NAME", help="of text, such as utf-16 or cp1252")
@@ -199,7 +217,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--shared", metavar="NAME", help=about)
     parser.add_argument("--self-test", action="store_true", help="simulated data in place of DATA")
     about = "of each kind in --self-test; default 200, quick 10"
-    parser.add_argument("--trials", type=int, metavar="N", help=about)
+    parser.add_argument("--trials", type=int, metavar="COUNT", help=about)
     _reading_options(parser)
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"

@@ -312,7 +312,7 @@ def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
     return np.where(drive < np.where(way, 0.0, end), 0.0, found)
 
 
-def told(record: Record) -> str:
+def summary(record: Record) -> str:
     """A line per kind."""
     p = record.parameters
     shown = Columns("kind -12|called rightly 14.1%|wrong, no word 14.1%|w 7.1%|γ₁ 7.1%|offset 7.1%")
@@ -331,10 +331,10 @@ def table(record: Record) -> Table:
 
 
 def report(count: int, jobs: int, out: Output) -> int:
-    """Run so many curves of each kind, tell and write what came of them; 1 if that is too bad."""
+    """Run so many curves of each kind, print and write the shares; 1 if they are too low."""
     params = Parameters(count)
     record = run(params, jobs=jobs)
     written = out.table("fit_self_test.csv", params, *table(record))
-    print(told(record))
+    print(summary(record))
     print(f"written: {written}")
     return 0 if record.passed else 1

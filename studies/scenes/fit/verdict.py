@@ -35,24 +35,33 @@ ALONE = 6.0  # times the noise: points on which no answer may hang
 NO_WEIGHT = 1e-6
 FEWEST = 5  # points of unloading whose depths are those of loading, to compare both
 APART = 1.0  # times the noise: a mean difference of loading and unloading that matters
-SLOWER = "viscoelasticity, as a second work of adhesion is fitted already; measure more slowly"
+SLOWER = "viscoelasticity, since a second work of adhesion is fitted already; measure more slowly"
 TWO_WORKS = (
     "viscoelasticity or two works of adhesion. Measured ten times as slowly, a viscoelastic loop "
-    "becomes narrower, and its force relaxes in a hold; with two works the loop stays, and after "
-    "the turn the force first falls along a straight line, the contact line at rest. For two works "
-    "fit opening, too"
+    "becomes narrower, and its force relaxes in a hold; with two works of adhesion the loop stays, "
+    "and after the turn the force first falls along a straight line, while the contact line is "
+    "pinned. For two works of adhesion fit opening, too"
 )
-NEEDLESS = {"gamma1": "without surface tension", "w": "without adhesion"}
-RESPONSES = {  # of the fit, and of the other model
-    "layer": ("springs", "the layer", "the layer explains"),
-    "springs": ("the layer's own response", "springs", "springs explain"),
+WITHOUT = {"gamma1": "without surface tension", "w": "without adhesion"}
+RESPONSES = {  # as the subject of a sentence, with its verb
+    "springs": ("springs", "fit"),
+    "layer": ("the layer's own response", "fits"),
 }
 
 
 class Quality(NamedTuple):
-    """times: residual over noise, nan if the noise is unknown; runs: those of one sign against
-    what independent noise has, in standard deviations (Wald and Wolfowitz 1940); zero: the mean
-    force where there is no contact, in standard errors."""
+    """How the residual of a fit compares with the noise.
+
+    Attributes
+    ----------
+    times : float
+        Standard deviation of the residual over that of the noise; nan if the noise is unknown.
+    runs : float
+        Number of runs of one sign less what independent noise has, in standard deviations (Wald
+        and Wolfowitz 1940).
+    zero : float
+        Mean force where there is no contact, in standard errors.
+    """
 
     times: float
     runs: float
@@ -70,17 +79,20 @@ class Quality(NamedTuple):
         if math.isnan(self.times):
             return ""
         if self.times >= FELT:
-            return f", {self.times:.2g} × the noise"
+            return f", {self.times:#.2g} times the noise"
         return (
-            ". Nothing in these smooth data shows noise: the intervals are those of the error of "
-            "simulated forces"
+            ". These smooth data show no noise: the intervals are those of the numerical error of "
+            "the simulated forces"
         )
 
     @property
-    def told(self) -> str:
+    def message(self) -> str:
         """What is wrong, in words; "" if nothing is."""
         if math.isnan(self.times):
-            return "the noise cannot be told from so few points: nothing says whether it fits"
+            return (
+                "the noise cannot be estimated from so few points, and without it the quality of the "
+                "fit cannot be judged"
+            )
         if self.fits:
             return ""
         size = f"residual is {self.times:.3g} times the noise"
@@ -92,12 +104,27 @@ class Quality(NamedTuple):
         return f"{size}: {why}; or the data were smoothed. No intervals: the model does not fit"
 
 
-def judged(forces: Array, ends: Array, free: Array, spare: int, noise: float) -> Quality:
-    """Quality of residuals of the force (n,) and of the ends of contact (k,), and of the forces
-    measured where there is no contact (m,) [N/m].
+def quality_of(forces: Array, ends: Array, free: Array, spare: int, noise: float) -> Quality:
+    """Quality of a fit from its residuals.
 
-    times² = Σr²/(spare noise²) over both kinds of residuals, the latter in units of the noise
-    already; zero = mean √m/noise. noise 0: it could not be found.
+    times² = Σr²/(spare noise²) over residuals of both kinds; zero = mean of `free` √m/noise.
+
+    Parameters
+    ----------
+    forces : ndarray (n,)
+        Residuals of the force in contact [N/m, or N around an axis].
+    ends : ndarray (k,)
+        Residuals of the ends of contact, as forces: standard deviations times the noise.
+    free : ndarray (m,)
+        Forces where there is no contact.
+    spare : int
+        Number of residuals less that of fitted parameters.
+    noise : float
+        Standard deviation of the force; 0: it is unknown.
+
+    Returns
+    -------
+    Quality
     """
     if not noise > 0:
         return Quality(math.nan, 0.0)
@@ -131,9 +158,16 @@ def criterion(best: Best) -> float:
 class Alternative:
     """Another model of the same curve.
 
-    name: of the parameter left out, or the response of the layer; better: by how much its
-    criterion is lower than that of the fit; values: what it finds; off: by how much the fit is
-    off them, relatively.
+    Attributes
+    ----------
+    name : str
+        Of the parameter left out, or the response of the layer.
+    better : float
+        By how much its criterion (BIC) is lower than that of the fit.
+    values : dict of str to float
+        The energies that it finds.
+    off : dict of str to float
+        Relative difference of those of the fit from these.
     """
 
     name: str
@@ -144,37 +178,40 @@ class Alternative:
     @property
     def simpler(self) -> bool:
         """Whether it lacks a parameter."""
-        return self.name in NEEDLESS
+        return self.name in WITHOUT
 
     @property
     def preferred(self) -> bool:
-        """Whether the data are better told by it."""
+        """Whether it describes the data better."""
         return self.better > (0 if self.simpler else STRONG)
 
     @property
     def doubtful(self) -> bool:
-        """Whether it casts a doubt on the fit."""
+        """Whether it makes the fit doubtful."""
         differs = max(map(abs, self.off.values()), default=0.0) > WITHIN
         return self.preferred or (not self.simpler and self.better > -STRONG and differs)
 
     @property
-    def told(self) -> str:
-        """What the comparison says, in a sentence."""
+    def message(self) -> str:
+        """What the comparison says, in a sentence; ΔBIC is that of this model less the fit's."""
         found = ", ".join(f"{name} = {value:.4g}" for name, value in self.values.items())
-        size = f"criterion is {'lower' if self.better > 0 else 'higher'} by {abs(self.better):.3g}"
+        difference = f"ΔBIC = {-self.better:.3g}"
         if self.simpler:
-            verdict = "not needed" if self.preferred else "needed"
-            text = f"{self.name} is {verdict} by these data: {NEEDLESS[self.name]} the {size}"
-            return f"{text} and {found}" if self.preferred and found else text
+            if not self.preferred:
+                without = WITHOUT[self.name]
+                return f"{self.name} is needed: {without} the fit is worse ({difference})"
+            text = f"{self.name} is not needed: {WITHOUT[self.name]} the fit is at least as good"
+            return f"{text} ({difference})" + (f", with {found}" if found else "")
+        own, fits = RESPONSES["springs" if self.name == "layer" else "layer"]
+        other, other_fits = RESPONSES[self.name]
+        if not self.doubtful:
+            return f"{own} {fits} at least as well as {other} ({difference})"
         off = " and ".join(f"{value:+.0%} in {name}" for name, value in self.off.items())
-        own, other, explains = RESPONSES[self.name]
+        result = f"({difference}), with {found}; this fit differs from that by {off}"
         if self.preferred:
-            text = f"{explains} them better (the {size}): {own} are off by {off}; with"
-            return f'{text} response = "{self.name}" {found}'
-        if self.doubtful:
-            text = f"these data do not tell {own} from {other} (the {size}), with which {found}"
-            return f"{text}; the fit differs by {off}"
-        return f"{own} tell these data better than {other} or as well (the {size})"
+            remedy = f'set response = "{self.name}" in the scene'
+            return f"{other} {other_fits} better {result}: {remedy}"
+        return f"{other} {other_fits} as well {result}: these data do not decide between them"
 
 
 def compared(model: Model, best: Best, reaches: Array) -> tuple[Alternative, ...]:
@@ -250,8 +287,8 @@ def unsuited(states: Sequence[Equilibrium]) -> str:
     return f'{text}: whatever the residual, fit with response = "layer" in the scene'
 
 
-def hysteretic(model: Model, best: Best) -> str:
-    """Whether unloading is off loading by more than jumps explain; "" if nothing says so.
+def hysteresis(model: Model, best: Best) -> str:
+    """What a difference of unloading from loading may be; "" if jumps explain it.
 
     At the same position of the machine the residuals of both are compared, those of the first
     loading and unloading that have positions in common.
@@ -273,17 +310,17 @@ def hysteretic(model: Model, best: Best) -> str:
             before = np.interp(data.curve.drive[common], known, residuals[order])
             off = float(np.median(residuals[common] - before))
             if abs(off) > max(APART, DRIFTS * math.sqrt(2 / common.size)) * data.sigma:
-                per_length = model.scene.per_length
+                times = abs(off) / data.sigma
                 return (
-                    f"unloading is off loading by {off:.2g} N{per_length}, the median at the same "
-                    f"depths, {abs(off) / data.sigma:.2g} × the noise and more than jumps explain: "
-                    f"{TWO_WORKS if 'opening' not in model.names else SLOWER}"
+                    f"unloading differs from loading by {off:.2g} N{model.scene.per_length}, the "
+                    f"median at the same positions, which is {times:.2g} times the noise and more "
+                    f"than jumps explain: {TWO_WORKS if 'opening' not in model.names else SLOWER}"
                 )
     return ""
 
 
-def hanging(model: Model, best: Best, reaches: Array) -> str:
-    """Whether the answer hangs on points that are far off; "" if it does not.
+def outlier_dependence(model: Model, best: Best, reaches: Array) -> str:
+    """What to say if the result depends on points far from the fit; "" if it does not.
 
     Without them the parameters are sought anew. reaches: half-widths of the
     linearised intervals, by which none of them may move.
@@ -299,13 +336,13 @@ def hanging(model: Model, best: Best, reaches: Array) -> str:
         return ""
     names = " and ".join(name for name, one in zip(model.names, moved, strict=True) if one)
     return (
-        f"{names} would be outside of the intervals without the {far.sum()} points that are far "
-        "off: look at them, and leave out what is wrong with --exclude"
+        f"the result depends on {far.sum()} points far from the fit: without them {names} would "
+        "lie outside of the intervals; look at these points and exclude the wrong ones (--exclude)"
     )
 
 
-def outlying(model: Model, best: Best) -> str:
-    """Whether few points are far off and the others are not; "" if that is not so."""
+def outlier_remedy(model: Model, best: Best) -> str:
+    """What to do where few points are far from the model; "" if that is not so."""
     if (model.data.roots != 1).any():  # a robust loss already
         return ""
     off = np.abs(best.fun) / model.data.sigma
@@ -314,13 +351,13 @@ def outlying(model: Model, best: Best) -> str:
     if usual > TIMES or not 0 < far <= FEW * off.size:
         return ""
     return (
-        f'{far} points are far off the model, the others hardly: try loss = "soft_l1" '
-        "(--loss soft_l1), or leave them out with --exclude"
+        f"{far} points are far from the model and the others are not: try the robust loss "
+        "(--loss soft_l1), or exclude these points (--exclude)"
     )
 
 
-def drifting(model: Model, best: Best) -> str:
-    """Whether the zero of the depth moved while the curve was measured; "" if nothing says so.
+def depth_drift(model: Model, best: Best) -> str:
+    """What to check if the zero of the depth moved during the measurement; "" if it did not.
 
     To first order the residual then is a multiple of the offset's column of the Jacobian times the
     share of the points measured before, as far as that is not fitted by something else.
@@ -339,6 +376,6 @@ def drifting(model: Model, best: Best) -> str:
     if drift <= DRIFTS * best.scatter * math.sqrt(size):
         return ""
     return (
-        f"the zero of the depth seems to move by {drift / size * data.span:.2g} m while the curve "
-        "is measured: check drift and hysteresis (loading and unloading apart: fit opening, too)"
+        f"the zero of the depth seems to move by {drift / size * data.span:.2g} m during the "
+        "measurement: check drift and hysteresis (fit opening where loading and unloading differ)"
     )

@@ -87,7 +87,8 @@ def test_a_pinned_line_does_not_feel_w_without_the_letting_go():
     assert gamma1.identifiable
     assert math.isinf(found.condition)
     assert "w is not identifiable" in found.warnings[0]
-    assert "hardly fixes +1.00 log w" in found.warnings[1]
+    constrained = "w is poorly constrained by this curve (condition number "
+    assert found.warnings[1].startswith(constrained)
     assert str(found).count("WARNING") == len(found.warnings)
 
 

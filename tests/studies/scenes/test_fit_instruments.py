@@ -232,12 +232,14 @@ def test_a_common_parameter_is_weighted_and_says_when_it_is_none():
     values = np.array([0.03, 0.031, 0.029, math.nan])
     reach = math.exp(1.96 * 0.03)
     same = many.common("gamma1", values / reach, values * reach)
-    assert same.value == pytest.approx(0.03, rel=0.01) and "may have it in common" in str(same)
+    assert same.value == pytest.approx(
+        0.03, rel=0.01
+    ) and "consistent with one value for all" in str(same)
     low, high = same.interval
     assert same.curves == 3
     assert math.log(high / low) == pytest.approx(2 * 1.96 * 0.03 / math.sqrt(3))
     apart = many.common("gamma1", np.array([0.03, 0.06]) / reach, np.array([0.03, 0.06]) * reach)
-    assert "WARNING: they do not have it in common" in str(apart)
+    assert "WARNING: not consistent with one value" in str(apart)
     sure = many.common("w", np.array([1.0, 1.9]), np.array([1.0001, 2.1]))
     assert sure.value == pytest.approx(1.0, rel=1e-3)  # told by the one that knows
     with pytest.raises(ValueError, match="no curve has an interval of it"):
@@ -246,12 +248,12 @@ def test_a_common_parameter_is_weighted_and_says_when_it_is_none():
 
 @pytest.mark.slow
 def test_plan_predicts_the_scatter_of_fits(tmp_path, capsys):
-    """A plan tells what noise does and fits scatter as foretold."""
+    """A plan shows what noise does, and fits scatter as predicted."""
     scene = tmp_path / "sphere.toml"
     scene.write_text(SPHERE.replace("0.045", "0.03").replace("0.7e-4", "1e-4"), "utf-8")
     one = plan.Experiment(load(scene).scene, 10e-12, math.inf, 60, 50e-9)
-    w, gamma1, _ = one.foretold()
-    half = replace(one, noise=5e-12).foretold()
+    w, gamma1, _ = one.predicted()
+    half = replace(one, noise=5e-12).predicted()
     assert half[:2] == pytest.approx((w / 2, gamma1 / 2), rel=0.1)
     found = fit(one.scene, one.curve(3), **FAST)
     spans = [np.diff(np.log(found[name].interval))[0] / 2 for name in ("w", "gamma1")]
@@ -259,7 +261,7 @@ def test_plan_predicts_the_scatter_of_fits(tmp_path, capsys):
     given = ["plan", "--scene", str(scene), "--noise", "20e-12", "--points", "40"]
     assert command_line.main([*given, "--checks", "2", "--jobs", "1", "--out", str(tmp_path)]) == 0
     said = capsys.readouterr().out
-    assert "as planned" in said and "tells w and gamma1" in said and "3 R" in said
+    assert "as planned" in said and "determines w and gamma1" in said and "3 R" in said
     assert len(read(tmp_path / "sphere_plan.csv")) == 7
     with pytest.raises(ValueError, match=r"noise = .* must be positive"):
         plan.main(["--scene", str(scene), "--noise", "0"])

@@ -17,7 +17,15 @@ from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, loading, turning_points
 from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.search import HOPELESS
-from studies.scenes.fit.verdict import STRONG, ZERO, Alternative, Quality, judged, runs, unsuited
+from studies.scenes.fit.verdict import (
+    STRONG,
+    ZERO,
+    Alternative,
+    Quality,
+    quality_of,
+    runs,
+    unsuited,
+)
 
 FAST = {"profiles": False, "alternatives": False}
 
@@ -51,7 +59,7 @@ def test_a_model_that_does_not_fit_has_no_intervals():
 def test_the_noise_of_few_points_is_not_known():
     clean = measured(SCENE, [0.2, 1.1], steps=6)
     found = fit(SCENE, clean, ("w",), **FAST)
-    assert "the noise cannot be told from so few points" in found.warnings[0]
+    assert "the noise cannot be estimated from so few points" in found.warnings[0]
     assert "nan" not in str(found)
 
 
@@ -114,15 +122,15 @@ def test_runs_of_known_signs():
 def test_quality_of_known_residuals():
     flat = np.array([1.0, -1.0] * 8)
     none = np.empty(0)
-    assert judged(flat, none, none, 16, 0.5).times == 2.0
-    assert judged(flat, np.array([4.0, 4.0]), none, 12, 1.0).times == 2.0
-    assert judged(flat, none, np.full(25, 0.5), 16, 1.0).zero == 2.5
-    assert math.isnan(judged(flat, none, none, 16, 0.0).times)
+    assert quality_of(flat, none, none, 16, 0.5).times == 2.0
+    assert quality_of(flat, np.array([4.0, 4.0]), none, 12, 1.0).times == 2.0
+    assert quality_of(flat, none, np.full(25, 0.5), 16, 1.0).zero == 2.5
+    assert math.isnan(quality_of(flat, none, none, 16, 0.0).times)
     assert not Quality(1.0, -4.0).fits and Quality(1.0, -3.0, 4.0).fits
     assert Quality(0.1, -9.0).fits and not Quality(2.1, 0.0).fits
     assert not Quality(1.0, 0.0, -5.0).fits
-    assert "keeps its sign over many points" in Quality(1.2, -5.0).told
-    assert "the force out of contact is -5 standard errors off" in Quality(1.0, 0.0, -5.0).told
+    assert "keeps its sign over many points" in Quality(1.2, -5.0).message
+    assert "the force out of contact is -5 standard errors off" in Quality(1.0, 0.0, -5.0).message
 
 
 @pytest.mark.slow
@@ -239,13 +247,20 @@ def test_a_zero_of_the_depth_that_moves_is_called_and_no_other(kind, number):
 def test_a_comparison_says_what_it_means():
     needless = Alternative("gamma1", 3.0, {"w": 1e-4}, {"w": 0.0})
     assert needless.preferred and needless.doubtful
-    assert "gamma1 is not needed by these data: without surface tension" in needless.told
+    said = "gamma1 is not needed: without surface tension the fit is at least as good (ΔBIC = -3)"
+    assert said in needless.message
     needed = replace(needless, better=-20.0)
-    assert not needed.doubtful and "gamma1 is needed by these data" in needed.told
+    assert not needed.doubtful
+    assert "gamma1 is needed: " in needed.message
     better = Alternative("layer", 2 * STRONG, {"w": 2e-4}, {"w": -0.5})
-    assert better.doubtful and "springs are off by -50% in w" in better.told
+    assert better.doubtful
+    said = "the layer's own response fits better (ΔBIC = -12), with w = 0.0002; this fit differs"
+    assert said in better.message
     alike = replace(better, better=0.0)
-    assert alike.doubtful and not alike.preferred and "do not tell springs from" in alike.told
+    assert alike.doubtful and not alike.preferred
+    assert "do not decide between them" in alike.message
     assert not replace(alike, off={"w": 0.01}).doubtful
     worse = replace(better, better=-2 * STRONG)
-    assert not worse.doubtful and "springs tell these data better" in worse.told
+    assert not worse.doubtful
+    said = "springs fit at least as well as the layer's own response (ΔBIC = 12)"
+    assert said in worse.message
