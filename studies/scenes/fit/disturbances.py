@@ -14,6 +14,8 @@ WHOLE = 0.01  # by which multiples of a step may be off a whole number
 STICKS_OUT = 8.0  # times the noise: a spike
 APART = 3.0  # times what a line leaves of its four neighbours: a spike, and no jump or kink
 WIDEST_SPIKE = 3  # points
+OUTLYING = 6.0  # times the noise from a fit: by chance once in 5e8 points
+NORMAL_MEDIAN = 0.6745  # of the absolute value of a normal variable
 FEWEST = 24  # points that may tell waves
 GROWTH = 1.2  # of the number of points that are looked at
 PERIODS = 1.25  # at least, within the points that tell them
@@ -30,7 +32,7 @@ def noise(force: Array) -> float:
     """
     if force.size < 8:
         return 0.0
-    return float(np.median(np.abs(np.diff(force, 3)))) / (0.6745 * math.sqrt(20))
+    return float(np.median(np.abs(np.diff(force, 3)))) / (NORMAL_MEDIAN * math.sqrt(20))
 
 
 def resolution(force: Array) -> float:
@@ -80,7 +82,7 @@ def without_spikes(force: Array) -> tuple[Mask, Array]:
         inner = np.arange(2, width + 2)
         line = middle + np.outer(inner - places.mean(), slope)
         off = np.stack([force[place : place + count] for place in inner]) - line
-        for at in np.flatnonzero(np.all(off > least, axis=0) | np.all(off < -least, axis=0)):
+        for at in np.flatnonzero(np.all(np.abs(off) > least, axis=0)):
             spikes[at + inner] = True
             smooth[at + inner] = line[:, at]
     return spikes, smooth

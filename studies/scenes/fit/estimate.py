@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from energy import Assumption, Scene
 from energy.arrays import Array
 from energy.checks import option, positive
-from studies.scenes.fit.disturbances import noise
+from studies.scenes.fit.disturbances import OUTLYING, noise
 from studies.scenes.fit.force_curve import (
     BASELINE,
     Curve,
@@ -292,6 +292,7 @@ def fit(
         notes += (f"{(~chosen).sum()} points outside of the chosen depths are left out",)
     if loss == "soft_l1":
         model, best = robust(model)
+        notes += _outliers(model.data)
     else:
         best = sought(model)
     condition, weakest, spread = conditioning(best.jac, len(names))
@@ -376,6 +377,18 @@ def _disturbances(data: Data) -> tuple[str, ...]:
         period = f"a period of {1 / data.wave:.3g} m"
         found.append(f"the force out of contact has waves, as interference has, with {period}")
     return tuple(found)
+
+
+def _outliers(data: Data) -> tuple[str, ...]:
+    """The points that the robust loss left out, in words."""
+    found = np.flatnonzero(data.outliers)
+    if not found.size:
+        return ()
+    points = "1 point is" if found.size == 1 else f"{found.size} points are"
+    where = f"the first at d = {data.curve.depth[found[0]]:.4g} m"
+    return (
+        f"{points} more than {OUTLYING:.0f} times the noise from the fit and left out, {where}",
+    )
 
 
 def _quality(model: Model, best: Best) -> Quality:

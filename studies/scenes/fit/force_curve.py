@@ -24,6 +24,7 @@ from studies.scenes.fit.disturbances import (
 CLEAR = 5.0  # times the noise: a force, or a way back, that is there
 ROUNDING = 1e-9  # of a way back, relative to the range of depths
 LEAST = 1e-10  # noise, relative to the largest force
+NO_WEIGHT = 1e-6  # root of the weight of a point that is left out
 SOFT = 2.0  # times the noise: residuals beyond hardly pull with the loss soft_l1
 BASELINE = ("level", "slope", "drift")  # of the force out of contact
 FLAT = 8  # points at least that tell a line without contact
@@ -283,12 +284,21 @@ def baseline(curve: Curve, free: Mask, wave: float = 0.0) -> Array:
 class Mark(NamedTuple):
     """A depth between two points at which contact begins ("touch") or is lost ("detachment").
 
-    error: standard deviation of a depth that may lie anywhere between them.
+    Attributes
+    ----------
+    kind : {"touch", "detachment"}
+    depth : float
+        Halfway between the points [m].
+    error : float
+        Standard deviation of a depth that may lie anywhere between them.
+    between : tuple of int
+        Indices of both points.
     """
 
     kind: str
     depth: float
     error: float
+    between: tuple[int, int]
 
 
 class Leg(NamedTuple):
@@ -305,9 +315,10 @@ class Contact(NamedTuple):
     ends: list[Mark]
 
     def of(self, chosen: Mask) -> Contact:
-        """The same with these points (n,) alone."""
+        """The same with these points (n,) alone, and the ends that lie between two of them."""
         legs = [leg._replace(points=leg.points[chosen[leg.points]]) for leg in self.legs]
-        return Contact(legs, self.ends)
+        ends = [mark for mark in self.ends if chosen[list(mark.between)].all()]
+        return Contact(legs, ends)
 
 
 def contacts(curve: Curve) -> tuple[Contact, ...]:
@@ -335,7 +346,7 @@ def contacts(curve: Curve) -> tuple[Contact, ...]:
             if start <= beside < stop and force[near] < -2 * clear:
                 a, b = sorted((float(depth[near]), float(depth[beside])))
                 if b > a:
-                    ends.append(Mark(kind, (a + b) / 2, (b - a) / math.sqrt(12)))
+                    ends.append(Mark(kind, (a + b) / 2, (b - a) / math.sqrt(12), (near, beside)))
         inner = [i for i in turns if first < i < last]
         ways = pairwise([first, *(i + 1 for i in inner), last + 1])
         begins = [-math.inf, *depth[inner].tolist()]
@@ -439,17 +450,36 @@ class Data:
             spikes=spikes,
         )
 
-    def reweighted(self, residuals: Array) -> Data:
+    def reweighted(self, residuals: Array, outliers: Mask) -> Data:
         """With the weights 1/√(1 + r²/c²) of the loss soft_l1, c = SOFT σ, at residuals r (m,).
 
-        Those of the forces; ends of contact and what is known beside the curve keep theirs.
+        Those of the forces; ends of contact and what is known beside the curve keep theirs, and
+        outliers (n,) have none.
 
         A minimum of the sum of weighted squares that has these weights itself is one of
         Σ 2c² (√(1 + r²/c²) - 1), which grows with |r| far out: single points hardly pull.
         """
         roots = (1 + (residuals / (SOFT * self.sigma)) ** 2) ** -0.25
-        roots[self.used.sum() + self.free.sum() :] = 1.0
-        return self.with_roots(roots)
+        roots[self.points.size :] = 1.0
+        return self.with_roots(roots * self.roots_without(outliers))
+
+    def roots_without(self, outliers: Mask) -> Array:
+        """Roots of weights (m,) that are 1, but for outliers (n,) and the ends of contact there."""
+        ends = [any(outliers[list(mark.between)]) for mark in self.ends]
+        known = [False] * len(self.known)
+        return np.where([*outliers[self.points], *ends, *known], NO_WEIGHT, 1.0)
+
+    @property
+    def points(self) -> Indices:
+        """Points in contact and free ones, in the order of the residuals of forces."""
+        return np.concatenate([np.flatnonzero(self.used), np.flatnonzero(self.free)])
+
+    @property
+    def outliers(self) -> Mask:
+        """Which points (n,) were left out because the fit showed them to be wrong."""
+        found = np.zeros(self.used.size, bool)
+        found[self.points] = self.roots[: self.points.size] <= NO_WEIGHT
+        return found
 
     def with_roots(self, roots: Array) -> Data:
         """With other roots of weights > 0 (m,)."""

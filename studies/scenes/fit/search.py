@@ -8,7 +8,8 @@ import numpy as np
 from scipy import optimize
 from scipy.special import stdtrit
 
-from energy.arrays import Array
+from energy.arrays import Array, Mask
+from studies.scenes.fit.disturbances import NORMAL_MEDIAN, OUTLYING, WIDEST_SPIKE
 from studies.scenes.fit.model import Model
 
 BLUNT = 100.0, 10.0  # straight ends of branches at first
@@ -88,14 +89,34 @@ def sought(model: Model, ftol: float = FINE) -> Best:
 def robust(model: Model) -> tuple[Model, Best]:
     """The minimum with the loss soft_l1, and the model with its weights.
 
+    Spikes that this minimum shows are left out, and a minimum without them is sought, if that is
+    the better one by a loss that no point raises by more than OUTLYING² noise².
+    """
+    none = np.zeros(model.data.used.size, bool)
+    first, best = _reweighted(model, sought(model), none)
+    outliers = _outliers(first, best)
+    if not outliers.any():
+        return first, best
+    bare, start, outliers = _without_outliers(model, outliers)
+    if _longest_run(outliers) > WIDEST_SPIKE:
+        return first, best
+    second, other = _reweighted(bare, start, outliers)
+    if _bounded_loss(second, other) < _bounded_loss(first, best):
+        return second, other
+    return first, best
+
+
+def _reweighted(model: Model, best: Best, outliers: Mask) -> tuple[Model, Best]:
+    """The minimum with the loss soft_l1 without outliers (n,), from a minimum without this loss.
+
     Weights at the residuals of a minimum, and a minimum with these weights, in turn until no
     coordinate changes by more than SETTLED of its standard deviation. The second search begins
     anew: without weights, what is spoilt may have led the first one astray.
     """
-    best = sought(model)
     for turn in range(TURNS):
         before = best
-        model = replace(model, data=model.data.reweighted(best.fun / model.data.roots))
+        data = model.data.reweighted(best.fun / model.data.roots, outliers)
+        model = replace(model, data=data)
         best = followed(model, best.x) if turn else sought(model)
         spread = conditioning(best.jac, best.x.size)[2][: best.x.size]
         known = np.isfinite(spread)
@@ -103,6 +124,49 @@ def robust(model: Model) -> tuple[Model, Best]:
         if turn and not moved.any():
             break
     return model, best._replace(widening=widening(best.fun, model.data.roots))
+
+
+def _outliers(model: Model, best: Best) -> Mask:
+    """Which points (n,) are farther than OUTLYING times the noise from the fit."""
+    data = model.data
+    off = np.abs(best.fun / data.roots)[: data.points.size]
+    scale = max(data.sigma, float(np.median(off)) / NORMAL_MEDIAN)
+    found = np.zeros(data.used.size, bool)
+    found[data.points] = off > OUTLYING * scale
+    return found
+
+
+def _without_outliers(model: Model, outliers: Mask) -> tuple[Model, Best, Mask]:
+    """The minimum without outliers (n,), and which they are: a forward search.
+
+    A fit may have followed a spike, and then its neighbours seem to be the outliers: they are left
+    out at first, too. Points that turn out to be near the fit come back, until none changes
+    (Atkinson and Riani 2000).
+    """
+    spread = np.ones(2 * WIDEST_SPIKE + 1)
+    out = np.convolve(outliers, spread, mode="same") > 0
+    model = replace(model, data=model.data.with_roots(model.data.roots_without(out)))
+    best = sought(model)
+    for _ in range(TURNS):
+        kept = _outliers(model, best)
+        if np.array_equal(kept, out):
+            break
+        out = kept
+        model = replace(model, data=model.data.with_roots(model.data.roots_without(out)))
+        best = followed(model, best.x)
+    return model, best, out
+
+
+def _longest_run(outliers: Mask) -> int:
+    """How many points (n,) are outliers one after another, at most."""
+    kept = np.flatnonzero(np.concatenate([[True], ~outliers, [True]]))
+    return int(np.diff(kept).max()) - 1
+
+
+def _bounded_loss(model: Model, best: Best) -> float:
+    """Σ min(r², (OUTLYING σ)²) over the residuals r of all points and of the ends of contact."""
+    off = best.fun / model.data.roots
+    return float(np.sum(np.minimum(off**2, (OUTLYING * model.data.sigma) ** 2)))
 
 
 def widening(fun: Array, roots: Array) -> float:
@@ -192,26 +256,31 @@ def minimum(
 def profiled(model: Model, best: Best, i: int, at: float) -> float:
     """The least sum of squares with coordinate i at a value, over that of the fit.
 
-    The others follow by Gauss and Newton's steps with the Jacobian of the fit, and by a search of
-    their own where these still gain more than ENOUGH.
+    The others follow by Gauss and Newton's steps with the Jacobian of the fit. Where these do not
+    converge, to within a share ENOUGH of the sum of squares, they are sought from those of the fit.
     """
     error = best.fun.size * (SIMULATED * model.data.size) ** 2
     others = [j for j in range(best.x.size) if j != i]
-    x = best.x.copy()
+    start = best.x.copy()
+    start[i] = at
+    x = start.copy()
     reach = model.ranges[0, others]
-    least = math.inf
+    before = math.inf
     step = np.linalg.pinv(np.delete(best.jac, i, axis=1))[: len(others)]
-    moves = step @ best.jac[:, i] * (at - x[i])
-    x[i] = at
+    moves = step @ best.jac[:, i] * (at - best.x[i])
     for _ in range(CHORDS):
         x[others] = np.clip(x[others] - moves, -reach, reach)
         residuals = model.residuals(x)
         squares = float(residuals @ residuals) + error
-        if not squares < (1 - ENOUGH) * least:
-            return float(np.fmin(squares, least)) / best.squares  # nan: there is no state
-        least = squares
+        if abs(before - squares) <= ENOUGH * squares:
+            return min(before, squares) / best.squares
+        if not squares < before:  # or there is no state
+            break
+        before = squares
         moves = step @ residuals
-    return followed(model, x, i, 1e-4).squares / best.squares
+    if not np.isfinite(model.residuals(start)).all():
+        return math.inf
+    return min(before, followed(model, start, i, 1e-4).squares) / best.squares
 
 
 def conditioning(jacobian: Array, count: int) -> tuple[float, Array, Array]:

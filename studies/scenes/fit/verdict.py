@@ -12,6 +12,8 @@ import numpy as np
 from discretization import Equilibrium, NotCertifiedError, minimise
 from energy import Scene
 from energy.arrays import Array
+from studies.scenes.fit.disturbances import NORMAL_MEDIAN, OUTLYING
+from studies.scenes.fit.force_curve import NO_WEIGHT
 from studies.scenes.fit.model import Model, parameters_of, scene_with
 from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless, sought
 
@@ -28,11 +30,8 @@ ROUGHLY = 3e-3  # how well a sum of squares is found
 LOOKS = 5  # states along the curve whose assumptions are looked at
 DRIFTS = 5.0  # standard errors of a drift of the depth that are no chance
 THICK = 2.0  # h/a where the layer is as thick as the contact is wide
-NORMAL_MEDIAN = 0.6745  # of the absolute value of a normal variable
 FAR = 5.0
 FEW = 0.1  # times the noise; and the share of points that may be so far off
-ALONE = 6.0  # times the noise: points on which no answer may hang
-NO_WEIGHT = 1e-6
 FEWEST = 5  # points of unloading whose depths are those of loading, to compare both
 APART = 1.0  # times the noise: a mean difference of loading and unloading that matters
 SLOWER = "viscoelasticity, since a second work of adhesion is fitted already; measure more slowly"
@@ -90,8 +89,8 @@ class Quality(NamedTuple):
         """What is wrong, in words; "" if nothing is."""
         if math.isnan(self.times):
             return (
-                "the noise cannot be estimated from so few points, and without it the quality of the "
-                "fit cannot be judged"
+                "the noise cannot be estimated from so few points, and without it nobody can judge "
+                "the fit"
             )
         if self.fits:
             return ""
@@ -326,11 +325,12 @@ def outlier_dependence(model: Model, best: Best, reaches: Array) -> str:
     linearised intervals, by which none of them may move.
     """
     residuals = np.abs(best.fun / model.data.roots)
-    far = residuals > ALONE * model.data.sigma
-    far[model.data.used.sum() + model.data.free.sum() :] = False
+    far = (residuals > OUTLYING * model.data.sigma) & (model.data.roots > NO_WEIGHT)
+    far[model.data.points.size :] = False
     if not far.any():
         return ""
-    without = replace(model, data=model.data.with_roots(np.where(far, NO_WEIGHT, 1.0)))
+    roots = np.where(far | (model.data.roots <= NO_WEIGHT), NO_WEIGHT, 1.0)
+    without = replace(model, data=model.data.with_roots(roots))
     moved = np.abs(sought(without, ftol=ROUGHLY).x - best.x) > reaches[: best.x.size]
     if not moved.any():
         return ""

@@ -26,7 +26,7 @@ from studies.scenes.fit.branches import retraction
 from studies.scenes.fit.disturbances import noise, resolution, without_spikes
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data
-from studies.scenes.fit.search import widening
+from studies.scenes.fit.search import _longest_run, widening
 from studies.scenes.fit.trials import SCENE
 
 FAST = {"profiles": False, "alternatives": False}
@@ -57,7 +57,15 @@ def assert_found(found, truth=TRUTH):
         assert low - (high - low) / 4 < true < high + (high - low) / 4, (name, str(found))
 
 
-@pytest.mark.parametrize("spikes", [[(10, 3e-9)], [(30, -1e-9), (31, -1e-9)], [(75, 2e-9)]])
+@pytest.mark.parametrize(
+    "spikes",
+    [
+        [(10, 3e-9)],
+        [(30, -1e-9), (31, -1e-9)],
+        [(28, 0.5e-9), (29, -1e-9)],
+        [(75, 2e-9)],
+    ],
+)
 def test_a_spike_moves_no_contact(spikes):
     """Out of contact and in it; the points are named and left out."""
     data = Data.of(spiked(*spikes))
@@ -99,6 +107,45 @@ def test_what_is_wide_and_far_off_hardly_counts_with_soft_l1():
     assert found.model.data.roots[there] ** 2 < 0.2 < 0.8 < np.median(found.model.data.roots)
     with pytest.raises(ValueError, match="loss = 'huber' is unknown"):
         fit(START, curve, loss="huber")
+
+
+def test_a_spike_at_the_end_of_contact_is_left_out_with_soft_l1():
+    """The last two points before the detachment, where no neighbours show what is right.
+
+    The minimum of soft_l1 follows them: w is half of what it is, and points before seem to be off.
+    """
+    last = int(Data.of(CLEAN).legs[-1].points[-1])
+    curve = spiked((last - 1, 1.2e-9), (last, 1.2e-9))
+    assert not Data.of(curve).spikes.any()
+    found = fit(START, curve, loss="soft_l1", **FAST)
+    assert np.flatnonzero(found.model.data.outliers).tolist() == [last - 1, last]
+    assert "2 points are more than 6 times the noise from the fit and left out" in str(found)
+    assert_found(found)
+    assert not fit(START, CLEAN, loss="soft_l1", **FAST).model.data.outliers.any()
+
+
+def test_an_end_of_contact_counts_with_both_points_beside_it():
+    """The end lies between two points; if one of them is wrong, so may be the end."""
+    data = Data.of(CLEAN)
+    (contact,) = data.contacts
+    for mark in contact.ends:
+        near, beside = mark.between
+        assert abs(near - beside) == 1
+        assert min(data.curve.drive[[near, beside]]) < mark.depth
+        for point in mark.between:
+            chosen = np.arange(CLEAN.force.size) != point
+            assert contact.of(chosen).ends == [one for one in contact.ends if one != mark]
+            lost = [one for one in data.ends if one == mark]
+            roots = data.roots_without(~chosen)[data.points.size :]
+            assert (roots < 1).tolist() == [one in lost for one in data.ends]
+
+
+@pytest.mark.parametrize("run", [1, 3, 4])
+def test_longest_run_of_outliers(run):
+    outliers = np.zeros(12, bool)
+    outliers[[0, 11]] = True
+    outliers[5 : 5 + run] = True
+    assert _longest_run(outliers) == run
 
 
 @pytest.mark.slow

@@ -146,7 +146,7 @@ def test_scene_files_and_options_say_how_a_curve_is_read(tmp_path, capsys):
     data.write_text("1;2\nWeg;Kraft\n" + "\n".join(rows).replace(".", ","), "utf-8")
     arguments = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path), "--quick"]
     assert command_line.main(arguments) == 0
-    assert "not sought" in capsys.readouterr().out
+    assert "not computed" in capsys.readouterr().out
     lines = (tmp_path / "kurve_fit.csv").read_text("utf-8").splitlines()
     table = np.array([row.split(",") for row in lines if not row.startswith(("#", "d"))], float)
     assert table[:, 0] == pytest.approx(curve.depth, abs=1e-15)
