@@ -23,7 +23,7 @@ from discretization.layer.free_branch import free_branch as on_layer
 from energy import Scene
 from energy.arrays import Array
 
-RTOL = 1e-4  # asked of the paths, whose forces are then right to some 1e-6
+RTOL = 1e-4  # of the paths, whose forces are then right to some 1e-6
 BEYOND = 1.01  # times δ₀ below touching nothing holds
 POINTS = 300
 PULLED = 600
@@ -33,10 +33,15 @@ KEPT = 64  # paths that are remembered
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Equilibria in contact along one way of the indenter (n,), in the order of the motion.
+    """Equilibria in contact while the indenter moves in one direction, in the order of the motion.
 
-    Roots of the distances from the end at which contact begins or is lost are evenly spaced.
-    smooth: no jumps on it.
+    Attributes
+    ----------
+    depth : ndarray (n,)
+        Roots of their distances from the end at which contact begins or is lost are evenly spaced.
+    force : ndarray (n,)
+    smooth : bool
+        Whether there are no jumps.
     """
 
     depth: Array

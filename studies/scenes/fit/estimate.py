@@ -259,7 +259,8 @@ def fit(
         Intervals of depth [m] in which they are not.
     loss : {"linear", "soft_l1"}
         What is minimised of the residuals r: Σr², or the loss soft_l1 of scipy.optimize,
-        Σ 2c² (√(1 + r²/c²) - 1) with c twice the noise, which single points hardly move.
+        Σ 2c² (√(1 + r²/c²) - 1) with c twice the noise, which single points hardly move; up to
+        three in a row that are then farther off than six times the noise are left out.
     uncertainties : mapping of str to float, optional
         Relative standard uncertainties of R or h of the scene. They are fitted with the rest, with
         the value of the scene as one more measurement, so that all intervals have them in them.

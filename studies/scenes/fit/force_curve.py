@@ -38,11 +38,28 @@ LEAST_HOLD = 16  # points at rest one after another that are a hold, and not a t
 
 
 class Curve(NamedTuple):
-    """Depth of the tip [m] and force [N/m, or N around an axis] in the order measured, (n,) each.
+    """A measured force–depth curve, its points in the order of time.
 
-    machine_stiffness: of the spring that holds the indenter, the cantilever, in units of the force
-    per depth; inf: it is rigid. The depth of a tip on a spring has the noise of the force in it.
-    notes: what was done to read it, in sentences.
+    Parameters
+    ----------
+    depth : ndarray (n,)
+        Depth of the tip, from any zero [m]; that of a tip on a spring has the noise of the force
+        in it.
+    force : ndarray (n,)
+        Positive where the layer is pressed [N/m, or N around an axis].
+    machine_stiffness : float
+        Of the spring that holds the indenter, such as a cantilever, in units of the force per
+        depth; inf if it is rigid.
+    notes : tuple of str
+        What was done to read the curve, in sentences.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from studies import Curve
+    >>> curve = Curve(np.array([0.0, 1e-8]), np.array([0.0, 2e-9]), machine_stiffness=0.2)
+    >>> curve.drive.round(10).tolist()
+    [0.0, 2e-08]
     """
 
     depth: Array
@@ -57,7 +74,17 @@ class Curve(NamedTuple):
 
 
 class Hold(NamedTuple):
-    """A segment in which the indenter is held: its first point, its points, and its depth [m]."""
+    """A segment in which the indenter is held.
+
+    Attributes
+    ----------
+    first : int
+        Its first point.
+    points : int
+        How many there are.
+    depth : float
+        Their median depth [m].
+    """
 
     first: int
     points: int
@@ -302,14 +329,30 @@ class Mark(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """Points in contact on one way in or out (by their indices); turn: drive at which it begins."""
+    """Points in contact while the indenter moves in one direction.
+
+    Attributes
+    ----------
+    points : ndarray (n,)
+        Their indices.
+    turn : float
+        Position of the machine at which the motion in this direction begins [m].
+    """
 
     points: Indices
     turn: float
 
 
 class Contact(NamedTuple):
-    """Legs in and out in turn, the first one inwards, be it empty; where it is seen to end."""
+    """A contact from its beginning to its end.
+
+    Attributes
+    ----------
+    legs : list of Leg
+        Inwards and outwards in turn; the first one is inwards, and may be empty.
+    ends : list of Mark
+        Where contact is seen to begin and to be lost.
+    """
 
     legs: list[Leg]
     ends: list[Mark]
@@ -374,13 +417,34 @@ def _next_to(found: Sequence[Contact], count: int) -> Mask:
 class Data:
     """A curve of n points, of which some are in contact and some have no force.
 
-    flat: force over drive, less the line through its free parts; columns (n, q): forces that this
-    line may have; sigma: noise of the force, or rounding; size: of the forces in contact; known:
-    relative standard uncertainties of quantities of the scene, which count as measurements; roots
-    (m,): of the weights of the points used, the free ones, the ends of contacts and what is known,
-    in this order; lines (m, q): the weighted columns there; nearest: their pseudo-inverse; wave:
-    number of waves per length of the interference in the force, 0 without; spikes: points that
-    stick out of their neighbours and are used for nothing.
+    Attributes
+    ----------
+    curve : Curve
+        As measured.
+    flat : Curve
+        Force over the position of the machine, less the line through its free parts.
+    columns : ndarray (n, q)
+        Forces that this line may have.
+    used, free : ndarray of bool (n,)
+        Which points are in contact, and which have no force.
+    contacts : tuple of Contact
+    sigma : float
+        Noise of the force, or what rounding to digits makes of it.
+    size : float
+        Largest force in contact.
+    known : tuple of (str, float)
+        Quantities of the scene with relative standard uncertainties, which count as measurements.
+    roots : ndarray (m,)
+        Roots of the weights of the points in contact, the free ones, the ends of contacts and what
+        is known, in this order.
+    lines : ndarray (m, q)
+        The weighted columns there.
+    nearest : ndarray (q, m)
+        The pseudo-inverse of the lines.
+    wave : float
+        Waves per length of the interference in the force; 0 without.
+    spikes : ndarray of bool (n,)
+        Points that stick out from their neighbours and are used for nothing.
     """
 
     curve: Curve

@@ -29,8 +29,18 @@ TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
 class FittedFile:
     """The fit of one curve as a function of its name, in any process.
 
-    depth_range, exclude, loss, uncertainties: as of `fit`; fixed: parameters that are not fitted,
-    in place of those of the scene.
+    Attributes
+    ----------
+    scene : Path
+        Of the scene file.
+    reading : Reading
+        How the curves are written.
+    names : tuple of str
+        What is fitted.
+    alternatives, depth_range, exclude, loss, uncertainties
+        As of `fit`.
+    fixed : tuple of (str, float)
+        Parameters that are not fitted, in place of those of the scene.
     """
 
     scene: Path
@@ -101,7 +111,19 @@ def curves(data: Path, reading: Reading) -> list[str]:
 
 
 class Common(NamedTuple):
-    """One value for all curves, its interval at 95 %, and χ² of their deviations over its mean."""
+    """One value for all curves.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+    interval : (float, float)
+        At 95 %.
+    chance : float
+        χ² of the deviations of the curves over its mean.
+    curves : int
+        How many have an interval.
+    """
 
     name: str
     value: float

@@ -110,11 +110,26 @@ def _usable(scene: Scene, names: tuple[str, ...]) -> Scene:
 class Model:
     """A measured curve against the simulator, as a function of coordinates x (m,).
 
-    Coordinates: logarithms of the parameters over those of the scene, and (offset - zero)/span.
-    Any forces are compared with the data less the line out of contact that is nearest then: level,
-    slope and drift follow from x. touch: depth of touching. blunt: before their ends branches go
-    on straight. known: coordinates, the branches there, and how fast their depths and forces change
-    with each coordinate (branches, 2, n, m): branches elsewhere follow from these.
+    Coordinates are logarithms of the parameters over those of the scene, and (offset - zero)/span.
+    Forces are compared with the data less the nearest line out of contact: level, slope and drift
+    follow from x.
+
+    Attributes
+    ----------
+    scene : Scene
+        Where the search begins.
+    names : tuple of str
+        Of the coordinates.
+    data : Data
+    zero : float
+        Offset of the depth where its coordinate is 0 [m].
+    touch : float
+        Depth of first touch [m].
+    blunt : float
+        From so far before their ends on branches are straight [m].
+    known : (ndarray (m,), list of Branch, ndarray (branches, 2, n, m)), optional
+        Coordinates, the branches there, and how fast their depths and forces change with each
+        coordinate: branches elsewhere follow from these.
     """
 
     scene: Scene
@@ -127,10 +142,22 @@ class Model:
 
     @classmethod
     def of(cls, scene: Scene, names: Sequence[str], data: Data, zero: float | None = None) -> Model:
-        """names: of what is fitted, to which comes what is known with an uncertainty. zero: offset
-        to start from; else that at which the scene is nearest to the data.
+        """The model of some data, with what is known with an uncertainty among its coordinates.
 
-        ValueError for unknown names, a scene that cannot be fitted, too few points."""
+        Parameters
+        ----------
+        scene : Scene
+        names : sequence of str
+            What is fitted.
+        data : Data
+        zero : float, optional
+            Offset to start from; without, that at which the scene is nearest to the data.
+
+        Raises
+        ------
+        ValueError
+            For unknown names, a scene that cannot be fitted, and too few points.
+        """
         scene = _usable(scene, tuple(names))
         count = int(data.used.sum())
         names = (*names, *(name for name, _ in data.known))

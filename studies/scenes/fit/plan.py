@@ -149,7 +149,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _percent(share: float) -> str:
     """A share with two digits, 8 characters wide: no interval is ± 0.0 %."""
     percent = 100 * share
-    return f"{percent:6.0f} %" if percent >= 10 else f"{percent:6.2g} %"
+    return f"{percent:6.0f} %" if percent >= 10 else f"{percent:#6.2g} %"
 
 
 def _planned(options: argparse.Namespace) -> Experiment:

@@ -35,10 +35,21 @@ ROUNDING = 1e-10  # of a force, relative to the largest
 
 
 class Best(NamedTuple):
-    """A minimum: coordinates (m,), residuals (n,), their Jacobian by the coordinates and by the
-    line out of contact (n, m + q), and Σ(r² + e²), e the error of simulated forces.
+    """A minimum of the sum of squares.
 
-    widening: of the variances of a robust fit over those of its weighted squares."""
+    Attributes
+    ----------
+    x : ndarray (m,)
+        Coordinates.
+    fun : ndarray (n,)
+        Weighted residuals r.
+    jac : ndarray (n, m + q)
+        Their derivatives by the coordinates and by the line out of contact.
+    squares : float
+        Σ(r² + e²), e the error of simulated forces.
+    widening : float
+        Variances of a robust fit over those that its weighted squares suggest.
+    """
 
     x: Array
     fun: Array

@@ -16,7 +16,8 @@ force in it: with --spring-constant the curve is simulated over the piezo positi
 
 Segments in which the indenter is held in contact and single points that stick out are named and
 left out. --range and --exclude choose the points that are used, by their depths. With --loss
-soft_l1 points far off hardly count: Σ 2c² (√(1 + r²/c²) - 1) is minimised, c twice the noise.
+soft_l1 points far off hardly count: Σ 2c² (√(1 + r²/c²) - 1) is minimised, c twice the noise; up to
+three points in a row that are then farther off than six times the noise are named and left out.
 Waves in the force out of contact, as laser interference makes them, are fitted with its line.
 
 In place of the stiffness Ẽ/h Young's modulus E may be fitted, with ν and h of the scene. R and h
@@ -171,8 +172,10 @@ def _reading_options(parser: command.Parser) -> None:
     group.add_argument("--sensitivity", type=float, metavar="m/V", help=about)
     about = "number of the curve in an instrument file with several"
     group.add_argument("--curve", type=int, metavar="NUMBER", help=about)
-    group.add_argument("--delimiter", choices=DELIMITERS, help="between columns of text")
-    group.add_argument("--decimal", choices=NUMBER, help="decimal mark of text")
+    about = "between columns of text: tab, space, or one of ; | ,"
+    group.add_argument("--delimiter", choices=DELIMITERS, metavar="MARK", help=about)
+    about = "decimal mark of text: . or ,"
+    group.add_argument("--decimal", choices=NUMBER, metavar="MARK", help=about)
     group.add_argument("--encoding", metavar="NAME", help="of text, such as utf-16 or cp1252")
     group.add_argument("--skip", type=int, metavar="LINES", help="of text, above the data")
 

@@ -80,8 +80,21 @@ class Parameters:
 
 
 class Outcome(NamedTuple):
-    """A curve fitted: whether it was called rightly, whether the answer was wrong without a word,
-    and whether the profile intervals of w, γ₁ and the offset hold the truth (None: withheld)."""
+    """What came of one simulated curve.
+
+    Attributes
+    ----------
+    kind : str
+    number : int
+    rightly : bool
+        Whether it was called rightly.
+    silent : bool
+        Whether the result is wrong without a warning.
+    holds : tuple of bool or None
+        Whether the profile intervals of w, γ₁ and the offset contain the truth; None: without one.
+    times : float
+        Residual over noise.
+    """
 
     kind: str
     number: int
