@@ -21,12 +21,14 @@ from discretization.refine.events import Events, NotRefined
 from discretization.refine.lives import CREEPING, Happening, Pair, pairs
 from discretization.refine.nodes import FoundNodes
 from discretization.refine.settle import settle
+from discretization.refine.totals import Totals
 from energy.arrays import Array
 
 CLOSER = 8
 _FAR = 0.5  # of l: how far lines may be from their nodes
 _AHEAD = (0.0, 0.02, 0.1, 0.3, 1.0)  # margins beyond an event, from where lines are followed back
 _PENETRATION = 1e-9  # of the size of depths
+_GAINED = 1e-9  # of the energy's scale: more than rounding, where an event hardly releases any
 _LANDED = 0.2  # of l: how far lines on closer nodes may be from those after the event
 _NEIGHBOURS = 1  # surfaces on each side of an event of receding lines that are followed with it
 _PASSED = (0.1, 0.5)  # margins on both sides of an event, within which closer nodes have it
@@ -34,10 +36,15 @@ _PASSED = (0.1, 0.5)  # margins on both sides of an event, within which closer n
 
 @dataclass(frozen=True, eq=False)
 class Landings:
-    """What finds the lines after events; closer: the nodes that must agree."""
+    """What finds the lines after events.
+
+    closer: the nodes that must agree; scale: of energies.
+    """
 
     events: Events
     closer: FoundNodes
+    totals: Totals
+    scale: float
 
     def land(self, happened: Sequence[Happening]) -> None:
         """Find the lines (n, 2) after events of known depths. NotRefined where that fails."""
@@ -71,7 +78,7 @@ class Landings:
         lines = np.array([life.guess(d) for life, d in zip(lives, read, strict=True)])
         if self.events.equations.scene.hysteretic:
             for event in todo:
-                _stand(event)
+                self._stand(event)
         reach = _FAR * length
         found = self.events.rest(
             lives, lines[:, None], beyond[:, None], reach=reach, downhill=downhill
@@ -85,11 +92,54 @@ class Landings:
             own = np.flatnonzero(owner == i)
             rows = found.lines[own]
             apart = bool((rows[:-1, 1] <= rows[1:, 0]).all())
-            if good[own].all() and apart and self._clear(rows, event.depth):
+            clear = apart and self._clear(rows, event.depth)
+            if good[own].all() and clear and self._releases(event, rows):
                 event.lines_after = rows
             else:
                 failed.append(event)
         return failed
+
+    def _stand(self, event: Happening) -> None:
+        """Find where the lines after an event stand before they move, with two works of adhesion.
+
+        Those that were there stay. A contact begins where the surface touches; where that is not
+        known, in the middle of its nodes.
+        """
+        touched = self._touched(event)
+        for life, following in zip(event.after[:-1], event.after[1:], strict=True):
+            left = life.lines_at(life.trace[0][1])[1]
+            right = following.lines_at(following.trace[0][1])[0]
+            begins = (left + right) / 2 if touched is None else touched
+            life.first = np.array([life.first[0], begins])
+            following.first = np.array([begins, following.first[1]])
+        left, right = -math.inf, math.inf
+        if len(event.lines_before):
+            left = float(event.lines_before[0, 0])
+            right = float(event.lines_before[-1, 1])
+        first = event.after[0]
+        first.first = np.array([left, first.first[1]])
+        last = event.after[-1]
+        last.first = np.array([last.first[0], right])
+
+    def _touched(self, event: Happening) -> float | None:
+        """Where a surface touches at an event that divides it into two."""
+        if len(event.before) != 1 or len(event.after) != 2:
+            return None
+        clearance, place = self.events.clearance(event.lines_before[0], event.depth)
+        touches = abs(clearance) <= _PENETRATION * self.events.equations.size
+        return place if touches else None
+
+    def _releases(self, event: Happening, after: Array) -> bool:
+        """Whether lines that jump to these (n, 2) gain no energy, as beyond a barrier they may."""
+        if event.smooth or not len(event.lines_before):
+            return True
+        before = self._energy(np.reshape(event.lines_before, (-1, 2)), event.depth)
+        return self._energy(after, event.depth) - before <= _GAINED * self.scale
+
+    def _energy(self, surfaces: Array, depth: float) -> float:
+        """U of surfaces (n, 2) and of the contacts between them, up to what is the same for all."""
+        energy, _ = self.totals.of_surfaces(surfaces, np.full(len(surfaces), depth))
+        return float(energy.sum())
 
     def _clear(self, rows: Array, depth: float) -> bool:
         least = -_PENETRATION * self.events.equations.size
@@ -211,22 +261,3 @@ def _alike(before: list[Pair], after: list[Pair]) -> bool:
             if one is not None and other is not None and abs(one - other) > CREEPING:
                 return False
     return True
-
-
-def _stand(event: Happening) -> None:
-    """Where the lines after an event stand before they move, with two works of adhesion.
-
-    Those that were there stay. New contacts spread from the middle of their nodes.
-    """
-    for life, following in zip(event.after[:-1], event.after[1:], strict=True):
-        left = life.lines_at(life.trace[0][1])[1]
-        right = following.lines_at(following.trace[0][1])[0]
-        life.first = np.array([life.first[0], (left + right) / 2])
-        following.first = np.array([(left + right) / 2, following.first[1]])
-    first, last = event.after[0], event.after[-1]
-    left, right = -math.inf, math.inf
-    if len(event.lines_before):
-        left = float(event.lines_before[0, 0])
-        right = float(event.lines_before[-1, 1])
-    first.first = np.array([left, first.first[1]])
-    last.first = np.array([last.first[0], right])

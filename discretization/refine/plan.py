@@ -62,11 +62,12 @@ class Refinement:
         equations = Equations.of(scene, profile, deepest)
         nodes = FoundNodes.of(scene, profile, deepest, closer)
         events = Events(equations)
-        landings = Landings(events, FoundNodes.of(scene, profile, deepest, CLOSER * closer))
         totals = Totals.of(equations)
         delta0 = scene.opened.critical_separation
         displaced = max(delta0, abs(deepest - profile.touch), equations.size * _TOGETHER)
         scale = scene.stiffness * displaced**2 * equations.length
+        closer_nodes = FoundNodes.of(scene, profile, deepest, CLOSER * closer)
+        landings = Landings(events, closer_nodes, totals, scale)
         return cls(
             scene, nodes, equations, events, landings, totals, Balance(events, totals, scale)
         )
