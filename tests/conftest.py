@@ -69,24 +69,3 @@ def check(figure, name):
                 high = np.array(axes.bbox.max) + 1
                 inside = ((at > low) & (at < high)).all(axis=1)
                 assert inside.all(), f"{name}: {line.get_label()} has points outside its frame"
-
-
-# What the engine of paths of several contacts, which finds them on nodes, does not do yet
-# and its predecessor did: each is a fault to be mended, and fails here until it is.
-_NOT_LEFT_TO_NODES = "a part that is not refined raises, or warns, instead of being right"
-_WRONG = "a depth is off by 8.6e-5 of its range without a warning"
-_ONCE = "tests/truth/test_cases.py::test_paths_that_were_wrong"
-KNOWN_FAULTS = {
-    "tests/paths/test_balance.py::test_the_state_of_a_depth_is_the_hull_however_it_was_reached"
-    "[punches-0]": _NOT_LEFT_TO_NODES,
-    f"{_ONCE}[machine_opening-20418]": _WRONG,
-    f"{_ONCE}[load_opening-20189]": _NOT_LEFT_TO_NODES,
-    f"{_ONCE}[machine_no_adhesion-30]": _NOT_LEFT_TO_NODES,
-}
-
-
-def pytest_collection_modifyitems(items):
-    """Mark the known faults."""
-    for item in items:
-        if item.nodeid in KNOWN_FAULTS:
-            item.add_marker(pytest.mark.xfail(reason=KNOWN_FAULTS[item.nodeid], strict=False))

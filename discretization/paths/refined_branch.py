@@ -357,17 +357,19 @@ class RefinedBranch(Branch):
         """A leg on nodes alone."""
         start = point.memory.nodal
         if start is None:
-            start = self.nodal.contact(point.depth, *(point.lines or ()))
-        ends = np.ravel(start.memory)
-        if (np.diff(ends) < 0).any() or (np.diff(ends)[1::2] < 2).any():
-            raise NotCertifiedError(
-                f"the contacts at depth = {point.depth!r} are narrower than nodes see; try other "
-                "depths, or method='lattice' with a smaller spacing"
-            )
+            start = self.nodal.contact(point.depth, *self._seen_by_nodes(point.lines or ()))
         links = self.nodal.leg(start, goal)
         self.on_nodes.append((point.depth, links.end.depth))
         after = None if links.after is None else _kept(links.after)
         return NodalLeg(self, point, _kept(links.end), after, links.jumps, links)
+
+    def _seen_by_nodes(self, lines: tuple[float, ...]) -> tuple[float, ...]:
+        """The lines of contacts without gaps in which there is no node."""
+        nodes = self.nodal.nearest(np.array(lines))
+        free_nodes = nodes[2::2] - nodes[1:-1:2] - 1
+        kept = np.ones(len(lines), bool)
+        kept[1:-1] = np.repeat(free_nodes > 0, 2)
+        return tuple(np.array(lines)[kept].tolist())
 
     def _level(self, point: Point) -> int:
         """How close the nodes are on which a point has been found."""
@@ -436,6 +438,9 @@ class RefinedBranch(Branch):
             return 0.0
         integrals = self.refinement(0).totals.integrals
         bound = [integrals.at(np.array(point.lines))[4] for point in (before, after)]
+        if len(before.lines) != len(after.lines):  # nodes do not see a narrow gap
+            in_contact = [float(np.diff(each)[::2].sum()) for each in bound]
+            return max(0.0, in_contact[0] - in_contact[1])
         return float(np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0).sum())
 
     def certify(self, point: Point) -> None:

@@ -8,6 +8,7 @@ close, from the lines just before the event.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from discretization.lattice.walk import End, paired
 from discretization.nodes.row import Contacts
 from discretization.refine.equations import lines_of_surfaces
 from discretization.refine.events import Events, NotRefined
+from discretization.refine.first_touch import faces_at_touch
 from discretization.refine.lives import CREEPING, Happening, Pair, pairs
 from discretization.refine.nodes import FoundNodes
 from discretization.refine.settle import settle
@@ -105,13 +107,10 @@ class Landings:
         Those that were there stay. A contact begins where the surface touches; where that is not
         known, in the middle of its nodes.
         """
-        touched = self._touched(event)
-        for life, following in zip(event.after[:-1], event.after[1:], strict=True):
-            left = life.lines_at(life.trace[0][1])[1]
-            right = following.lines_at(following.trace[0][1])[0]
-            begins = (left + right) / 2 if touched is None else touched
-            life.first = np.array([life.first[0], begins])
-            following.first = np.array([begins, following.first[1]])
+        begins = self._begins(event)
+        for i, (life, following) in enumerate(itertools.pairwise(event.after)):
+            life.first = np.array([life.first[0], begins[i, 0]])
+            following.first = np.array([begins[i, 1], following.first[1]])
         left, right = -math.inf, math.inf
         if len(event.lines_before):
             left = float(event.lines_before[0, 0])
@@ -121,19 +120,34 @@ class Landings:
         last = event.after[-1]
         last.first = np.array([last.first[0], right])
 
-    def _touched(self, event: Happening) -> float | None:
-        """Where a surface touches at an event that divides it into two."""
-        if len(event.before) != 1 or len(event.after) != 2:
-            return None
-        clearance, place = self.events.clearance(event.lines_before[0], event.depth)
-        touches = abs(clearance) <= _PENETRATION * self.events.equations.size
-        return place if touches else None
+    def _begins(self, event: Happening) -> Array:
+        """The left and the right end (m, 2) of the places at which contacts begin at an event."""
+        nodes = event.after[0].nodes
+        contacts = list[tuple[int, int]]()
+        for life, following in itertools.pairwise(event.after):
+            first = life.trace[0][1][1]
+            last = following.trace[0][1][0]
+            if first is not None and last is not None:
+                contacts.append((first, last))
+        middles = np.array([nodes.positions[list(each)].mean() for each in contacts])
+        in_the_middle = np.column_stack([middles, middles])
+        if not event.before:
+            faces = faces_at_touch(self.events.equations, nodes, tuple(contacts))
+            return np.where(np.isnan(faces), in_the_middle, faces)
+        touches = len(event.before) == 1 and len(contacts) == 1
+        if touches:
+            clearance, place = self.events.clearance(event.lines_before[0], event.depth)
+            if abs(clearance) <= _PENETRATION * self.events.equations.size:
+                return np.array([[place, place]])
+        return in_the_middle
 
     def _releases(self, event: Happening, after: Array) -> bool:
         """Whether lines that jump to these (n, 2) gain no energy, as beyond a barrier they may."""
-        if event.smooth or not len(event.lines_before):
+        if event.smooth:
             return True
-        before = self._energy(np.reshape(event.lines_before, (-1, 2)), event.depth)
+        before = 0.0
+        if len(event.lines_before):
+            before = self._energy(event.lines_before, event.depth)
         return self._energy(after, event.depth) - before <= _GAINED * self.scale
 
     def _energy(self, surfaces: Array, depth: float) -> float:

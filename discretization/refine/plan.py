@@ -11,8 +11,9 @@ from discretization.nodes.row import Contacts
 from discretization.profile import Resolved
 from discretization.refine.balance import Balance, drawn_lives
 from discretization.refine.crests import Crests
-from discretization.refine.equations import Equations
+from discretization.refine.equations import Equations, free_surfaces
 from discretization.refine.events import Events, NotRefined
+from discretization.refine.first_touch import faces_at_touch
 from discretization.refine.landings import CLOSER, Landings
 from discretization.refine.lives import Happening, Life, walked
 from discretization.refine.nodes import FoundNodes
@@ -80,8 +81,11 @@ class Refinement:
         touch = self.equations.profile.touch
         contacts = self.nodes.walk.touched(self.nodes.row.lowest)
         if not self.scene.work_of_adhesion:
-            lowest = self.equations.profile.lowest
-            return contacts, touch, np.array([[-math.inf, lowest], [lowest, math.inf]])
+            faces = faces_at_touch(self.equations, self.nodes, contacts)
+            if np.isnan(faces).any():
+                lowest = self.equations.profile.lowest
+                faces = np.array([[lowest, lowest]])
+            return contacts, touch, free_surfaces(tuple(faces.ravel().tolist()))
         way = walked(self.nodes, contacts, self.nodes.row.lowest, self.nodes.row.lowest)
         event = Happening(self.nodes.row.lowest, [], way.first, depth=touch)
         self.landings.land([event])

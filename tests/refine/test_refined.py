@@ -24,7 +24,16 @@ from discretization.refine.landings import Landings
 from discretization.refine.plan import Refinement
 from discretization.refine.settle import settle
 from discretization.refine.totals import Totals
-from energy import FlatPunch, Parabola, Profile, Wedge
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
 
 R = 0.02
 PARABOLA = adhesive(Parabola(R))
@@ -291,3 +300,30 @@ def test_a_loop_over_crests_loses_what_it_does_on_nodes(count):
     assert estimate <= 5e-3
     assert abs(refined.dissipated / nodes.dissipated - 1) <= 3 * estimate
     assert refined.work() == pytest.approx(refined.dissipated, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize("tip", [-2.0123456, -2.017])
+def test_contacts_that_touch_at_tips_stand_there(tip):
+    """With two works of adhesion, and tips between nodes."""
+    x = [-9.0, tip - 0.3, tip, tip + 0.4, -1.0, 0.1, 9.0]
+    z = [4.0, 0.5, 0.25, 0.5, 0.3, 0.0, 4.0]
+    opening = SurfaceEnergies.from_work(1.0, 0.08)
+    closing = SurfaceEnergies.from_work(1.0, 0.02)
+    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), closing, Sampled(x, z), opening=opening)
+    path = load_path(scene, depths=[0.0, 0.4])
+    first, second = path.events
+    assert first.after.lines == (0.1, 0.1)
+    assert second.kind == "nucleation"
+    assert second.after.lines[:2] == (tip, tip)
+    assert [event.energy_released for event in path.events] == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_all_flat_faces_that_are_lowest_touch_at_once():
+    """Without adhesion each is in contact over its width."""
+    x = [-30.0, 0.0, 0.6, 5.4, 6.0, 11.0, 11.3, 14.0, 14.3, 40.0]
+    z = [32.0, 2.0, 0.0, 0.0, 2.0, 2.0, 0.0, 0.0, 2.0, 32.0]
+    layer = ElasticLayer(1.0, 0.0, 1.0)
+    scene = Scene(layer, SurfaceEnergies.from_work(1.0, 0.0), Sampled(x, z))
+    path = load_path(scene, depths=[0.0, 0.1, 0.0])
+    assert path.at(1).lines == (0.6, 5.4, 11.3, 14.0)
+    assert path.force[[0, 2]] == pytest.approx(0, abs=1e-12)

@@ -1,0 +1,34 @@
+"""Where an indenter touches first: on flat faces between corners, or at its lowest points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from discretization.nodes.row import Contacts
+from discretization.refine.equations import Equations
+from discretization.refine.nodes import FoundNodes
+from energy.arrays import Array
+
+_ROUNDING = 1e-12  # of the size of depths: corners that differ by less are equally low
+
+
+def faces_at_touch(equations: Equations, nodes: FoundNodes, contacts: Contacts) -> Array:
+    """The left and the right end (m, 2) of what touches first, for each contact on nodes there.
+
+    Both are the same at a point, which is a corner or the only lowest point of the profile. They
+    are nan for one of several smooth points, which are not known as precisely.
+    """
+    profile = equations.profile
+    corners = profile.corners
+    heights = equations.scene.indenter.height(corners)
+    lowest = corners[heights <= profile.touch + _ROUNDING * equations.size]
+    found = np.full((len(contacts), 2), np.nan)
+    for i, (first, last) in enumerate(contacts):
+        left = nodes.positions[first] - nodes.spacing
+        right = nodes.positions[last] + nodes.spacing
+        face = lowest[(lowest >= left) & (lowest <= right)]
+        if face.size:
+            found[i] = face[[0, -1]]
+        elif len(contacts) == 1:
+            found[i] = profile.lowest
+    return found
