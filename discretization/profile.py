@@ -31,25 +31,89 @@ from energy.axis import Radial
 
 MOST = 200_000  # samples
 LOOKS = 8  # times a profile is resolved again around what quadrature has found between its samples
-_FIRST = 512  # samples of the first pass
+
+
+@dataclass(frozen=True)
+class SamplingRules:
+    """How closely a profile is sampled.
+
+    Attributes
+    ----------
+    first : int
+        Samples of the first pass.
+    of_kink : float
+        Of √(2w/γ₁), the kink at a contact line: the slope may change by less between samples
+        without its noticing.
+    of_range : float
+        Of how much the slope varies within an interval: what the cubic may be off by there.
+    noise : float
+        Of the steepest slope, and of an interval: they are not known better.
+    finest : float
+        Of the window: shorter intervals are not halved again, they hold a kink.
+    """
+
+    first: int = 512
+    of_kink: float = 1 / 64
+    of_range: float = 1 / 256
+    noise: float = 1e-12
+    finest: float = 1e-10
+
+
+_SAMPLING = SamplingRules()
+
+
 _TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
 
-# When the cubic through two samples is good enough, and when what is found between them is a
-# feature that they have missed.
-_OF_KINK = 1 / 64  # of √(2w/γ₁): by less a slope may change unnoticed by a contact line
-_OF_RANGE = 1 / 256  # of how much the slope varies within an interval
-_HIDDEN = 4.0  # times what samples resolve: more in between is a feature that they have missed,
-_LONE = 16.0  # or so many times what the cubic is off by at both tests, if a contact line or an
-_SLIGHT = 1e-3  # energy notices: of √(2w/γ₁), or without adhesion of the steepest slope
-_NOISE = 1e-12  # of the steepest slope, and of an interval: they are not known better
-_FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
-_ROUNDS = 48  # of halving, more than _FINEST allows
-_NAMED = 5  # places in a warning
 
-# How far an endless profile is followed.
-_MARGIN = 0.125  # of δ₀ and of the depth: how much higher than contact is possible
-_WINDOW = 64.0  # elastocapillary lengths, the first half window
-_WIDEST = 2.0**34  # first half windows: a profile that has not risen by then falls
+@dataclass(frozen=True)
+class MissedFeatures:
+    """When what is found between samples is a feature that they have missed.
+
+    Attributes
+    ----------
+    over_resolved : float
+        Times what samples resolve: a larger error of the cubic is a feature.
+    over_tests : float
+        Times the error of the cubic at both tests of its interval: a larger one is a feature,
+    noticed : float
+        if it is more than this part of √(2w/γ₁), or without adhesion of the steepest slope: less is
+        felt by no contact line and no energy.
+    named : int
+        Places that are named in a warning.
+    """
+
+    over_resolved: float = 4.0
+    over_tests: float = 16.0
+    noticed: float = 1e-3
+    named: int = 5
+
+
+_MISSED = MissedFeatures()
+
+
+@dataclass(frozen=True)
+class EndlessProfile:
+    """How far a profile without ends is followed.
+
+    Attributes
+    ----------
+    margin : float
+        Of δ₀ and of the depth of indentation: by how much it has to be higher than contact is
+        possible at both ends.
+    window : float
+        Half-width of the first window, in elastocapillary lengths.
+    widest : float
+        Largest half-width over the first one: a profile that has not risen by then falls for ever.
+    """
+
+    margin: float = 0.125
+    window: float = 64.0
+    widest: float = 2.0**34
+
+
+_ENDLESS = EndlessProfile()
+
+
 BEFORE_VERTICAL = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
 
 
@@ -80,10 +144,12 @@ class Resolved:
         corners = np.asarray(indenter.corners, float)
         inner = corners[(corners > x[0]) & (corners < x[-1])]
         x = np.repeat(x, 1 + np.isin(x, inner))
-        twice = x[1:] == x[:-1]
-        side = np.append(1, twice) - np.append(twice, 1)  # -1 left, 1 right of a corner
+        is_repeated = x[1:] == x[:-1]
+        follows_itself = np.append(1, is_repeated)
+        precedes_itself = np.append(is_repeated, 1)
+        side = follows_itself - precedes_itself  # -1 left, 1 right of a corner
         f, slope = _read(indenter, x, side)
-        kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
+        kept = np.append(True, ~is_repeated | (slope[1:] != slope[:-1]))
         return cls(indenter, x[kept], f[kept], slope[kept], np.asarray(edges, float))
 
     @functools.cached_property
@@ -162,8 +228,8 @@ class Resolved:
         x = x[inside]
         if not x.size:
             return x
-        steep = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
-        steep = steep or float(np.abs(self.slope).max())
+        kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
+        scale = kink or float(np.abs(self.slope).max())  # of slopes
         tests = self.x[i] + np.array(_TESTS)[:, None] * (self.x[i + 1] - self.x[i])
         places = np.vstack([x, tests])
         slope = np.asarray(self.indenter.slope(places), float)
@@ -172,9 +238,11 @@ class Resolved:
         off_at_tests = off[1:].max(axis=0)
 
         known = np.vstack([slope[1:], self.slope[i], self.slope[i + 1]])
-        resolved = np.maximum(_OF_KINK * steep, _OF_RANGE * np.ptp(known, axis=0))
-        missed = (off_here > _HIDDEN * resolved) | (off_here > _LONE * off_at_tests)
-        missed &= off_here > _SLIGHT * steep
+        resolved = np.maximum(_SAMPLING.of_kink * scale, _SAMPLING.of_range * np.ptp(known, axis=0))
+        missed = (off_here > _MISSED.over_resolved * resolved) | (
+            off_here > _MISSED.over_tests * off_at_tests
+        )
+        missed &= off_here > _MISSED.noticed * scale
         interval = i[missed]
         order = np.lexsort((off_here[missed], interval))
         is_worst = np.append(np.diff(interval[order]) > 0, True)[: order.size]
@@ -216,7 +284,7 @@ class CubicSlope(NamedTuple):
 
 def warn_hidden(places: Array, stacklevel: int) -> None:
     """AccuracyWarning of features that quadrature has found between the samples."""
-    named = ", ".join(f"{x!r}" for x in places[:_NAMED].tolist())
+    named = ", ".join(f"{x!r}" for x in places[: _MISSED.named].tolist())
     warnings.warn(
         f"the profile has a feature near x = {named} that is narrower than its samples: it was "
         "only found by chance, and another depth, or a path in place of a state, may miss it; give "
@@ -254,7 +322,7 @@ def resolve(scene: Scene, depth: float, places: ArrayLike = ()) -> Resolved:
     indenter = Radial(scene.indenter) if scene.axisymmetric else scene.indenter
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
     size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
-    low, high = window(indenter, depth, _WINDOW * size, scene.opened.critical_separation)
+    low, high = window(indenter, depth, _ENDLESS.window * size, scene.opened.critical_separation)
     beside_edges = np.nextafter(edges, -math.inf)
     known = np.concatenate([indenter.breaks(), edges, beside_edges, places])
     cuts = np.unique(np.concatenate([[low, high], known[(known > low) & (known < high)]]))
@@ -302,16 +370,16 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
     if math.isfinite(low) and math.isfinite(high):
         return low, high
     start = min(max(0.0, low), high)
-    widest = _WIDEST * half
+    widest = _ENDLESS.widest * half
     while half <= widest:
         left = max(low, start - half)
         right = min(high, start + half)
-        x = np.linspace(left, right, 2 * _FIRST + 1)
+        x = np.linspace(left, right, 2 * _SAMPLING.first + 1)
         f = heights(indenter, x)
         lowest = float(x[int(np.argmin(f))])
         touch = float(f.min())
         pressed = max(depth, touch)
-        level = pressed + reach + _MARGIN * (reach + pressed - touch)
+        level = pressed + reach + _ENDLESS.margin * (reach + pressed - touch)
         clear_left = f[0] > level or left == low
         clear_right = f[-1] > level or right == high
         if clear_left and clear_right and abs(lowest - start) <= half / 2:
@@ -396,44 +464,50 @@ def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
 
 
 def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool]:
-    """x of samples of the pieces between cuts, and whether they resolve them.
+    """Samples of the pieces between cuts, and whether these resolve the profile.
 
-    Intervals are halved until the cubic predicts the slope in all of them, at most 48 times, or to
-    200 000 samples.
+    Intervals are halved until the cubic predicts the slope in all that are longer than 1e-10 of
+    the window, or there would be more than MOST samples.
+
+    Returns
+    -------
+    x : ndarray (n,)
+        Positions of the samples [length].
+    resolved : bool
     """
     x = _first_samples(cuts)
-    noticed = (
-        _OF_KINK * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
-    )
-    shortest = _FINEST * float(np.ptp(cuts))
+    shortest = _SAMPLING.finest * float(np.ptp(cuts))
     left = x[:-1]
     right = x[1:]
-    for i in range(_ROUNDS):
-        at_left = _read(indenter, left, 1)
-        at_right = _read(indenter, right, -1)
-        if i == 0:
-            steepest = float(np.abs([at_left[1], at_right[1]]).max())
-            noticed = max(noticed, _NOISE * steepest)
-        unpredicted = _unpredicted(indenter, left, right, at_left, at_right, noticed)
+    at_left = _read(indenter, left, 1)
+    at_right = _read(indenter, right, -1)
+    steepest = float(np.abs([at_left[1], at_right[1]]).max())
+    kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
+    tolerance = max(_SAMPLING.of_kink * kink, _SAMPLING.noise * steepest)
+    while True:
+        unpredicted = _unpredicted(indenter, left, right, at_left, at_right, tolerance)
         unpredicted &= right - left > shortest
         left = left[unpredicted]
         right = right[unpredicted]
         if not left.size or x.size + left.size > MOST:
-            break
+            return np.sort(x), not left.size
         middle = (left + right) / 2
         x = np.append(x, middle)
         left = np.append(left, middle)
         right = np.append(middle, right)
-    return np.sort(x), not left.size
+        at_left = _read(indenter, left, 1)
+        at_right = _read(indenter, right, -1)
 
 
 def _first_samples(cuts: Array) -> Array:
     """512 samples over all pieces between cuts, or more if these are many, evenly in each."""
     widths = np.diff(cuts)
-    count = np.maximum(1, np.ceil(widths / np.ptp(cuts) * _FIRST)).astype(int)
-    first = np.repeat(np.cumsum(count) - count, count)
-    t = (np.arange(first.size) - first) / np.repeat(count, count)
-    return np.append(np.repeat(cuts[:-1], count) + np.repeat(widths, count) * t, cuts[-1])
+    count = np.maximum(1, np.ceil(widths / np.ptp(cuts) * _SAMPLING.first)).astype(int)
+    number_of_first = np.repeat(np.cumsum(count) - count, count)
+    number_in_piece = np.arange(number_of_first.size) - number_of_first
+    part = number_in_piece / np.repeat(count, count)
+    x = np.repeat(cuts[:-1], count) + np.repeat(widths, count) * part
+    return np.append(x, cuts[-1])
 
 
 def _read(indenter: Indenter, x: Array, side: Any) -> Array:
@@ -466,14 +540,14 @@ def _unpredicted(
         extreme = low - cubic.b * cubic.b / (4 * cubic.a)
     inside = (t_extreme > 0) & (t_extreme < 1)
     overshoot = np.where(inside, np.maximum(extreme - most, least - extreme), 0.0)
-    turns = overshoot > np.maximum(tolerance, _OF_RANGE * np.maximum(most, -least))
+    turns = overshoot > np.maximum(tolerance, _SAMPLING.of_range * np.maximum(most, -least))
     off = np.zeros(left.size)
     for t in _TESTS:
         slope = np.asarray(indenter.slope(left + t * width), float)
         off = np.maximum(off, np.abs(slope - cubic.at(t)))
         least = np.minimum(least, slope)
         most = np.maximum(most, slope)
-    return np.asarray(turns | (off > np.maximum(tolerance, _OF_RANGE * (most - least))))
+    return np.asarray(turns | (off > np.maximum(tolerance, _SAMPLING.of_range * (most - least))))
 
 
 def _extremes(samples: Resolved) -> Array:
@@ -489,6 +563,6 @@ def _extremes(samples: Resolved) -> Array:
         low = cubic.lo[own]
         high = cubic.hi[own]
         x = crossings(slope, low, high, cubic.at[own], sign * cubic.bend[own], 0.0)
-        tie = _NOISE * (high - low)  # so near to a sample it is that
+        tie = _SAMPLING.noise * (high - low)  # so near to a sample it is that
         found.append(x[(low + tie < x) & (x < high - tie)])
     return np.concatenate(found)

@@ -34,21 +34,71 @@ from energy import Indenter, Scene, terms
 from energy.arrays import Array, Mask
 
 Density = Callable[[Array], Array]  # of places (.., p): several densities (m, .., p)
-_HALVINGS = 48  # of a panel, to the spacing of floating-point numbers
-_MOST = 20_000  # panels for each given one that are halved at once: more is noise of the slopes
-_SUMMED = 80 * EPSILON  # of the sizes of the terms of a panel's sum
-_LUCK = 1 / 8  # of what the whole was off by
-_EXACT = 1e-15  # of a whole integral: what halving a panel may change it by
-_AGREE = 1e-9  # of the sizes of integrals: by no more do they differ on other panels
-# Interval between samples, or a panel's own, over the widest one: half of it is closer.
-_CLOSE = 0.6
-_APART = 8  # wide intervals between samples that make one panel
 
-# Rounding of heights: by how much a height changes over short steps, compared with its slope.
-_STEPS = 32  # steps of a contact in which heights are read
-_SHORT = 2.0**-10  # of a panel: a slope is smooth there, a height changes by more than its rounding
-_LEFT_OUT = 2  # of the steps, those with the largest differences
-_GOLDEN = 0.6180339887498949  # irrational: no period of the profile falls on all steps
+
+@dataclass(frozen=True)
+class PanelRules:
+    """When panels are halved, and how far their integrals are trusted.
+
+    Attributes
+    ----------
+    halvings : int
+        Times that a panel is halved at most: 2⁻⁴⁸ of it is the spacing of floating-point numbers.
+    most : int
+        Panels that are halved at once at most, for each given one: more is noise of the slopes.
+    summed : float
+        Of the sizes of the terms of a panel's sum: its rounding.
+    luck : float
+        Of what a panel was off by: the error of its halves at least, where they may agree with it
+        by luck.
+    exact : float
+        Of a whole integral: what halving a panel may change it by.
+    agree : float
+        Of the sizes of integrals: what they may differ by on other panels.
+    close : float
+        Interval between samples, or a panel's own, over the widest one, below which it counts as
+        narrower: half of it is.
+    samples_apart : int
+        Wide intervals between samples that make one panel.
+    """
+
+    halvings: int = 48
+    most: int = 20_000
+    summed: float = 80 * EPSILON
+    luck: float = 1 / 8
+    exact: float = 1e-15
+    agree: float = 1e-9
+    close: float = 0.6
+    samples_apart: int = 8
+
+
+_PANEL = PanelRules()
+
+
+@dataclass(frozen=True)
+class HeightSteps:
+    """Short steps over which heights are compared with the integral of the slope.
+
+    Attributes
+    ----------
+    count : int
+        Number of steps in a contact.
+    length : float
+        Of a panel: so short that the slope is smooth on a step, so long that the height changes by
+        more than its rounding.
+    left_out : int
+        Steps with the largest differences that do not count, as there may be a corner on them.
+    golden : float
+        Golden section: multiples of it, less whole numbers, repeat at no period of the profile.
+    """
+
+    count: int = 32
+    length: float = 2.0**-10
+    left_out: int = 2
+    golden: float = 0.6180339887498949
+
+
+_HEIGHTS = HeightSteps()
 
 
 class GaussRule(NamedTuple):
@@ -184,14 +234,14 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
     done: list[Sums] = []
     limit = None
     luck = np.zeros((len(lost), 1))
-    most = _MOST * ends.shape[1]
-    for left in reversed(range(_HALVINGS)):
+    most = _PANEL.most * ends.shape[1]
+    for left in reversed(range(_PANEL.halvings)):
         panels = Halves.of(density, ends)
         if limit is None:
             limit = part * panels.coarse_sizes.sum(axis=1, keepdims=True) + lost
         change = np.abs(panels.sums - panels.coarse)
         off = np.maximum(change, luck)
-        unresolved = (off > np.maximum(limit, _SUMMED * panels.sizes)).any(axis=0)
+        unresolved = (off > np.maximum(limit, _PANEL.summed * panels.sizes)).any(axis=0)
         unresolved &= panels.divisible
         if not left or not unresolved.any() or unresolved.sum() > most:
             done.append(Sums(ends, panels.sums, panels.sizes, off))
@@ -199,7 +249,7 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
         smooth_ones = (ends, panels.sums, panels.sizes, off)
         done.append(Sums(*(each[:, ~unresolved] for each in smooth_ones)))
         ends = panels.ends[:, :, unresolved].reshape(2, -1)
-        luck = np.tile(change[:, unresolved] * (0.0 if smooth else _LUCK), 2)
+        luck = np.tile(change[:, unresolved] * (0.0 if smooth else _PANEL.luck), 2)
     found = done[0]
     if len(done) > 1:
         found = Sums(*map(np.hstack, zip(*done, strict=True)))
@@ -246,12 +296,12 @@ def _halved_each(density: Density, ends: Array, smooth: bool) -> Array:
     panels = Halves.of(density, ends)
     limit = ROUNDING * panels.coarse_sizes
     total = np.zeros_like(limit)
-    for left in reversed(range(_HALVINGS)):
+    for left in reversed(range(_PANEL.halvings)):
         change = np.abs(panels.sums - panels.coarse)
         off = np.maximum(change, luck)
-        unresolved = (off > np.maximum(limit[:, own], _SUMMED * panels.sizes)).any(axis=0)
+        unresolved = (off > np.maximum(limit[:, own], _PANEL.summed * panels.sizes)).any(axis=0)
         unresolved &= panels.divisible
-        if not left or unresolved.sum() > _MOST * count:
+        if not left or unresolved.sum() > _PANEL.most * count:
             unresolved[:] = False
         for row in range(len(total)):
             total[row] += np.bincount(own[~unresolved], panels.sums[row, ~unresolved], count)
@@ -259,7 +309,7 @@ def _halved_each(density: Density, ends: Array, smooth: bool) -> Array:
             break
         ends = panels.ends[:, :, unresolved].reshape(2, -1)
         own = np.tile(own[unresolved], 2)
-        luck = np.tile(change[:, unresolved] * (0.0 if smooth else _LUCK), 2)
+        luck = np.tile(change[:, unresolved] * (0.0 if smooth else _PANEL.luck), 2)
         panels = Halves.of(density, ends)
     return total
 
@@ -371,7 +421,7 @@ def _compared(
     resolved. So the integrals are compared with those over narrower panels.
     """
     ends = _ends(scene, contacts, _thinned(profile.x))
-    allowed = sums.off.sum(axis=1) + lost[:, 0] + _AGREE * sums.sizes.sum(axis=1)
+    allowed = sums.off.sum(axis=1) + lost[:, 0] + _PANEL.agree * sums.sizes.sum(axis=1)
 
     def agree(found: Array) -> bool:
         return bool((np.abs(found.sum(axis=1) - sums.sums.sum(axis=1)) <= allowed).all())
@@ -385,18 +435,18 @@ def _compared(
 def _thinned(x: Array) -> Array:
     """Samples where they are closer than elsewhere, and some of the others."""
     width = np.diff(x)
-    close = width < _CLOSE * width.max()
+    close = width < _PANEL.close * width.max()
     kept = np.append(False, close) | np.append(close, False)
-    kept[::_APART] = True
+    kept[:: _PANEL.samples_apart] = True
     return x[kept]
 
 
 def _closer(profile: Resolved, ends: Array) -> Array:
-    """The places at which panels (2, n) were looked at that are narrower than the samples."""
+    """Gauss points of those panels (2, n) that are narrower than the intervals between samples."""
     x = profile.x
     middle = ends.sum(axis=0) / 2
     i = np.clip(np.searchsorted(x, middle, "right") - 1, 0, x.size - 2)
-    narrow = ends[1] - ends[0] < _CLOSE * (x[i + 1] - x[i])
+    narrow = ends[1] - ends[0] < _PANEL.close * (x[i + 1] - x[i])
     low, high = ends[:, narrow]
     return np.asarray((low[:, None] + (high - low)[:, None] * _CROWDED.places).ravel())
 
@@ -438,14 +488,20 @@ def height_rounding(indenter: Indenter, ends: Array) -> float:
     """
     if indenter.complete or not (ends[:, 1] > ends[:, 0]).any():
         return 0.0
-    wide = ends[ends[:, 1] > ends[:, 0]]
-    low, high = wide[np.arange(_STEPS) * len(wide) // _STEPS].T
-    start = low + (high - low) * (1 - _SHORT) * (np.arange(_STEPS) * _GOLDEN % 1)
-    stop = np.minimum(start + _SHORT * (high - low), high)
+    panels = ends[ends[:, 1] > ends[:, 0]]
+    number = np.arange(_HEIGHTS.count)
+    low, high = panels[number * len(panels) // _HEIGHTS.count].T
+    width = high - low
+    place_in_panel = number * _HEIGHTS.golden % 1
+    start = low + width * (1 - _HEIGHTS.length) * place_in_panel
+    stop = np.minimum(start + _HEIGHTS.length * width, high)
+
     x = start[:, None] + np.outer(stop - start, (_POINTS + 1) / 2)
-    by_slope = (np.asarray(indenter.slope(x), float) @ _WEIGHTS) * ((stop - start) / 2)
-    heights = np.asarray(indenter.height(stop), float) - np.asarray(indenter.height(start), float)
-    return float(np.sort(np.abs(heights - by_slope))[-1 - _LEFT_OUT])
+    slope = np.asarray(indenter.slope(x), float)
+    by_slope = (slope @ _WEIGHTS) * ((stop - start) / 2)
+    by_height = np.asarray(indenter.height(stop), float) - np.asarray(indenter.height(start), float)
+    differences = np.sort(np.abs(by_height - by_slope))
+    return float(differences[-1 - _HEIGHTS.left_out])
 
 
 class Interval(NamedTuple):
@@ -552,11 +608,23 @@ class Integrals:
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, level: float) -> Integrals:
-        """Summed between the samples, outwards from the lowest point."""
+        """Summed between the samples, outwards from the lowest point.
+
+        Parameters
+        ----------
+        scene : Scene
+        profile : Resolved
+        level : float
+            Height up to which there may be contact [length].
+
+        Returns
+        -------
+        Integrals
+        """
         density = functools.partial(densities, scene, profile.touch)
         ends = np.array([profile.x[:-1], profile.x[1:]])
         low = (np.minimum(profile.f[:-1], profile.f[1:]) <= level) & (ends[0] < ends[1])
-        found = summed(density, ends[:, low], _EXACT, np.zeros((5, 1)), smooth=True)
+        found = summed(density, ends[:, low], _PANEL.exact, np.zeros((5, 1)), smooth=True)
         x = np.unique(np.append(profile.x, found.ends))
         f = np.asarray(profile.indenter.height(x), float)
         sums = np.zeros((5, x.size - 1))
@@ -580,7 +648,20 @@ class Integrals:
         return self.parts[:, lower] + over(density, np.array([self.x[lower], x]))[0]
 
     def contact(self, x: Array, depth: Array, w: float) -> Array:
-        """C(x), the sum of its terms' absolute values, and ∂C/∂d (3, n)."""
+        """What contacts cost from the lowest point up to lines; see the head of the module.
+
+        Parameters
+        ----------
+        x, depth : ndarray (n,)
+            Positions of the lines, and depths [length].
+        w : float
+            Work of adhesion [energy/area].
+
+        Returns
+        -------
+        ndarray (3, n)
+            C(x), the sum of the absolute values of its terms, and ∂C/∂d.
+        """
         width, g, g_squared, stored, bound = self.at(x)
         d = depth - self.profile.touch
         k = self.scene.stiffness

@@ -2,24 +2,31 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from discretization.certificate import EPSILON
 from energy.arrays import Array, Indices, Mask
 
 Function = Callable[[float], float]
 Values = Callable[[Array], Array]
+# Values of the functions with these numbers at places, one each.
 Functions = Callable[[Array, Indices], Array]
+# The same with their slopes, from places, numbers, last places, and last values.
 Evaluation = Callable[[Array, Indices, Array, Array], tuple[Array, Array]]
-_PLACES = np.arange(1, 8) / 8  # of what is between two points: there a minimum is looked for
-_ROUNDS = 16  # each leaves two of these eight parts, in the end 4⁻¹⁶ = 2e-10: a minimum is flat
-_STEPS = 200  # more than the halvings between any two doubles of one size
-CLOSEST = 4e-16  # of a zero: a few roundings
-_CLOSE = 2.0**-52  # of the position: steps of one rounding
+
+# Where a minimum is looked for between two places, and how often: each time two of the eight parts
+# are left, in the end 4⁻¹⁶ = 2e-10 of all. A minimum is flat.
+EIGHTHS = np.arange(1, 8) / 8
+NARROWINGS = 16
+# Steps of a root finder at most: more than there are halvings between any two doubles of one size.
+MOST_STEPS = 200
+CLOSEST = 4e-16  # of a zero: two to four roundings, the width of the last bracket
 # Of how the slope varies between two places: the least value of the cubic is off by less, where the
 # function is resolved by it.
-_UNSURE = 1 / 16
+_CUBIC_ERROR = 1 / 16
 
 
 def bracketed(
@@ -58,7 +65,7 @@ def bracketed(
     fb = h(b)
     if not fb > 0:
         fb = -fa or 1.0
-    for _ in range(_STEPS):
+    for _ in range(MOST_STEPS):
         x = a + fraction * (b - a)
         fx = h(x)
         # a is the newest point, b the other end of the bracket, c the one before either.
@@ -73,13 +80,14 @@ def bracketed(
         a = x
         fa = fx
         best = a if abs(fa) < abs(fb) else b
-        least = close * abs(best) / (abs(b - a) or 1.0)  # step over the width of the bracket
+        least = close * abs(best) / (abs(b - a) or 1.0)  # of the bracket: the shortest step
         narrow = least > 0.5 or a == b
         if close > CLOSEST and a != b and fa != 0:
             if narrow or -fa * fb / (fb - fa) ** 2 <= least * least:
                 return a - fa * (b - a) / (fb - fa)
         elif fa == 0 or narrow:
             return a if fa == 0 else best
+        # The inverse parabola through a, b, c is used where it is monotonic between a and b.
         xi = (a - b) / (c - b)
         phi = (fa - fb) / (fc - fb)
         fraction = 0.5
@@ -91,7 +99,12 @@ def bracketed(
 
 
 def bracketed_minimum(
-    h: Values, lo: float, hi: float, enough: float, rounds: int = _ROUNDS, reach: float = math.inf
+    h: Values,
+    lo: float,
+    hi: float,
+    enough: float,
+    rounds: int = NARROWINGS,
+    reach: float = math.inf,
 ) -> tuple[float, float]:
     """Where a function with one minimum between two places is least, at ever closer places.
 
@@ -105,15 +118,18 @@ def bracketed_minimum(
         It stops where h is not more than this, or would not be even if it fell below the lowest
         place by `reach` times what it falls towards that.
     rounds : int
-        Each narrows the interval fourfold.
+        How often the interval is narrowed, fourfold each time.
     reach : float
+        How far below the lowest place h may fall, over the fall towards that place; infinite if
+        nothing is known of it.
 
     Returns
     -------
     place, value : float
+        Where h is least of all that was read, and h there.
     """
     for _ in range(rounds):
-        x = lo + (hi - lo) * _PLACES
+        x = lo + (hi - lo) * EIGHTHS
         values = h(x)
         i = int(np.argmin(values))
         low = float(values[i])
@@ -183,37 +199,84 @@ def minima_between(x: Array, v: Array, v1: Array, joined: Mask) -> tuple[Indices
         The number of the interval in which each minimum is.
     minima : Minima
     """
-    start = np.arange(x.size - 1)
-    stop = np.arange(1, x.size)
-    turns = (v1[start] <= 0) & (v1[stop] >= 0)
-    # The last interval of each function is read backwards, so that both ends are t = 0: where the
-    # slope is 0 there t is 0 to the last bit, and no minimum between the samples.
-    last = np.flatnonzero(joined & ~np.append(joined[1:], False))
-    start[last] = last + 1
-    stop[last] = last
-    h = x[stop] - x[start]
-    rise = v[stop] - v[start]
-    c = v1[start] * h
-    end = v1[stop] * h
-    b = 6 * rise - 4 * c - 2 * end
-    a = 3 * (c + end - 2 * rise)  # h v' = a t² + b t + c
-    steepest = np.maximum(np.abs(c), np.abs(end))
+    cubics = _Cubics.between(x, v, v1, joined)
+    changes_sign = (v1[:-1] <= 0) & (v1[1:] >= 0)
+    t = cubics.minimum()
+    steepest = np.maximum(np.abs(cubics.c), np.abs(cubics.end))
+    with np.errstate(invalid="ignore"):
+        is_inside = (t > 0) & (t < 1) & (steepest > EPSILON * np.abs(v).max())
+    intervals = np.flatnonzero((changes_sign | is_inside) & joined)
+    cubics = _Cubics(*(part[intervals] for part in cubics))
+    t = t[intervals]
+    t = np.clip(np.where(np.isnan(t), 0.5, t), 0.0, 1.0)
+
+    # The minimum lies where v' grows: on one side of where v' itself is least or greatest.
     with np.errstate(divide="ignore", invalid="ignore"):
-        root = np.sqrt(b * b - 4 * a * c)
-        t = np.where(b > 0, -2 * c / (b + root), (root - b) / (2 * a))
-        inside = (t > 0) & (t < 1) & (steepest > _CLOSE * np.abs(v).max())
-        k = np.flatnonzero((turns | inside) & joined)
-        a, b, c, h, end = a[k], b[k], c[k], h[k], end[k]
-        t = np.clip(np.where(np.isnan(t[k]), 0.5, t[k]), 0.0, 1.0)
-        flattest = np.clip(-b / (2 * a), 0.0, 1.0)  # where v' turns back
-        bend = (2 * a * t + b) / (h * h)
-    begin = x[start[k]]
-    value = v[start[k]] + t * (c + t * (b / 2 + t * a / 3))
-    off = _UNSURE * (np.abs(c) + np.abs(end))
-    one = begin + h * np.where(c > 0, flattest, 0)
-    other = begin + h * np.where(end < 0, flattest, 1)
-    found = Minima(np.minimum(one, other), np.maximum(one, other), begin + h * t, bend, value, off)
-    return k, found
+        bend = (2 * cubics.a * t + cubics.b) / (cubics.h * cubics.h)
+        turning = np.clip(-cubics.b / (2 * cubics.a), 0.0, 1.0)
+    one = cubics.begin + cubics.h * np.where(cubics.c > 0, turning, 0)
+    other = cubics.begin + cubics.h * np.where(cubics.end < 0, turning, 1)
+    found = Minima(
+        lo=np.minimum(one, other),
+        hi=np.maximum(one, other),
+        at=cubics.begin + cubics.h * t,
+        bend=bend,
+        value=cubics.value + t * (cubics.c + t * (cubics.b / 2 + t * cubics.a / 3)),
+        off=_CUBIC_ERROR * (np.abs(cubics.c) + np.abs(cubics.end)),
+    )
+    return intervals, found
+
+
+class _Cubics(NamedTuple):
+    """v between neighbouring places, h v' = a t² + b t + c, t from 0 to 1; arrays (n - 1,).
+
+    Attributes
+    ----------
+    begin, h : ndarray
+        Where t is 0, and how far from there to where it is 1, negative if it is read backwards.
+    value : ndarray
+        v at t = 0.
+    a, b, c : ndarray
+        Coefficients.
+    end : ndarray
+        h v' at t = 1.
+    """
+
+    begin: Array
+    h: Array
+    value: Array
+    a: Array
+    b: Array
+    c: Array
+    end: Array
+
+    @classmethod
+    def between(cls, x: Array, v: Array, v1: Array, joined: Mask) -> "_Cubics":
+        """Through values and slopes at both places.
+
+        The last interval of each function is read backwards, so that both ends of the function are
+        t = 0: where the slope is 0 there, t is 0 to the last bit, and no minimum between places.
+        """
+        start = np.arange(x.size - 1)
+        stop = np.arange(1, x.size)
+        last = np.flatnonzero(joined & ~np.append(joined[1:], False))
+        start[last] = last + 1
+        stop[last] = last
+        h = x[stop] - x[start]
+        rise = v[stop] - v[start]
+        c = v1[start] * h
+        end = v1[stop] * h
+        b = 6 * rise - 4 * c - 2 * end
+        a = 3 * (c + end - 2 * rise)
+        return cls(x[start], h, v[start], a, b, c, end)
+
+    def minimum(self) -> Array:
+        """t where v' is 0 and grows, by the formula that subtracts nothing; nan if nowhere."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = np.sqrt(self.b * self.b - 4 * self.a * self.c)
+            of_growing = -2 * self.c / (self.b + root)
+            of_falling = (root - self.b) / (2 * self.a)
+            return np.where(self.b > 0, of_growing, of_falling)
 
 
 def crossings(
@@ -282,42 +345,101 @@ def _crossings(
 ) -> Array:
     """Zeros (n,), from values and slopes at guesses on.
 
-    evaluate(x, numbers, last places, last values): values and slopes of functions at x. A step that
-    leaves the bracket is a halving, and so is the next one where a value is not halved.
+    A step that leaves the bracket is replaced by a halving, and so is the one after a step that has
+    not halved the value. A zero is known once |h| <= enough, or a step is at most rounding; with
+    quadratic convergence also where the next step will be: that is about step³/(last step)².
     """
     found = guess.copy()
-    own = np.arange(guess.size)  # numbers of the functions whose zeros are not yet known
-    at = guess
     value, slope = first
-    step = np.full(guess.size, math.nan)
-    slow = np.zeros(guess.size, bool)
-    side = np.where(rise < 0, -1.0, 1.0)
-    for _ in range(_STEPS):
-        low = side * value <= 0
-        lo = np.where(low, at, lo)
-        hi = np.where(low, hi, at)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            new = at - value / slope
-        inside = (new >= lo) & (new <= hi) & ~slow
-        new = np.where(inside, new, (lo + hi) / 2)
-
-        last_step = step
-        step = np.abs(new - at)
-        rounding = _CLOSE * np.abs(new)
-        zero = np.abs(value) <= enough
-        known = zero | (step <= rounding)
+    searched = _Searched(
+        numbers=np.arange(guess.size),
+        lo=lo,
+        hi=hi,
+        side=np.where(rise < 0, -1.0, 1.0),
+        at=guess,
+        value=value,
+        step=np.full(guess.size, math.nan),
+        halves=np.zeros(guess.size, bool),
+    )
+    for _ in range(MOST_STEPS):
+        searched.narrow()
+        new = searched.next_places(slope)
+        step = np.abs(new - searched.at)
+        rounding = EPSILON * np.abs(new)
+        is_zero = np.abs(searched.value) <= enough
+        is_known = is_zero | (step <= rounding)
         if quadratic:
-            known |= step**3 <= rounding * last_step * last_step
-        found[own] = np.where(zero, at, new)
-        if known.any():
-            left = ~known
-            own = own[left]
-            at, new, value = at[left], new[left], value[left]
-            lo, hi, side, step, slow = lo[left], hi[left], side[left], step[left], slow[left]
-        if not own.size:
+            is_known |= step**3 <= rounding * searched.step * searched.step
+        found[searched.numbers] = np.where(is_zero, searched.at, new)
+
+        searched.step = step
+        if is_known.any():
+            left = ~is_known
+            searched.keep(left)
+            new = new[left]
+        if not searched.numbers.size:
             break
-        last_value = value
-        value, slope = evaluate(new, own, at, last_value)
-        slow = (np.abs(value) > np.abs(last_value) / 2) & ~slow
-        at = new
+        value, slope = evaluate(new, searched.numbers, searched.at, searched.value)
+        searched.move(new, value)
     return found
+
+
+@dataclass(eq=False)
+class _Searched:
+    """Functions whose zeros are not known yet; arrays (k,).
+
+    Attributes
+    ----------
+    numbers : ndarray of int
+        Which functions they are.
+    lo, hi : ndarray
+        Ends of the brackets.
+    side : ndarray
+        The sign of each function at hi.
+    at, value : ndarray
+        Newest places, and values there.
+    step : ndarray
+        Size of the last step.
+    halves : ndarray of bool
+        Whether the next step is a halving, as the value was not halved.
+    """
+
+    numbers: Indices
+    lo: Array
+    hi: Array
+    side: Array
+    at: Array
+    value: Array
+    step: Array
+    halves: Mask
+
+    def narrow(self) -> None:
+        """Make the newest places ends of the brackets."""
+        is_low = self.side * self.value <= 0
+        self.lo = np.where(is_low, self.at, self.lo)
+        self.hi = np.where(is_low, self.hi, self.at)
+
+    def next_places(self, slope: Array) -> Array:
+        """Where the straight lines of these slopes are 0, or the middles of the brackets."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = self.at - self.value / slope
+        is_inside = (new >= self.lo) & (new <= self.hi) & ~self.halves
+        return np.where(is_inside, new, (self.lo + self.hi) / 2)
+
+    def move(self, at: Array, value: Array) -> None:
+        """Go to these places, at which the functions have these values."""
+        is_slow = np.abs(value) > np.abs(self.value) / 2
+        self.halves = is_slow & ~self.halves
+        self.at = at
+        self.value = value
+
+    def keep(self, left: Mask) -> None:
+        """Leave out all functions but these."""
+        self.numbers = self.numbers[left]
+        self.lo = self.lo[left]
+        self.hi = self.hi[left]
+        self.side = self.side[left]
+        self.at = self.at[left]
+        self.value = self.value[left]
+        self.step = self.step[left]
+        self.halves = self.halves[left]

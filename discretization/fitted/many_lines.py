@@ -16,7 +16,7 @@ import numpy as np
 from discretization.certificate import ROUNDING
 from discretization.fitted.single_contact import SingleContact
 from discretization.profile import past_wall
-from discretization.roots import crossings
+from discretization.roots import EIGHTHS, MOST_STEPS, NARROWINGS, crossings
 from energy.arrays import Array, Indices, Mask
 
 # Of the size of displacements: D - d within the rounding of its terms, where moving a line costs
@@ -26,14 +26,8 @@ _TIE = ROUNDING
 _FARTHER = 4.0
 # Of the size of displacements: from a larger D - d secants would not move. They are halved first.
 _STEEP = 30.0
-# Halvings of a bracket at most: more than the bits of a double's fraction, as in roots.py.
-_HALVINGS = 200
 # Powers of e inwards of a radius in which the least D about an axis is looked for: down to 1e-13.
 _DEEP = 30.0
-# Where the least D is looked for, as parts of what is between two places.
-_PARTS = np.arange(1, 8) / 8
-# Times that two of the eight parts are kept: 4⁻¹⁶ = 2.3e-10 of all is left. A minimum is flat.
-_SECTIONS = 16
 # Of δ₀: so far below touching nothing holds; with a margin for rounding.
 _HOLDS = 1 + 1e-9
 
@@ -363,7 +357,7 @@ class ManyLines:
         low = low.copy()
         high = high.copy()
         steep = np.flatnonzero(~(high <= _STEEP))
-        for _ in range(_HALVINGS):
+        for _ in range(MOST_STEPS):
             if not steep.size:
                 break
             middle = (inner[steep] + outer[steep]) / 2
@@ -417,7 +411,7 @@ class ManyLines:
         outer = outer.copy()
         high = high.copy()
         left = np.arange(own.size)
-        for _ in range(_SECTIONS):
+        for _ in range(NARROWINGS):
             powers, x = search.places(left)
             value = self.off(side, x, own[left])
             least = value.argmin(axis=1)
@@ -471,7 +465,7 @@ class _LeastSearch:
     def places(self, own: Indices) -> tuple[Array, Array]:
         """Powers and radii (m, 7) inside of where these are looked for."""
         first = self.first[own, None]
-        powers = first + (self.last - self.first)[own, None] * _PARTS
+        powers = first + (self.last - self.first)[own, None] * EIGHTHS
         return powers, self.start[own, None] * np.exp(-powers)
 
     def narrow(self, own: Indices, powers: Array, x: Array, value: Array) -> None:
@@ -479,9 +473,9 @@ class _LeastSearch:
         least = value.argmin(axis=1)
         rows = np.arange(own.size)
         before = np.maximum(least - 1, 0)
-        after = np.minimum(least + 1, _PARTS.size - 1)
+        after = np.minimum(least + 1, EIGHTHS.size - 1)
         is_first = least == 0
-        is_last = least + 1 == _PARTS.size
+        is_last = least + 1 == EIGHTHS.size
         self.first[own] = np.where(is_first, self.first[own], powers[rows, before])
         self.outer[own] = np.where(is_first, self.outer[own], x[rows, before])
         self.at_outer[own] = np.where(is_first, self.at_outer[own], value[rows, before])
