@@ -168,8 +168,8 @@ def effective_length(layer: ElasticLayer, gamma1: float) -> float:
     excess = (relative_stiffness(layer.nu, qh) - uniform + tension * qh**2) / uniform
     parabola = (tension / uniform - second_order(layer.nu)) * qh**2
     excess = np.where(qh < _PARABOLIC, parabola, excess)
-    integral = _LOG_STEP * (np.log1p(excess) / qh).sum()
-    return float(layer.h / np.pi * integral)
+    values = np.log1p(excess) / qh
+    return float(layer.h / np.pi * _LOG_STEP * values.sum())
 
 
 def second_order(nu: Any) -> Any:

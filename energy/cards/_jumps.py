@@ -35,8 +35,15 @@ from energy.cards.tail import elastocapillary_length
 from energy.cards.tail import energy as tail_energy
 
 
-class LettingGo(NamedTuple):
-    """A detachment; the force left in the spring once the line has run down the branch."""
+class Detachment(NamedTuple):
+    """A detachment under a machine.
+
+    Attributes
+    ----------
+    jump : Jump
+    spring_force : ndarray
+        The force that is left in the machine's spring once the line has run down the branch.
+    """
 
     jump: Jump
     spring_force: Array
@@ -52,7 +59,9 @@ def with_tension(gamma1: ArrayLike) -> Array:
 
 def touched(a: Array, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike) -> Jump:
     """The jump on touching at fixed d = 0 that ends at the half-width a of Eq. (16)."""
-    c, k, ell = positive("c", c), positive("k", k), elastocapillary_length(k, gamma1)
+    c = positive("c", c)
+    k = positive("k", k)
+    ell = elastocapillary_length(k, gamma1)
     lift = c * a ** (n - 1.0)
     shape = 2.0 * n / (2.0 * n + 1.0) * a**2 + (2.0 * n - 1.0) * a * ell
     shape = shape + 2.0 * n**2 * (n - 1.0) / (2.0 * n - 1.0) * ell**2
@@ -109,9 +118,9 @@ def _parabola_width(a: Array, ell: Array, reach2: Array, kappa: Array) -> Array:
     return a
 
 
-def wedge_lets_go(
+def wedge_detached(
     K: Array, *, delta: ArrayLike, k: Array, gamma1: ArrayLike, w: ArrayLike
-) -> LettingGo:
+) -> Detachment:
     """a = max(a(0) − κ/2, 0); released k l q² + k a³ tan²δ/3 with q = l tan δ − δ₀ <= 0."""
     same: dict[str, Any] = {"delta": delta, "k": k, "gamma1": gamma1, "w": w}
     slope = wedge_slope(delta)
@@ -121,12 +130,12 @@ def wedge_lets_go(
     end = np.minimum(q, 0.0)
     force = np.where(blunt, wedge.force_of_width(a, **same), 0.0)
     released = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1)) + k * slope**2 * a**3 / 3.0
-    return LettingGo(Jump.of(force, slope * a + end, a, released), force + K * slope * a)
+    return Detachment(Jump.of(force, slope * a + end, a, released), force + K * slope * a)
 
 
-def parabola_lets_go(
+def parabola_detached(
     K: Array, *, R: ArrayLike, k: Array, gamma1: ArrayLike, w: ArrayLike
-) -> LettingGo:
+) -> Detachment:
     """b = a + l from b² + κb/2 = Rδ₀ where that is > l², else a = 0.
 
     Released: 2wl + (2k a³/(3R²)) (a²/5 + al + l² + κ (a + 4l)/16).
@@ -144,4 +153,4 @@ def parabola_lets_go(
     same: dict[str, Any] = {"R": R, "k": k, "gamma1": gamma1, "w": w}
     force = np.asarray(parabola.force_of_width(a, **same))
     jump = Jump.of(force, parabola.depth(a, **same), a, released)
-    return LettingGo(jump, force + K * a * (a + 2.0 * ell) / (2.0 * R))
+    return Detachment(jump, force + K * a * (a + 2.0 * ell) / (2.0 * R))

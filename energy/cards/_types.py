@@ -14,7 +14,16 @@ Values: TypeAlias = float | Array
 
 
 class PullOff(NamedTuple):
-    """The state of most tensile force (compressive forces are positive, so `force` <= 0)."""
+    """The state of most tensile force.
+
+    Attributes
+    ----------
+    force : float or ndarray
+        P, compressive forces positive, so that it is <= 0.
+    depth : float or ndarray
+    half_width : float or ndarray
+        The radius with rotational symmetry.
+    """
 
     force: Values
     depth: Values
@@ -24,8 +33,18 @@ class PullOff(NamedTuple):
 class Jump(NamedTuple):
     """An instability at fixed control and what it releases.
 
-    force, depth and half_width are those of the contact: just after a jump-in (before it they
+    Force, depth and half-width are those of the contact: just after a jump-in (before it they
     are 0), just before a detachment (after it there is no contact).
+
+    Attributes
+    ----------
+    force : float or ndarray
+        P, compressive forces positive.
+    depth : float or ndarray
+    half_width : float or ndarray
+        The radius with rotational symmetry.
+    energy_released : float or ndarray
+        >= 0.
     """
 
     force: Values
@@ -36,4 +55,5 @@ class Jump(NamedTuple):
     @classmethod
     def of(cls, force: ArrayLike, depth: ArrayLike, a: ArrayLike, released: ArrayLike) -> Jump:
         """All four broadcast to one shape."""
-        return cls(*np.array(np.broadcast_arrays(force, depth, a, released), dtype=np.float64))
+        same_shape = np.broadcast_arrays(force, depth, a, released)
+        return cls(*np.array(same_shape, dtype=np.float64))

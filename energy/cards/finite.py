@@ -20,7 +20,29 @@ from energy.cards.tail import elastocapillary_length
 def depth(
     f_a: ArrayLike, slope_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d = f(a) − 2l sin((π − θ − atan f'(a))/2). ValueError for w > 2γ₁ or an overhang."""
+    """Depth at which a contact line rests.
+
+    d = f(a) − 2l sin((π − θ − atan f'(a))/2).
+
+    Parameters
+    ----------
+    f_a : array_like
+        Height of the profile at the line [m].
+    slope_a : array_like
+        Slope of the profile at the line [1].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+
+    Raises
+    ------
+    ValueError
+        For w > 2γ₁ or an overhang.
+    """
     f = finite("f_a", f_a)
     beta = np.arctan(finite("slope_a", slope_a))
     lift = np.asarray(angle_deficit(w, gamma1)) - beta
@@ -32,20 +54,70 @@ def depth(
 
 
 def inclination(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """φ = 2 asin(u(a)/2l), the surface's inclination at the line. ValueError for |u(a)| >= √2 l."""
+    """Inclination of the free surface at the line.
+
+    φ = 2 asin(u(a)/2l).
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        φ [rad].
+
+    Raises
+    ------
+    ValueError
+        For |u(a)| >= √2 l.
+    """
     ratio = finite("u_a", u_a) / elastocapillary_length(k, positive("gamma1", gamma1))
     refuse("u_a/l", ratio, abs(ratio) >= np.sqrt(2), "makes it overhang: pass |u_a| < √2 l")
     return unwrap(2 * np.arcsin(ratio / 2))
 
 
 def surface_force(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """2γ₁ sin φ, the vertical force of both free surfaces on the indenter, Eq. (10)."""
+    """Vertical force of both free surfaces on the indenter.
+
+    2γ₁ sin φ, Eq. (10).
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        Force [N/m].
+    """
     phi = np.asarray(inclination(u_a, k=k, gamma1=gamma1))
     return unwrap(2 * np.asarray(gamma1, float) * np.sin(phi))
 
 
 def tail_energy(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """Energy of one free surface, (4/3) γ₁ l (1 − cos³(φ/2)); → ½ √(kγ₁) u(a)² for small slopes."""
+    """Energy of one free surface.
+
+    (4/3) γ₁ l (1 − cos³(φ/2)); → ½ √(kγ₁) u(a)² for small slopes.
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        Energy [J/m].
+    """
     s = np.sin(np.asarray(inclination(u_a, k=k, gamma1=gamma1)) / 2)
     c = np.sqrt(1 - s * s)
     ell = elastocapillary_length(k, gamma1)
@@ -53,9 +125,23 @@ def tail_energy(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
 
 
 def meniscus(u: ArrayLike, *, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """x − a where the surface has come down from u(a) to u.
+    """Distance from the line at which the free surface has come down to a displacement.
 
     x − a = l [ln(tan(φ_a/4)/tan(φ/4)) + 2 cos(φ_a/2) − 2 cos(φ/2)], sin(φ/2) = u/2l.
+
+    Parameters
+    ----------
+    u : array_like
+        Displacement between 0 and u_a [m].
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        x − a [m].
     """
     ratio = finite("u", u) / finite("u_a", u_a)
     refuse(
@@ -68,7 +154,20 @@ def meniscus(u: ArrayLike, *, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -
 
 
 def punch_surface_force_at_detachment(*, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """2√(w(2γ₁ − w)) at d = −δ₀, which stays the critical depth at any slope; w < γ₁."""
+    """Force of both free surfaces on a flat punch as it detaches.
+
+    2√(w(2γ₁ − w)) at d = −δ₀, which stays the critical depth at any slope; w < γ₁.
+
+    Parameters
+    ----------
+    gamma1, w : array_like
+        Surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        Force [N/m].
+    """
     tension = positive("gamma1", gamma1)
     work = non_negative("w", w)
     refuse("w", work, work >= tension, "makes the surface overhang: pass w < gamma1")

@@ -20,9 +20,28 @@ _REMEDY = "the punch has let go, pass d >= -sqrt(2w/k)"
 def displacement(
     x: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """u = −δ₀ exp(−(|x| − a)/l) outside, −δ₀ under the punch, Eq. (21): at detachment.
+    """Displacement of the surface as a flat punch detaches.
 
-    ValueError for a <= 0, k <= 0, γ₁ < 0 or w < 0.
+    u = −δ₀ exp(−(|x| − a)/l) outside, −δ₀ under the punch, Eq. (21).
+
+    Parameters
+    ----------
+    x : array_like
+        Positions [m].
+    a : array_like
+        Half-width of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        For a <= 0, k <= 0, γ₁ < 0 or w < 0.
     """
     x = finite("x", x)
     a = positive("a", a)
@@ -33,9 +52,27 @@ def displacement(
 def force(
     d: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike | None = None
 ) -> Values:
-    """P = 2k (a + l) d, Eq. (11) with the line pinned at the edge.
+    """Force on a flat punch.
 
-    Valid for d >= −δ₀. w does not enter the value: given, it makes smaller depths a ValueError.
+    P = 2k (a + l) d, Eq. (11) with the line pinned at the edge.
+
+    Valid for d >= −δ₀. w does not enter the value: where it is given, d is checked.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Half-width of the contact [m].
+    w : array_like, optional
+        Work of adhesion [J/m²].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
     """
     d = finite("d", d)
     a = positive("a", a)
@@ -46,15 +83,48 @@ def force(
 
 
 def force_at_detachment(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """P = −2^(3/2) √w (a √k + √γ₁), Eq. (22): `force` at d = −δ₀."""
+    """Force on a flat punch as it detaches.
+
+    P = −2^(3/2) √w (a √k + √γ₁), Eq. (22): `force` at d = −δ₀.
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
+    """
     return -adhesion_force(a=a, k=k, gamma1=gamma1, w=w)
 
 
 def adhesion_force(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """F_A = 2^(3/2) √w (a √k + √γ₁), Eq. (23), of the metastable branch.
+    """Largest pull that a flat punch bears on the metastable branch.
 
-    The globally stable punch bears only 2k δ₀ √(a (a + l)). ValueError for a <= 0, k <= 0,
-    γ₁ < 0 or w < 0.
+    F_A = 2^(3/2) √w (a √k + √γ₁), Eq. (23).
+
+    The globally stable punch bears only 2k δ₀ √(a (a + l)).
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N/m], >= 0.
+
+    Raises
+    ------
+    ValueError
+        For a <= 0, k <= 0, γ₁ < 0 or w < 0.
     """
     a = positive("a", a)
     k = positive("k", k)
@@ -65,7 +135,29 @@ def adhesion_force(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLik
 
 
 def energy(d: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """U = k (a + l) d² − 2wa: springs in contact, two tails, adhesion. ValueError for d < −δ₀."""
+    """Energy of the layer under a flat punch.
+
+    U = k (a + l) d² − 2wa: springs in contact, two tails, adhesion.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Half-width of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J/m]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        For d < −δ₀.
+    """
     d = finite("d", d)
     a = positive("a", a)
     k = positive("k", k)
@@ -75,12 +167,40 @@ def energy(d: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Ar
 
 
 def detachment_depth(*, k: ArrayLike, w: ArrayLike) -> Values:
-    """d = −δ₀, Eq. (20): the end of the metastable branch, with `energy` 2wl left to lose."""
+    """Depth at which a flat punch detaches, the end of the metastable branch.
+
+    d = −δ₀, Eq. (20), with `energy` 2wl left to lose.
+
+    Parameters
+    ----------
+    k, w : array_like
+        Stiffness of the foundation [N/m³] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     return critical_depth(k, w)
 
 
 def global_pull_off_depth(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """d = −δ₀ √(a/(a + l)): below it the detached state has the lower energy (`energy` > 0)."""
+    """Depth below which the detached state of a flat punch has the lower energy.
+
+    d = −δ₀ √(a/(a + l)).
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     a = positive("a", a)
     ell = elastocapillary_length(k, gamma1)
     share: Array = np.sqrt(a / (a + ell))

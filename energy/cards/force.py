@@ -15,11 +15,35 @@ Profile = Callable[[Array], Any]
 
 
 def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int = 64) -> Values:
-    """P_el = k ∫_{−a}^{a} (d − f(x)) dx, Eq. (9), by Gauss-Legendre quadrature.
+    """Force of the springs in contact with any profile.
 
-    `order` nodes on each side of x = 0: exact for polynomials of degree 2·order − 1 on either
-    side, so a corner of f at x = 0 costs nothing, corners elsewhere do. f takes and returns
-    arrays. ValueError for k <= 0, a < 0 or values of f that are not finite.
+    P_el = k ∫_{−a}^{a} (d − f(x)) dx, Eq. (9), by Gauss-Legendre quadrature.
+
+    `order` nodes on each side of x = 0: exact for polynomials of degree 2·order − 1 on either side,
+    so a corner of f at x = 0 costs nothing, corners elsewhere do. f takes and returns arrays.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Half-width of the contact [m].
+    f : callable
+        The profile f(x) [m] of an array of positions.
+    order : int
+        Points of the quadrature on each side of x = 0.
+    k : array_like
+        Stiffness of the foundation [N/m³].
+
+    Returns
+    -------
+    float or ndarray
+        P_el [N/m].
+
+    Raises
+    ------
+    ValueError
+        For k <= 0, a < 0 or values of f that are not finite.
     """
     d = finite("d", d)
     a = non_negative("a", a)
@@ -33,18 +57,54 @@ def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int 
 
 
 def surface(beta: ArrayLike, *, gamma1: ArrayLike) -> Values:
-    """P_surf = −2 γ₁ sin β, Eq. (10); β = atan u'(a + 0), positive where the surface is pulled up.
+    """Force of the free surfaces at any slope, both ends of the contact together.
 
-    Both ends of the contact together. ValueError for γ₁ < 0.
+    P_surf = −2 γ₁ sin β, Eq. (10); β = atan u'(a + 0), positive where the surface is pulled up.
+
+    Parameters
+    ----------
+    beta : array_like
+        Inclination β of the surface at the line [rad], positive where it is pulled up.
+    gamma1 : array_like
+        Surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        P_surf [N/m].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ < 0.
     """
     pull: Values = -2.0 * non_negative("gamma1", gamma1) * np.sin(finite("beta", beta))
     return pull
 
 
 def surface_small_slope(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """−2 γ₁ u'(a + 0) = 2 √(k γ₁) u_a, the last term of Eq. (11) with the tail of Eq. (6).
+    """Force of the free surfaces for small slopes, both ends of the contact together.
 
-    Small slopes; also right at γ₁ = 0, where it vanishes. ValueError for k <= 0 or γ₁ < 0.
+    −2 γ₁ u'(a + 0) = 2 √(k γ₁) u_a, the last term of Eq. (11) with the tail of Eq. (6).
+
+    Small slopes; also right at γ₁ = 0, where it vanishes.
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        Force [N/m].
+
+    Raises
+    ------
+    ValueError
+        For k <= 0 or γ₁ < 0.
     """
     tension = np.sqrt(positive("k", k)) * np.sqrt(non_negative("gamma1", gamma1))
     pull: Values = 2.0 * tension * finite("u_a", u_a)
@@ -60,10 +120,30 @@ def total(
     gamma1: ArrayLike,
     order: int = 64,
 ) -> Values:
-    """P = 2k ∫_0^a (d − f) dx − 2 γ₁ u'(a + 0), Eq. (11), for an even profile f.
+    """Force on an indenter of any profile, even about x = 0.
+
+    P = 2k ∫_0^a (d − f) dx − 2 γ₁ u'(a + 0), Eq. (11), for an even profile f.
 
     The slope u'(a + 0) = −(d − f(a))/l is that of the tail, Eqs. (6) and (13), so a need not be
     the equilibrium half-width. Quadrature and errors as in `elastic`.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Half-width of the contact [m].
+    f : callable
+        The profile f(x) [m] of an array of positions.
+    order : int
+        Points of the quadrature on each side of x = 0.
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
     """
     d = finite("d", d)
     a = non_negative("a", a)

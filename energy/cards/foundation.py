@@ -7,9 +7,26 @@ from energy.cards._types import Values
 
 
 def modulus(E: ArrayLike, nu: ArrayLike) -> Values:
-    """Uniaxial modulus of the layer, Ẽ = E (1 − ν) / ((1 + ν)(1 − 2ν)), Eq. (2).
+    """Modulus of uniaxial compression of a thin layer.
 
-    Valid for d ≪ h ≪ a. ValueError for E <= 0 or ν outside (−1, 1/2).
+    Ẽ = E (1 − ν) / ((1 + ν)(1 − 2ν)), Eq. (2).
+
+    Valid for d ≪ h ≪ a.
+
+    Parameters
+    ----------
+    E, nu : array_like
+        Young's modulus [Pa] and Poisson's ratio.
+
+    Returns
+    -------
+    float or ndarray
+        Ẽ [Pa].
+
+    Raises
+    ------
+    ValueError
+        For E <= 0 or ν outside (−1, 1/2).
     """
     E = positive("E", E)
     nu = finite("nu", nu)
@@ -19,8 +36,23 @@ def modulus(E: ArrayLike, nu: ArrayLike) -> Values:
 
 
 def stiffness(E: ArrayLike, nu: ArrayLike, h: ArrayLike) -> Values:
-    """Stiffness per area k = Ẽ / h, Eq. (3) per unit area.
+    """Stiffness of a thin layer per area.
 
-    ValueError for E <= 0, h <= 0 or ν outside (−1, 1/2).
+    k = Ẽ / h, Eq. (3) per unit area.
+
+    Parameters
+    ----------
+    E, nu, h : array_like
+        Young's modulus [Pa], Poisson's ratio and thickness of the layer [m].
+
+    Returns
+    -------
+    float or ndarray
+        k [N/m³].
+
+    Raises
+    ------
+    ValueError
+        For E <= 0, h <= 0 or ν outside (−1, 1/2).
     """
     return modulus(E, nu) / positive("h", h)

@@ -25,7 +25,25 @@ from energy.layer import second_order
 
 
 def half_space_modulus(E: ArrayLike, nu: ArrayLike) -> Values:
-    """E* = E/(1-ν²). ValueError for E <= 0 or ν outside (-1, ½]."""
+    """Plane-strain modulus of a half-space.
+
+    E* = E/(1-ν²).
+
+    Parameters
+    ----------
+    E, nu : array_like
+        Young's modulus [Pa] and Poisson's ratio.
+
+    Returns
+    -------
+    float or ndarray
+        E* [Pa].
+
+    Raises
+    ------
+    ValueError
+        For E <= 0 or ν outside (-1, ½].
+    """
     E = positive("E", E)
     nu = finite("nu", nu)
     refuse("nu", nu, (nu <= -1.0) | (nu > 0.5), "must lie in (-1, 1/2]: pass Poisson's ratio")
@@ -35,16 +53,47 @@ def half_space_modulus(E: ArrayLike, nu: ArrayLike) -> Values:
 def half_space_depth(
     a: ArrayLike, *, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d = a²/R - √(2πwa/E*) of a sphere."""
+    """Depth at a radius of the contact between a sphere and a half-space (JKR).
+
+    d = a²/R - √(2πwa/E*).
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, E, nu, w : array_like
+        Radius of curvature [m], Young's modulus [Pa], Poisson's ratio and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     a = non_negative("a", a)
     modulus = half_space_modulus(E, nu)
-    return unwrap(a**2 / positive("R", R) - np.sqrt(2 * np.pi * non_negative("w", w) * a / modulus))
+    lift = np.sqrt(2 * np.pi * non_negative("w", w) * a / modulus)
+    return unwrap(a**2 / positive("R", R) - lift)
 
 
 def half_space_force(
     a: ArrayLike, *, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = 4E*a³/(3R) - √(8πwE*a³) of a sphere."""
+    """Force at a radius of the contact between a sphere and a half-space (JKR).
+
+    P = 4E*a³/(3R) - √(8πwE*a³).
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, E, nu, w : array_like
+        Radius of curvature [m], Young's modulus [Pa], Poisson's ratio and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+    """
     a = non_negative("a", a)
     modulus = half_space_modulus(E, nu)
     pull = np.sqrt(8 * np.pi * non_negative("w", w) * modulus * a**3)
@@ -52,7 +101,20 @@ def half_space_force(
 
 
 def half_space_pull_off(*, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike) -> PullOff:
-    """-(3/2)πwR at a³ = 9πwR²/(8E*): the most tensile state of a sphere."""
+    """The most tensile state of a sphere on a half-space (JKR).
+
+    P = -(3/2)πwR at a³ = 9πwR²/(8E*).
+
+    Parameters
+    ----------
+    R, E, nu, w : array_like
+        Radius of curvature [m], Young's modulus [Pa], Poisson's ratio and work of adhesion [J/m²].
+
+    Returns
+    -------
+    PullOff
+        P [N], d [m] and a [m].
+    """
     R = positive("R", R)
     w = positive("w", w)
     a = np.cbrt(9 * np.pi * w * R**2 / (8 * half_space_modulus(E, nu)))
@@ -67,28 +129,80 @@ def _pulled(*state: ArrayLike) -> PullOff:
 def _flow(E: ArrayLike, h: ArrayLike, w: ArrayLike) -> tuple[Array, Array]:
     """G/h³ and μ of an incompressible layer."""
     compliance = np.asarray(positive("h", h)) ** 3 / (positive("E", E) / 3)
-    return unwrap(1 / compliance), unwrap(np.sqrt(2 / 3 * non_negative("w", w) * compliance))
+    mu = np.sqrt(2 / 3 * non_negative("w", w) * compliance)
+    return unwrap(1 / compliance), unwrap(mu)
 
 
 def incompressible_depth(
     a: ArrayLike, *, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d = a²/(4R) - 2μ/a of a sphere on a thin layer, ν = ½ and a ≫ h."""
+    """Depth at a radius of the contact between a sphere and a thin incompressible layer.
+
+    d = a²/(4R) - 2μ/a, for ν = ½ and a ≫ h.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, E, h, w : array_like
+        Radius of curvature [m], Young's modulus [Pa], thickness of the layer [m] and work of
+        adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     a = positive("a", a)
-    return a**2 / (4 * positive("R", R)) - 2 * _flow(E, h, w)[1] / a
+    _, mu = _flow(E, h, w)
+    return a**2 / (4 * positive("R", R)) - 2 * mu / a
 
 
 def incompressible_force(
     a: ArrayLike, *, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = πG/(32Rh³) (a⁶ - 24Rμa³) of a sphere, likewise."""
-    (stiff, mu), a, R = _flow(E, h, w), positive("a", a), positive("R", R)
+    """Force at a radius of the contact between a sphere and a thin incompressible layer.
+
+    P = πG/(32Rh³) (a⁶ - 24Rμa³).
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, E, h, w : array_like
+        Radius of curvature [m], Young's modulus [Pa], thickness of the layer [m] and work of
+        adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+    """
+    a = positive("a", a)
+    R = positive("R", R)
+    stiff, mu = _flow(E, h, w)
     return np.pi * stiff / (32 * R) * (a**6 - 24 * R * mu * a**3)
 
 
 def incompressible_pull_off(*, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike) -> PullOff:
-    """-3πwR at a³ = 12Rμ, d = μ/a: the most tensile state of a sphere, likewise."""
-    R, w, mu = positive("R", R), positive("w", w), _flow(E, h, w)[1]
+    """The most tensile state of a sphere on a thin incompressible layer.
+
+    P = -3πwR at a³ = 12Rμ and d = μ/a.
+
+    Parameters
+    ----------
+    R, E, h, w : array_like
+        Radius of curvature [m], Young's modulus [Pa], thickness of the layer [m] and work of
+        adhesion [J/m²].
+
+    Returns
+    -------
+    PullOff
+        P [N], d [m] and a [m].
+    """
+    R = positive("R", R)
+    w = positive("w", w)
+    _, mu = _flow(E, h, w)
     a = np.cbrt(12 * R * mu)
     return _pulled(-3 * np.pi * w * R, mu / a, a)
 
@@ -96,17 +210,47 @@ def incompressible_pull_off(*, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: Arra
 def incompressible_cylinder_depth(
     a: ArrayLike, *, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d = a²/(6R) - μ/a of a cylinder, likewise."""
+    """Depth at a half-width of the contact between a cylinder and a thin incompressible layer.
+
+    d = a²/(6R) - μ/a.
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    R, E, h, w : array_like
+        Radius of curvature [m], Young's modulus [Pa], thickness of the layer [m] and work of
+        adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     a = positive("a", a)
-    return a**2 / (6 * positive("R", R)) - _flow(E, h, w)[1] / a
+    _, mu = _flow(E, h, w)
+    return a**2 / (6 * positive("R", R)) - mu / a
 
 
 def incompressible_cylinder_pull_off(
     *, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike
 ) -> PullOff:
-    """-(6G/(5h³)) μa² at a³ = 6Rμ, d = 0: the most tensile state of a cylinder, likewise.
+    """The most tensile state of a cylinder on a thin incompressible layer.
+
+    P = -(6G/(5h³)) μa² at a³ = 6Rμ and d = 0.
 
     The least of P = (G/h³)(2a⁵/(15R) - 2μa²).
+
+    Parameters
+    ----------
+    R, E, h, w : array_like
+        Radius of curvature [m], Young's modulus [Pa], thickness of the layer [m] and work of
+        adhesion [J/m²].
+
+    Returns
+    -------
+    PullOff
+        P [N/m], d [m] and a [m].
     """
     R = positive("R", R)
     w = positive("w", w)
@@ -116,9 +260,23 @@ def incompressible_cylinder_pull_off(
 
 
 def tension_force(a: ArrayLike, *, R: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """P = 2πa (γ₁a/R - √(2wγ₁)) of a sphere where tension rules, a ≪ γ₁/E: its line alone.
+    """Force on a sphere where surface tension dominates, a ≪ γ₁/E.
+
+    P = 2πa (γ₁a/R - √(2wγ₁)): its line alone.
 
     The most tensile is at a = R √(w/(2γ₁)).
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, gamma1, w : array_like
+        Radius of curvature [m], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
     """
     a = non_negative("a", a)
     gamma1 = positive("gamma1", gamma1)
@@ -127,7 +285,20 @@ def tension_force(a: ArrayLike, *, R: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 
 
 def tension_pull_off_force(*, R: ArrayLike, w: ArrayLike) -> Values:
-    """-πwR: of a sphere where tension rules, whatever lies below the surface."""
+    """Pull-off force of a sphere where surface tension dominates.
+
+    P = -πwR, whatever lies below the surface.
+
+    Parameters
+    ----------
+    R, w : array_like
+        Radius of curvature [m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], < 0.
+    """
     return -np.pi * positive("R", R) * non_negative("w", w)
 
 
@@ -143,14 +314,34 @@ def depth(
     gamma1: ArrayLike,
     w: ArrayLike,
 ) -> Values:
-    """d = f(a) + ℓf'(a) + (ℓ² + c₂h² - l²) f''(a)/2 - δ₀: Eq. (16) of a layer, a ≫ h, ν < ½.
+    """Depth at which a line rests on a layer with its exact response, a ≫ h and ν < ½.
+
+    d = f(a) + ℓf'(a) + (ℓ² + c₂h² - l²) f''(a)/2 - δ₀: Eq. (16) of a layer, a ≫ h, ν < ½.
 
     By the method of Wiener and Hopf; for profiles whose f'' is constant, else with f''' and so on.
-    ell: ℓ of `Scene.effective_length`, an integral; l and c₂ as for the springs, on which ℓ = l.
+    ℓ is an integral over the layer's response; l and c₂ are as for the springs, on which ℓ = l.
+
+    Parameters
+    ----------
+    f_a : array_like
+        Height of the profile at the line [m].
+    slope_a : array_like
+        Slope of the profile at the line [1].
+    bend_a : array_like
+        Second derivative of the profile at the line [1/m].
+    ell, E, nu, h, gamma1, w : array_like
+        Length ℓ of `Scene.effective_length` [m], Young's modulus [Pa], Poisson's ratio, thickness
+        of the layer [m], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
     """
     k = stiffness(E, nu, h)
     ell = finite("ell", ell)
     second = second_order(finite("nu", nu)) * np.square(h)
     bent = (ell**2 + second - np.square(elastocapillary_length(k, gamma1))) / 2
-    still = _depth(f_a, 0.0, k=k, gamma1=gamma1, w=w)
-    return still + ell * finite("slope_a", slope_a) + bent * finite("bend_a", bend_a)
+    of_height = _depth(f_a, 0.0, k=k, gamma1=gamma1, w=w)
+    of_slope = ell * finite("slope_a", slope_a)
+    return of_height + of_slope + bent * finite("bend_a", bend_a)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from energy.cards import displacement_control
 from energy.cards._checks import positive
-from energy.cards._jumps import parabola_lets_go, parabola_touched, wedge_lets_go, wedge_touched
+from energy.cards._jumps import parabola_detached, parabola_touched, wedge_detached, wedge_touched
 from energy.cards._types import Jump, Values
 
 flat_punch_jump_in = displacement_control.flat_punch_jump_in
@@ -32,49 +32,137 @@ _DEAD_LOAD = np.zeros(())
 
 
 def wedge_jump_in(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(0, d, a, released): d = m tan δ, a = a₀ + m with m² = a₀ (a₀ + 2l), a₀ = δ₀/tan δ − l.
+    """Jump into contact of a wedge on touching.
+
+    (0, d, a, released): d = m tan δ, a = a₀ + m with m² = a₀ (a₀ + 2l), a₀ = δ₀/tan δ − l.
 
     Released −U(d) = k tan²δ (a₀² (2a₀/3 + l) + 2m³/3). All 0 for a sharp wedge, tan δ >= α.
-    ValueError for γ₁ = 0.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N/m], d [m], a [m] and the energy released [J/m].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ = 0.
     """
     return wedge_touched(_DEAD_LOAD, delta=delta, k=positive("k", k), gamma1=gamma1, w=w)
 
 
 def wedge_detachment(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(−F_A, 0, a₀, k tan²δ a₀² (a₀/3 + l)), a₀ = δ₀/tan δ − l, F_A of Eq. (30).
+    """Pull-off of a wedge.
+
+    (−F_A, 0, a₀, k tan²δ a₀² (a₀/3 + l)), a₀ = δ₀/tan δ − l, F_A of Eq. (30).
 
     All 0 for a sharp wedge, tan δ >= α. γ₁ = 0 is allowed.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N/m], d [m], a [m] and the energy released [J/m].
     """
-    return wedge_lets_go(_DEAD_LOAD, delta=delta, k=positive("k", k), gamma1=gamma1, w=w).jump
+    return wedge_detached(_DEAD_LOAD, delta=delta, k=positive("k", k), gamma1=gamma1, w=w).jump
 
 
 def wedge_loop_area(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """∮P dd = k tan²δ (a₀² (a₀ + 2l) + 2m³/3), with a₀ and m of `wedge_jump_in`."""
+    """Energy dissipated in a loop of a wedge that starts and ends detached.
+
+    ∮P dd = k tan²δ (a₀² (a₀ + 2l) + 2m³/3), with a₀ and m of `wedge_jump_in`.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        ∮P dd [J/m].
+    """
     first = wedge_jump_in(delta=delta, k=k, gamma1=gamma1, w=w)
     last = wedge_detachment(delta=delta, k=k, gamma1=gamma1, w=w)
     return first.energy_released + last.energy_released
 
 
 def parabola_jump_in(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(0, d, a, released): (a + l)³ − 3Rδ₀ (a + l) = l³, d = a² (a + 3l)/(6R (a + l)).
+    """Jump into contact of a parabola on touching.
+
+    (0, d, a, released): (a + l)³ − 3Rδ₀ (a + l) = l³, d = a² (a + 3l)/(6R (a + l)).
 
     Released −U(d) = k a³ (4a⁴ + 23a³l + 54a²l² + 60al³ + 30l⁴)/(45 R² (a + l)²).
-    ValueError for γ₁ = 0.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N/m], d [m], a [m] and the energy released [J/m].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ = 0.
     """
     return parabola_touched(_DEAD_LOAD, R=R, k=positive("k", k), gamma1=gamma1, w=w)
 
 
 def parabola_detachment(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """State of `parabola.pull_off`, released 2wl + (2k a³/(3R²)) (a²/5 + al + l²).
+    """Pull-off of a parabola.
+
+    State of `parabola.pull_off`, released 2wl + (2k a³/(3R²)) (a²/5 + al + l²).
 
     Λ = l/√(Rδ₀) <= 1: a = √(Rδ₀) − l. Λ >= 1: a = 0, as under displacement control.
     γ₁ = 0 is allowed.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N/m], d [m], a [m] and the energy released [J/m].
     """
-    return parabola_lets_go(_DEAD_LOAD, R=R, k=positive("k", k), gamma1=gamma1, w=w).jump
+    return parabola_detached(_DEAD_LOAD, R=R, k=positive("k", k), gamma1=gamma1, w=w).jump
 
 
 def parabola_loop_area(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """∮P dd = energy released by `parabola_jump_in` + by `parabola_detachment`."""
+    """Energy dissipated in a loop of a parabola that starts and ends detached.
+
+    ∮P dd = energy released by `parabola_jump_in` + by `parabola_detachment`.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        ∮P dd [J/m].
+    """
     first = parabola_jump_in(R=R, k=k, gamma1=gamma1, w=w)
     last = parabola_detachment(R=R, k=k, gamma1=gamma1, w=w)
     return first.energy_released + last.energy_released

@@ -16,19 +16,64 @@ _REMEDY = "without adhesion there is no contact, pass d >= 0"
 
 
 def interfacial_energy(gamma1: ArrayLike, gamma2: ArrayLike) -> Values:
-    """γ₁₂ = γ₁ + γ₂, Eq. (34): the interface that gives w = 0. ValueError for γ₁ < 0."""
+    """Energy of the interface for which nothing adheres.
+
+    γ₁₂ = γ₁ + γ₂, Eq. (34).
+
+    Parameters
+    ----------
+    gamma1, gamma2 : array_like
+        Surface tension [N/m] and energy of the indenter's surface [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        γ₁₂ [J/m²].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ < 0.
+    """
     return non_negative("gamma1", gamma1) + finite("gamma2", gamma2)
 
 
 def contact_angle() -> float:
-    """θ = π, Eq. (35)."""
+    """Contact angle without adhesion.
+
+    θ = π, Eq. (35).
+
+    Returns
+    -------
+    float
+        θ [rad].
+    """
     return float(np.pi)
 
 
 def slope_jump(slope_a: ArrayLike, u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """f'(a) + (C/l) exp(−a/l) = f'(a) − u_a/l, Eq. (36): zero at equilibrium.
+    """Kink of the surface at the line, 0 at equilibrium.
 
-    ValueError for k <= 0 or γ₁ <= 0.
+    f'(a) + (C/l) exp(−a/l) = f'(a) − u_a/l, Eq. (36).
+
+    Parameters
+    ----------
+    slope_a : array_like
+        Slope of the profile at the line [1].
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        [1].
+
+    Raises
+    ------
+    ValueError
+        For k <= 0 or γ₁ <= 0.
     """
     return finite("slope_a", slope_a) + slope_at_line(u_a, k=k, gamma1=gamma1)
 
@@ -36,21 +81,87 @@ def slope_jump(slope_a: ArrayLike, u_a: ArrayLike, *, k: ArrayLike, gamma1: Arra
 def line_residual(
     d: ArrayLike, f_a: ArrayLike, slope_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
-    """f(a) − d + l f'(a), Eq. (37): zero at equilibrium. ValueError for k <= 0 or γ₁ < 0."""
+    """Residual of the condition that places the contact line, 0 at equilibrium.
+
+    f(a) − d + l f'(a), Eq. (37).
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    f_a : array_like
+        Height of the profile at the line [m].
+    slope_a : array_like
+        Slope of the profile at the line [1].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        [m].
+
+    Raises
+    ------
+    ValueError
+        For k <= 0 or γ₁ < 0.
+    """
     return _line_residual(d, f_a, slope_a, k=k, gamma1=gamma1, w=0.0)
 
 
 def parabola_residual(
     a: ArrayLike, d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
-    """a² + 2al − 2Rd, Eq. (38): 2R times `line_residual` of a parabola. ValueError for a < 0."""
+    """Residual of the quadratic equation for the half-width under a parabola.
+
+    a² + 2al − 2Rd, Eq. (38): 2R times `line_residual` of a parabola.
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1 : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        [m²].
+
+    Raises
+    ------
+    ValueError
+        For a < 0.
+    """
     a = non_negative("a", a)
     ell = elastocapillary_length(k, gamma1)
     return a * (a + 2.0 * ell) - 2.0 * positive("R", R) * finite("d", d)
 
 
 def parabola_half_width(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """a = −l + √(2Rd + l²), Eq. (39), evaluated without the difference. ValueError for d < 0."""
+    """Half-width of the contact under a parabola.
+
+    a = −l + √(2Rd + l²), Eq. (39), evaluated without the difference.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1 : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        a [m].
+
+    Raises
+    ------
+    ValueError
+        For d < 0.
+    """
     d = excess("d", finite("d", d), 0.0, _REMEDY)
     ell = elastocapillary_length(k, gamma1)
     chord = np.sqrt(2.0 * positive("R", R) * d)
@@ -60,9 +171,28 @@ def parabola_half_width(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: Arr
 
 
 def parabola_force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """P = (2k/3R) ((2Rd + l²)^(3/2) − l³), Eq. (40), evaluated without the difference.
+    """Force on a parabola.
 
-    With b = √(2Rd + l²): b³ − l³ = 2Rd (b² + bl + l²)/(b + l). ValueError for d < 0.
+    P = (2k/3R) ((2Rd + l²)^(3/2) − l³), Eq. (40), evaluated without the difference.
+
+    With b = √(2Rd + l²): b³ − l³ = 2Rd (b² + bl + l²)/(b + l).
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1 : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For d < 0.
     """
     d = excess("d", finite("d", d), 0.0, _REMEDY)
     ell = elastocapillary_length(k, gamma1)

@@ -26,9 +26,27 @@ def _lengths(
 def half_width(
     d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """a = −l + √(l² + 2R (d + δ₀)), Eq. (33), evaluated without the difference.
+    """Half-width of the contact at a depth.
 
-    ValueError for d < −δ₀, where the contact has let go.
+    a = −l + √(l² + 2R (d + δ₀)), Eq. (33), evaluated without the difference.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        a [m].
+
+    Raises
+    ------
+    ValueError
+        For d < −δ₀, where the contact has let go.
     """
     R, ell, delta0 = _lengths(R, k, gamma1, w)
     remedy = "the parabola has let go, pass d >= -sqrt(2w/k)"
@@ -39,7 +57,28 @@ def half_width(
 
 
 def depth(a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """d = a (a + 2l)/(2R) − δ₀, Eq. (32) solved for the depth. ValueError for a < 0."""
+    """Depth at which a line rests at a half-width.
+
+    d = a (a + 2l)/(2R) − δ₀, Eq. (32) solved for the depth.
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+
+    Raises
+    ------
+    ValueError
+        For a < 0.
+    """
     R, ell, delta0 = _lengths(R, k, gamma1, w)
     a = non_negative("a", a)
     return a * (a + 2.0 * ell) / (2.0 * R) - delta0
@@ -48,9 +87,29 @@ def depth(a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Arr
 def displacement(
     x: ArrayLike, *, d: ArrayLike, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """u = d − x²/(2R) in contact, (la/R − δ₀) exp(−(|x| − a)/l) outside, Eqs. (4), (6), (13).
+    """Displacement of the surface under a parabola and beside it.
 
-    ValueError for d < −δ₀.
+    u = d − x²/(2R) in contact, (la/R − δ₀) exp(−(|x| − a)/l) outside, Eqs. (4), (6), (13).
+
+    Parameters
+    ----------
+    x : array_like
+        Positions [m].
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        For d < −δ₀.
     """
     x = finite("x", x)
     a = np.asarray(half_width(d, R=R, k=k, gamma1=gamma1, w=w))
@@ -60,7 +119,28 @@ def displacement(
 
 
 def force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """P at the depth d, Eq. (11) with a from Eq. (33). ValueError for d < −δ₀."""
+    """Force on a parabola at a depth.
+
+    Eq. (11) with a from Eq. (33).
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For d < −δ₀.
+    """
     a = half_width(d, R=R, k=k, gamma1=gamma1, w=w)
     return force_of_width(a, R=R, k=k, gamma1=gamma1, w=w)
 
@@ -68,9 +148,27 @@ def force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Arr
 def force_of_width(
     a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = (2k/3R) ((a + l)³ − l³) − 2k δ₀ (a + l): Eq. (11) with d from Eq. (32).
+    """Force on a parabola at a half-width.
 
-    ValueError for a < 0.
+    P = (2k/3R) ((a + l)³ − l³) − 2k δ₀ (a + l): Eq. (11) with d from Eq. (32).
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For a < 0.
     """
     R, ell, delta0 = _lengths(R, k, gamma1, w)
     a = non_negative("a", a)
@@ -79,9 +177,29 @@ def force_of_width(
 
 
 def energy(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """U = k (l δ₀² − (2δ₀/3R)((a + l)³ − l³) + (a²/R²)(2a³/15 + 2a²l/3 + 4al²/3 + l³)).
+    """Energy of the layer under a parabola.
 
-    Springs, contact and free surface, adhesion; P = dU/dd. ValueError for d < −δ₀.
+    U = k (l δ₀² − (2δ₀/3R)((a + l)³ − l³) + (a²/R²)(2a³/15 + 2a²l/3 + 4al²/3 + l³)).
+
+    Springs, contact and free surface, adhesion; P = dU/dd.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J/m]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        For d < −δ₀.
     """
     a = np.asarray(half_width(d, R=R, k=k, gamma1=gamma1, w=w))[()]
     R, ell, delta0 = _lengths(R, k, gamma1, w)
@@ -97,6 +215,17 @@ def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> 
     Λ = l/√(R δ₀) <= 1: (a + l)² = R δ₀, d = −δ₀/2 − l²/(2R),
     P = −(4/3) k √R δ₀^(3/2) − (2/3) k l³/R. Λ >= 1: a = 0, d = −δ₀, P = −2 √(2wγ₁). From dP/da
     of `force_of_width`; the paper does not give it.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    PullOff
+        P [N/m], d [m] and a [m].
     """
     R, ell, delta0 = _lengths(R, k, gamma1, w)
     k = positive("k", k)
@@ -110,15 +239,55 @@ def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> 
 
 
 def adhesion_force(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """F_A = −P of `pull_off`: the largest pull the contact bears."""
+    """Largest pull that the contact bears.
+
+    F_A = −P of `pull_off`.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N/m], >= 0.
+    """
     return -pull_off(R=R, k=k, gamma1=gamma1, w=w).force
 
 
 def detachment_depth(*, k: ArrayLike, w: ArrayLike) -> Values:
-    """d = −δ₀, where a → 0 under displacement control."""
+    """Depth at which the contact vanishes under imposed depth.
+
+    d = −δ₀, where a → 0 under displacement control.
+
+    Parameters
+    ----------
+    k, w : array_like
+        Stiffness of the foundation [N/m³] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     return critical_depth(k, w)
 
 
 def energy_released(*, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """2wl: what the two tails lose at `detachment_depth`, where `energy` jumps to 0."""
+    """Energy that both free surfaces lose as the contact vanishes under imposed depth.
+
+    2wl: what the two tails lose at `detachment_depth`, where `energy` jumps to 0.
+
+    Parameters
+    ----------
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        Energy [J/m].
+    """
     return 2.0 * non_negative("w", w) * elastocapillary_length(k, gamma1)

@@ -8,11 +8,42 @@ from energy.cards._types import Values
 
 
 def critical_separation(k: ArrayLike, w: ArrayLike) -> Values:
-    """δ₀ = √(2w/k), Eq. (20); surface tension plays no part. ValueError for k <= 0 or w < 0."""
+    """Separation at which a rigid plane detaches.
+
+    δ₀ = √(2w/k), Eq. (20); surface tension plays no part.
+
+    Parameters
+    ----------
+    k, w : array_like
+        Stiffness of the foundation [N/m³] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        δ₀ [m].
+
+    Raises
+    ------
+    ValueError
+        For k <= 0 or w < 0.
+    """
     delta0: Values = np.sqrt(2.0 * (non_negative("w", w) / positive("k", k)))
     return delta0
 
 
 def critical_depth(k: ArrayLike, w: ArrayLike) -> Values:
-    """d_c = −δ₀, Eq. (19): contact spreads for d > d_c, shrinks for d < d_c."""
+    """Depth at which a rigid plane detaches.
+
+    d_c = −δ₀, Eq. (19): contact spreads for d > d_c, shrinks for d < d_c.
+
+    Parameters
+    ----------
+    k, w : array_like
+        Stiffness of the foundation [N/m³] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     return -critical_separation(k, w)

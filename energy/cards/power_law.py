@@ -67,9 +67,29 @@ def _state(d: ArrayLike, c: Array, n: float, ell: Array, delta0: Array) -> tuple
 def half_width(
     d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """a of c aⁿ + l n c a^(n−1) = d + δ₀, Eq. (16); 0 for n = 1 pinned at the tip.
+    """Half-width of the contact at a depth.
 
-    ValueError below `detachment_depth`.
+    a of c aⁿ + l n c a^(n−1) = d + δ₀, Eq. (16); 0 for n = 1 pinned at the tip.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        a [m].
+
+    Raises
+    ------
+    ValueError
+        Below `detachment_depth`.
     """
     c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
     return _state(d, c, n, ell, delta0)[0]
@@ -78,7 +98,30 @@ def half_width(
 def depth(
     a: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d = c aⁿ + l n c a^(n−1) − δ₀, Eq. (16). ValueError for a < 0."""
+    """Depth at which a line rests at a half-width.
+
+    d = c aⁿ + l n c a^(n−1) − δ₀, Eq. (16).
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+
+    Raises
+    ------
+    ValueError
+        For a < 0.
+    """
     c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
     a = non_negative("a", a)
     return c * a ** (n - 1.0) * (a + n * ell) - delta0
@@ -94,19 +137,63 @@ def displacement(
     gamma1: ArrayLike,
     w: ArrayLike,
 ) -> Values:
-    """u = d − c|x|ⁿ in contact, u_a exp(−(|x| − a)/l) outside, Eqs. (4), (6), (13).
+    """Displacement of the surface under the indenter and beside it.
 
-    u_a = l n c a^(n−1) − δ₀; u_a = d for n = 1 pinned at the tip. Errors as `half_width`.
+    u = d − c|x|ⁿ in contact, u_a exp(−(|x| − a)/l) outside, Eqs. (4), (6), (13).
+
+    u_a = l n c a^(n−1) − δ₀; u_a = d for n = 1 pinned at the tip.
+
+    Parameters
+    ----------
+    x : array_like
+        Positions [m].
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        As `half_width`.
     """
     c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
-    x, (a, u_a) = finite("x", x), _state(d, c, n, ell, delta0)
-    return joined(x, a, finite("d", d) - c * np.abs(x) ** n, u_a, ell)
+    x = finite("x", x)
+    a, u_a = _state(d, c, n, ell, delta0)
+    inside = finite("d", d) - c * np.abs(x) ** n
+    return joined(x, a, inside, u_a, ell)
 
 
 def force(
     d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = 2k ((a + l) u_a + c a^(n+1) n/(n + 1)), Eq. (11), u_a as in `displacement`."""
+    """Force at a depth.
+
+    P = 2k ((a + l) u_a + c a^(n+1) n/(n + 1)), Eq. (11), u_a as in `displacement`.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
+    """
     c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
     a, u_a = _state(d, c, n, ell, delta0)
     pressed = c * a ** (n + 1.0) * (n / (n + 1.0))
@@ -116,10 +203,32 @@ def force(
 def energy(
     d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """U = ∫_{−a}^{a} (k/2 (d − f)² + γ₁/2 f'²) dx + k l u_a² − 2wa, in closed form.
+    """Energy of the layer.
+
+    U = ∫_{−a}^{a} (k/2 (d − f)² + γ₁/2 f'²) dx + k l u_a² − 2wa, in closed form.
 
     With s = l n c a^(n−1), v = c aⁿ n: U = k (l u_a² + a s (s − 2δ₀) + 2 a u_a v/(n + 1)
-    + 2 a v²/((n + 1)(2n + 1)) + a s²/(2n − 1)). P = dU/dd. Errors as `half_width`.
+    + 2 a v²/((n + 1)(2n + 1)) + a s²/(2n − 1)). P = dU/dd.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J/m]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        As `half_width`.
     """
     c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
     a, u_a = _state(d, c, n, ell, delta0)
@@ -133,7 +242,23 @@ def energy(
 def detachment_depth(
     *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d where a → 0 under displacement control: −δ₀ for n > 1, min(lc − δ₀, 0) for n = 1."""
+    """Depth at which the contact vanishes under imposed depth.
+
+    d where a → 0 under displacement control: −δ₀ for n > 1, min(lc − δ₀, 0) for n = 1.
+
+    Parameters
+    ----------
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
     least: Values = -delta0 if n > 1.0 else np.minimum(ell * c - delta0, 0.0)
     return least

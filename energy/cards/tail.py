@@ -13,7 +13,25 @@ from energy.cards._types import Values
 
 
 def elastocapillary_length(k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """l = √(γ₁/k), Eq. (7). ValueError for k <= 0 or γ₁ < 0."""
+    """Elastocapillary length, over which the free surface decays.
+
+    l = √(γ₁/k), Eq. (7).
+
+    Parameters
+    ----------
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        l [m].
+
+    Raises
+    ------
+    ValueError
+        For k <= 0 or γ₁ < 0.
+    """
     ell: Values = np.sqrt(non_negative("gamma1", gamma1) / positive("k", k))
     return ell
 
@@ -21,9 +39,32 @@ def elastocapillary_length(k: ArrayLike, gamma1: ArrayLike) -> Values:
 def displacement(
     x: ArrayLike, *, a: ArrayLike, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
-    """u = u_a exp(−(|x| − a)/l) for |x| >= a: Eq. (6) with its amplitude from Eq. (13).
+    """Displacement of the free surface outside a contact.
 
-    Without surface tension the springs beyond |x| = a stay undeformed. ValueError for |x| < a.
+    u = u_a exp(−(|x| − a)/l) for |x| >= a: Eq. (6) with its amplitude from Eq. (13).
+
+    Without surface tension the springs beyond |x| = a stay undeformed.
+
+    Parameters
+    ----------
+    x : array_like
+        Positions [m].
+    a : array_like
+        Half-width of the contact [m].
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        For |x| < a.
     """
     x = finite("x", x)
     a = non_negative("a", a)
@@ -33,14 +74,53 @@ def displacement(
 
 
 def slope_at_line(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """u'(a + 0) = −u_a/l, from Eqs. (6) and (13). ValueError for γ₁ = 0: a step has no slope."""
+    """Slope of the free surface at the contact line.
+
+    u'(a + 0) = −u_a/l, from Eqs. (6) and (13).
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        u'(a + 0) [1].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ = 0: a step has no slope.
+    """
     return -finite("u_a", u_a) / elastocapillary_length(k, positive("gamma1", gamma1))
 
 
 def amplitude(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """C = −u_a exp(a/l) of Eqs. (6) and (13).
+    """Amplitude of the free surface, extrapolated to x = 0.
 
-    ValueError for γ₁ = 0, and for a/l > 700 where C leaves the range of float64.
+    C = −u_a exp(a/l) of Eqs. (6) and (13).
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    a : array_like
+        Half-width of the contact [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        C [m].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ = 0, and for a/l > 700 where C leaves the range of float64.
     """
     u_a = finite("u_a", u_a)
     ratio = non_negative("a", a) / elastocapillary_length(k, positive("gamma1", gamma1))
@@ -50,9 +130,26 @@ def amplitude(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) 
 
 
 def energy(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """Energy of one tail, ∫ (k/2 u² + γ₁/2 u'²) dx = ½ √(k γ₁) u_a², from Eq. (6).
+    """Energy of one free surface beside a contact.
 
-    ValueError for k <= 0 or γ₁ < 0.
+    ∫ (k/2 u² + γ₁/2 u'²) dx = ½ √(k γ₁) u_a², from Eq. (6).
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        Energy [J/m].
+
+    Raises
+    ------
+    ValueError
+        For k <= 0 or γ₁ < 0.
     """
     u_a = finite("u_a", u_a)
     return 0.5 * np.sqrt(positive("k", k)) * np.sqrt(non_negative("gamma1", gamma1)) * u_a**2

@@ -37,14 +37,31 @@ def half_widths(
     w: ArrayLike,
     w_closing: ArrayLike,
 ) -> tuple[Values, Values]:
-    """(advancing, receding) half-widths at depth d: Eq. (16) with w_closing and with w.
+    """Half-widths between which a line is pinned at a depth.
+
+    Those of an advancing and of a receding line, Eq. (16) with w_closing and with w.
 
     A line between the two is pinned. Advancing is 0 where nothing would close by itself.
     ValueError for w_closing > w, and for d below `power_law.detachment_depth` at w.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w, w_closing : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m],
+        work of adhesion [J/m²] and work of adhesion gained on closing [J/m²].
+
+    Returns
+    -------
+    tuple of two floats or ndarrays
+        a of an advancing and of a receding line [m].
     """
-    closing, w = _works(w_closing, w, gamma1)
+    closing, opening = _works(w_closing, w, gamma1)
     same: dict[str, Any] = {"c": c, "n": n, "k": k, "gamma1": gamma1}
-    receding = np.asarray(power_law.half_width(d, w=w, **same))
+    receding = np.asarray(power_law.half_width(d, w=opening, **same))
     least = power_law.detachment_depth(w=closing, **same)
     advancing = np.asarray(power_law.half_width(np.maximum(d, least), w=closing, **same))
     advancing, receding = np.array(np.broadcast_arrays(advancing, receding))
@@ -62,14 +79,34 @@ def cycle_area(
     d_min: ArrayLike,
     d_max: ArrayLike,
 ) -> Values:
-    """∮P dd = 2 (w − w_closing) max(a_adv(d_max) − a_rec(d_min), 0), contact being kept.
+    """Energy dissipated in a steady cycle between two depths, contact being kept.
+
+    ∮P dd = 2 (w − w_closing) max(a_adv(d_max) − a_rec(d_min), 0).
 
     The steady cycle between two depths; 0 while the line stays pinned, d_max − d_min <= δ₀ − δ_c.
     ValueError for d_max < d_min, and for d_min below `power_law.detachment_depth`.
+
+    Parameters
+    ----------
+    n : float
+        Exponent, >= 1.
+    d_min : array_like
+        Least depth of the cycle [m].
+    d_max : array_like
+        Largest depth [m].
+    c, k, gamma1, w, w_closing : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m],
+        work of adhesion [J/m²] and work of adhesion gained on closing [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        ∮P dd [J/m].
     """
     both: dict[str, Any] = {"w": w, "w_closing": w_closing}
     same: dict[str, Any] = {"c": c, "n": n, "k": k, "gamma1": gamma1}
-    (closing, opening), top = _works(w_closing, w, gamma1), finite("d_max", d_max)
+    closing, opening = _works(w_closing, w, gamma1)
+    top = finite("d_max", d_max)
     low = finite("d_min", d_min)
     excess("d_max", top, low, "the cycle turns back at d_max, pass d_max >= d_min")
     least = power_law.detachment_depth(w=w, **same)
@@ -90,23 +127,44 @@ def loop_area(
     w_closing: ArrayLike,
     d_max: ArrayLike,
 ) -> Values:
-    """∮P dd from touching to d_max >= 0 and back until the contact lets go.
+    """Energy dissipated in a loop from touching to a depth and back to detachment.
 
-    Jump-in with w_closing + 2 (w − w_closing) a_adv(d_max) + k l d_e², d_e the end of the branch
-    at w; 0 where the line never leaves the tip, a_adv(d_max) = 0.
-    ValueError for d_max < 0 and w_closing > w.
+    What the jump-in releases at w_closing, 2 (w − w_closing) a_adv(d_max) of the lines, and
+    k l d_e² at the end d_e of the branch at w; 0 where the line never leaves the tip.
+
+    Parameters
+    ----------
+    n : float
+        Exponent, >= 1.
+    d_max : array_like
+        Largest depth [m].
+    c, k, gamma1, w, w_closing : array_like
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m],
+        work of adhesion [J/m²] and work of adhesion gained on closing [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        ∮P dd [J/m].
+
+    Raises
+    ------
+    ValueError
+        For d_max < 0 and w_closing > w.
     """
-    closing, w = _works(w_closing, w, gamma1)
+    closing, opening = _works(w_closing, w, gamma1)
     top = finite("d_max", d_max)
     excess("d_max", top, 0.0, "the indenter does not touch, pass d_max >= 0")
     same: dict[str, Any] = {"c": c, "n": n, "k": k, "gamma1": gamma1}
     widest = np.asarray(power_law.half_width(np.maximum(top, 0.0), w=closing, **same))
-    first = touched(np.asarray(power_law.half_width(0.0, w=closing, **same)), **same)
-    end = power_law.detachment_depth(w=w, **same)
-    last = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1))
-    area = first.energy_released + 2.0 * (w - closing) * widest + last
-    kept: Array = np.where(widest > 0.0, area, 0.0)[()]
-    return kept
+    touching = np.asarray(power_law.half_width(0.0, w=closing, **same))
+    of_jump_in = touched(touching, **same).energy_released
+    of_lines = 2.0 * (opening - closing) * widest
+    end = power_law.detachment_depth(w=opening, **same)
+    of_detachment = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1))
+    area = of_jump_in + of_lines + of_detachment
+    unless_at_tip: Array = np.where(widest > 0.0, area, 0.0)[()]
+    return unless_at_tip
 
 
 def _works(w_closing: ArrayLike, w: ArrayLike, gamma1: ArrayLike) -> tuple[Array, Array]:

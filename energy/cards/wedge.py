@@ -37,9 +37,27 @@ def _state(d: ArrayLike, slope: Array, ell: Array, q: Array) -> tuple[Array, Arr
 def half_width(
     d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """a = (d + δ₀)/tan δ − l, Eq. (25); 0 while the line is pinned at the tip.
+    """Half-width of the contact at a depth.
 
-    ValueError below `detachment_depth`.
+    a = (d + δ₀)/tan δ − l, Eq. (25); 0 while the line is pinned at the tip.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        a [m].
+
+    Raises
+    ------
+    ValueError
+        Below `detachment_depth`.
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
     return _state(d, slope, ell, q)[0]
@@ -48,7 +66,23 @@ def half_width(
 def depth(
     a: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d = a tan δ − δ₀ + l tan δ, Eq. (28), of a free line; a = 0 gives its least depth q."""
+    """Depth at which a free line rests at a half-width.
+
+    d = a tan δ − δ₀ + l tan δ, Eq. (28), of a free line; a = 0 gives its least depth q.
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     slope, _, q = _lengths(delta, k, gamma1, w)
     return non_negative("a", a) * slope + q
 
@@ -56,23 +90,66 @@ def depth(
 def displacement(
     x: ArrayLike, *, d: ArrayLike, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """u = d − |x| tan δ in contact, u_a exp(−(|x| − a)/l) outside.
+    """Displacement of the surface under a wedge and beside it.
+
+    u = d − |x| tan δ in contact, u_a exp(−(|x| − a)/l) outside.
 
     u_a = l tan δ − δ₀, Eq. (26), on a free line; u_a = d while it is pinned at the tip.
-    ValueError below `detachment_depth`.
+
+    Parameters
+    ----------
+    x : array_like
+        Positions [m].
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        Below `detachment_depth`.
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
-    x, (a, u_a) = finite("x", x), _state(d, slope, ell, q)
-    return joined(x, a, u_a + slope * (a - np.abs(x)), u_a, ell)
+    x = finite("x", x)
+    a, u_a = _state(d, slope, ell, q)
+    inside = u_a + slope * (a - np.abs(x))
+    return joined(x, a, inside, u_a, ell)
 
 
 def force(
     d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = 2k (ad − a² tan δ/2) + 2kl (l tan δ − δ₀), Eq. (27); P = 2kld pinned at the tip.
+    """Force on a wedge at a depth.
 
-    Eq. (27) taken at a = 0 would give a force that does not depend on d: it holds for a free
-    line only. ValueError below `detachment_depth`.
+    P = 2k (ad − a² tan δ/2) + 2kl (l tan δ − δ₀), Eq. (27); P = 2kld pinned at the tip.
+
+    Eq. (27) taken at a = 0 would give a force that does not depend on d: it holds for a free line
+    only.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        Below `detachment_depth`.
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
     a, u_a = _state(d, slope, ell, q)
@@ -82,9 +159,29 @@ def force(
 def force_of_width(
     a: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = k (a² tan δ + 2 (a + l)(l tan δ − δ₀)), Eq. (29), of a free line. ValueError for a < 0.
+    """Force on a wedge whose line is free, at a half-width.
+
+    P = k (a² tan δ + 2 (a + l)(l tan δ − δ₀)), Eq. (29), of a free line.
 
     At a = 0 the force of a sharp wedge at the deep end of its pinned range.
+
+    Parameters
+    ----------
+    a : array_like
+        Half-width of the contact [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N/m], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For a < 0.
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
     a = non_negative("a", a)
@@ -94,9 +191,29 @@ def force_of_width(
 def energy(
     d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """U = k (a³ tan²δ/3 + u_a (a + 2l) a tan δ + l u_a²), u_a as in `displacement`.
+    """Energy of the layer under a wedge.
 
-    Springs, contact and free surface, adhesion; P = dU/dd. ValueError below `detachment_depth`.
+    U = k (a³ tan²δ/3 + u_a (a + 2l) a tan δ + l u_a²), u_a as in `displacement`.
+
+    Springs, contact and free surface, adhesion; P = dU/dd.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J/m]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        Below `detachment_depth`.
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
     a, u_a = _state(d, slope, ell, q)
@@ -105,14 +222,31 @@ def energy(
 
 
 def adhesion_force(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """F_A = 2w/tan δ − γ₁ tan δ, Eq. (30), under load control; for tan δ <= α only.
+    """Largest pull that a blunt wedge bears under a dead load.
 
-    ValueError for tan δ > α: Eq. (29) then rises from a = 0 on, its stationary point lies at
-    a < 0, and the modulus in Eq. (30) turns a wedge that never pulls into an adhesive one.
+    F_A = 2w/tan δ − γ₁ tan δ, Eq. (30), under load control; for tan δ <= α only.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N/m], >= 0.
+
+    Raises
+    ------
+    ValueError
+        For tan δ > α: Eq. (29) then rises from a = 0 on, its stationary point lies at a < 0, and
+        the modulus in Eq. (30) turns a wedge that never pulls into an adhesive one.
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
     delta0 = critical_separation(k, w)
-    beyond = q > 32 * np.finfo(np.float64).eps * delta0  # tan δ = α within rounding is allowed
+    rounding = 32 * np.finfo(np.float64).eps * delta0  # of tan δ = α, which is allowed
+    beyond = q > rounding
     remedy = "is beyond tan δ = √(2w/γ₁): Eq. (30) fails, pass a blunter wedge or use pull_off"
     refuse("delta", np.arctan(slope), beyond, remedy)
     return positive("k", k) * np.maximum(-q, 0.0) * (delta0 + ell * slope) / slope
@@ -122,17 +256,43 @@ def pull_off(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike)
     """The most tensile state: (P, d, a) = (−F_A, 0, δ₀/tan δ − l), the minimum of Eq. (29).
 
     It lies at d = 0, the depth of first touch. A sharp wedge, tan δ > α, never pulls: (0, 0, 0).
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    PullOff
+        P [N/m], d [m] and a [m].
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
     delta0 = critical_separation(k, w)
-    force_min = positive("k", k) * np.minimum(q, 0.0) * (delta0 + ell * slope) / slope
-    return PullOff(force_min, np.zeros_like(force_min)[()], np.maximum(-q, 0.0) / slope)
+    force = positive("k", k) * np.minimum(q, 0.0) * (delta0 + ell * slope) / slope
+    depth = np.zeros_like(force)[()]
+    half_width = np.maximum(-q, 0.0) / slope
+    return PullOff(force, depth, half_width)
 
 
 def detachment_depth(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """d where a → 0 under displacement control: min(l tan δ − δ₀, 0).
+    """Depth at which the contact vanishes under imposed depth.
+
+    d where a → 0 under displacement control: min(l tan δ − δ₀, 0).
 
     `energy` there, k l d², is what the tails release.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
     """
     least: Values = np.minimum(_lengths(delta, k, gamma1, w)[2], 0.0)
     return least
@@ -141,6 +301,20 @@ def detachment_depth(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Ar
 def tip_pinned_depths(
     *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> tuple[Values, Values]:
-    """(0, l tan δ − δ₀), the depths with a = 0 pinned at the tip; (0, 0), empty, if tan δ <= α."""
+    """Depths between which the line is pinned at the tip.
+
+    (0, l tan δ − δ₀), the depths with a = 0 pinned at the tip; (0, 0), empty, if tan δ <= α.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    tuple of two floats or ndarrays
+        The least and the largest one [m].
+    """
     upper = np.maximum(_lengths(delta, k, gamma1, w)[2], 0.0)
     return 0.0 * upper, upper

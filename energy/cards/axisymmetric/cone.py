@@ -36,14 +36,51 @@ def _as_power_law(delta: ArrayLike) -> dict[str, Any]:
 def radius(
     d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """a of `depth`, on the branch where it grows with d. ValueError below that of `detachment`."""
+    """Radius of the contact at a depth, on the branch where it grows with the depth.
+
+    The a at which `depth` is d.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        a [m].
+
+    Raises
+    ------
+    ValueError
+        Below that of `detachment`.
+    """
     return power_law.radius(d, **_as_power_law(delta), k=k, gamma1=gamma1, w=w)
 
 
 def depth(
     a: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d = a tan δ − D q, at which a line rests at a > 0, stable or not."""
+    """Depth at which a line rests at a radius, stable or not.
+
+    d = a tan δ − D q, for a > 0.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     slope, ell, driven = _lengths(delta, k, gamma1, w)
     a = positive("a", a)
     return unwrap(slope * a - driven * decay(scaled(a, ell)))
@@ -52,14 +89,53 @@ def depth(
 def displacement(
     x: ArrayLike, *, d: ArrayLike, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """u = d − |x| tan δ in contact, (d − a tan δ) K₀(|x|/l)/K₀(a/l) outside. Errors as `radius`."""
+    """Displacement of the surface under a cone and beside it.
+
+    u = d − |x| tan δ in contact, (d − a tan δ) K₀(|x|/l)/K₀(a/l) outside.
+
+    Parameters
+    ----------
+    x : array_like
+        Distances from the axis [m].
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        As `radius`.
+    """
     return power_law.displacement(x, d=d, **_as_power_law(delta), k=k, gamma1=gamma1, w=w)
 
 
 def force(
     d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P at the depth d: that of `radius`."""
+    """Force on a cone at a depth.
+
+    P at the radius of `radius`.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+    """
     a = np.asarray(radius(d, delta=delta, k=k, gamma1=gamma1, w=w))
     return unwrap(_force(a, *_lengths(delta, k, gamma1, w), positive("k", k)))
 
@@ -67,7 +143,23 @@ def force(
 def force_of_radius(
     a: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = πk (a³ tan δ/3 − (a²q + 2al) D), a > 0."""
+    """Force on a cone at a radius.
+
+    P = πk (a³ tan δ/3 − (a²q + 2al) D), a > 0.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+    """
     return unwrap(_force(positive("a", a), *_lengths(delta, k, gamma1, w), positive("k", k)))
 
 
@@ -79,7 +171,28 @@ def _force(a: Array, slope: Array, ell: Array, driven: Array, k: Array) -> Array
 def energy(
     d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """U at the depth d; P = dU/dd. ValueError below the depth of `detachment`."""
+    """Energy of the layer under a cone.
+
+    P = dU/dd.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        Below the depth of `detachment`.
+    """
     return power_law.energy(d, **_as_power_law(delta), k=k, gamma1=gamma1, w=w)
 
 
@@ -87,6 +200,17 @@ def pull_off(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike)
     """The most tensile state (P, d, a): a² tan δ = l D (3sq + s²(q² − 1) + 2), s = a/l.
 
     All 0 for tan δ >= α.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    PullOff
+        P [N], d [m] and a [m].
     """
     slope, ell, driven = _lengths(delta, k, gamma1, w)
     pulling = np.maximum(driven, 0.0)
@@ -105,14 +229,42 @@ def pull_off(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike)
 
 
 def adhesion_force(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """F_A = −P of `pull_off`: the largest pull the contact bears."""
+    """Largest pull that the contact bears.
+
+    F_A = −P of `pull_off`.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N], >= 0.
+    """
     return -pull_off(delta=delta, k=k, gamma1=gamma1, w=w).force
 
 
 def adhesion_force_stiff(
     *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """(4/3) πk δ₀³/tan² δ (1 − ¾ l tan δ/δ₀), l tan δ ≪ δ₀: springs with a little tension."""
+    """Largest pull that the contact bears on springs with little tension, l tan δ ≪ δ₀.
+
+    (4/3) πk δ₀³/tan² δ (1 − ¾ l tan δ/δ₀).
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N], >= 0.
+    """
     slope, ell, _ = _lengths(delta, k, gamma1, w)
     delta0 = critical_separation(k, w)
     bracket = delta0 - 0.75 * ell * slope
@@ -120,13 +272,40 @@ def adhesion_force_stiff(
 
 
 def detachment(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(P, d, a, released) at the least depth, l tan δ = D (q² + q/s − 1), under imposed depth.
+    """Detachment under imposed depth.
+
+    (P, d, a, released) at the least depth, l tan δ = D (q² + q/s − 1), under imposed depth.
 
     All 0 for tan δ >= α.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N], d [m], a [m] and the energy released [J].
     """
     return power_law.detachment(**_as_power_law(delta), k=k, gamma1=gamma1, w=w)
 
 
 def jump_in(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(P, 0, a, released) on touching at imposed depth; all 0 for tan δ >= α."""
+    """Jump into contact on touching at imposed depth.
+
+    The contact jumps in at d = 0; all 0 for tan δ >= α.
+
+    Parameters
+    ----------
+    delta, k, gamma1, w : array_like
+        Angle between flank and surface [rad], stiffness of the foundation [N/m³], surface tension
+        [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N], d [m], a [m] and the energy released [J].
+    """
     return power_law.jump_in(**_as_power_law(delta), k=k, gamma1=gamma1, w=w)

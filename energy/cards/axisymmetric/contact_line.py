@@ -21,9 +21,27 @@ def depth(
     gamma1: ArrayLike,
     w: ArrayLike,
 ) -> Values:
-    """d = f(a) − (δ₀ − l f'(a)) q(a/l), q = K₀/K₁: the depth at which an outer line rests at a.
+    """Depth at which an outer contact line rests.
+
+    d = f(a) − (δ₀ − l f'(a)) q(a/l), q = K₀/K₁.
 
     Eq. (16) for a ≫ l, where q → 1 − l/(2a).
+
+    Parameters
+    ----------
+    f_a : array_like
+        Height of the profile at the line [m].
+    slope_a : array_like
+        Slope of the profile at the line [1].
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
     """
     ell = elastocapillary_length(k, gamma1)
     delta0 = critical_separation(k, w)
@@ -40,9 +58,32 @@ def inner_depth(
     gamma1: ArrayLike,
     w: ArrayLike,
 ) -> Values:
-    """d = f(b) − (δ₀ + l f'(b)) I₀(b/l)/I₁(b/l): the inner line of a ring, a free disc within.
+    """Depth at which the inner line of a ring rests.
 
-    Under a flat face a disc needs more than δ₀, the more the smaller it is. ValueError for γ₁ = 0.
+    d = f(b) − (δ₀ + l f'(b)) I₀(b/l)/I₁(b/l), with a free disc inside the ring.
+
+    Under a flat face a disc needs more than δ₀, the more the smaller it is.
+
+    Parameters
+    ----------
+    f_b : array_like
+        Height of the profile at the inner line [m].
+    slope_b : array_like
+        Slope of the profile at the inner line [1].
+    b : array_like
+        Radius of the inner line of a ring [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ = 0.
     """
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
     delta0 = critical_separation(k, w)

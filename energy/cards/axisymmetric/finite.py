@@ -21,9 +21,28 @@ def _angle(phi: ArrayLike) -> Array:
 
 
 def height_narrow(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """|u_a| = a sin φ (ln(4l/(a (1 + cos φ))) − γ_E), a ≪ l (Lo 1983); next a³/l² ln²(l/a).
+    """Height of the meniscus around a narrow contact, a ≪ l.
 
-    ValueError for γ₁ = 0 and φ outside (0, π/2).
+    |u_a| = a sin φ (ln(4l/(a (1 + cos φ))) − γ_E), a ≪ l (Lo 1983); next a³/l² ln²(l/a).
+
+    Parameters
+    ----------
+    phi : array_like
+        Inclination of the surface at the line [rad], in (0, π/2).
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        u_a in magnitude [m].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ = 0 and φ outside (0, π/2).
     """
     angle = _angle(phi)
     a = positive("a", a)
@@ -33,9 +52,28 @@ def height_narrow(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLi
 
 
 def height_wide(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """|u_a| = 2l sin(φ/2) (1 − l (1 − cos³(φ/2))/(3a sin²(φ/2))), a ≫ l; next (l/a)².
+    """Height of the meniscus around a wide contact, a ≫ l.
 
-    ValueError for γ₁ = 0 and φ outside (0, π/2).
+    |u_a| = 2l sin(φ/2) (1 − l (1 − cos³(φ/2))/(3a sin²(φ/2))), a ≫ l; next (l/a)².
+
+    Parameters
+    ----------
+    phi : array_like
+        Inclination of the surface at the line [rad], in (0, π/2).
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        u_a in magnitude [m].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ = 0 and φ outside (0, π/2).
     """
     angle = _angle(phi)
     a = positive("a", a)
@@ -47,8 +85,20 @@ def height_wide(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 
 
 def adhesion_force_small_sphere(*, R: ArrayLike, w: ArrayLike) -> Values:
-    """F_A = πRw of a true sphere, R ≪ l, at any w <= 2γ₁.
+    """Largest pull that a true sphere bears, R ≪ l, at any w <= 2γ₁.
+
+    F_A = πRw.
 
     The largest 2πγ₁ R sin β sin(π − θ − β) over the polar angle β of the line, at β = (π − θ)/2.
+
+    Parameters
+    ----------
+    R, w : array_like
+        Radius of curvature [m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N], >= 0.
     """
     return np.pi * positive("R", R) * positive("w", w)

@@ -30,50 +30,181 @@ def _attached(d: ArrayLike, least: Values) -> Array:
 def displacement(
     x: ArrayLike, *, d: ArrayLike, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """u = d under the face, d K₀(|x|/l)/K₀(a/l) outside. ValueError for d < −δ₀ q."""
+    """Displacement of the surface under a flat cylinder and beside it.
+
+    u = d under the face, d K₀(|x|/l)/K₀(a/l) outside.
+
+    Parameters
+    ----------
+    x : array_like
+        Distances from the axis [m].
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        For d < −δ₀ q.
+    """
     d = _attached(d, detachment_depth(a=a, k=k, gamma1=gamma1, w=w))
     a, ell, _ = _lengths(a, k, gamma1)
     return joined(finite("x", x), a, d, d, ell)
 
 
 def force(d: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """P = (πka² + 2πγ₁ (a/l)/q) d with the line at the edge. ValueError for d < −δ₀ q."""
+    """Force on a flat cylinder.
+
+    P = (πka² + 2πγ₁ (a/l)/q) d with the line at the edge.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For d < −δ₀ q.
+    """
     d = _attached(d, detachment_depth(a=a, k=k, gamma1=gamma1, w=w))
     a, ell, q = _lengths(a, k, gamma1)
     return unwrap(np.pi * positive("k", k) * a * (a + 2.0 * ell / q) * d)
 
 
 def energy(d: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """U = (πk/2)(a² + 2al/q) d² − wπa². ValueError for d < −δ₀ q."""
+    """Energy of the layer under a flat cylinder.
+
+    U = (πk/2)(a² + 2al/q) d² − wπa².
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        For d < −δ₀ q.
+    """
     d = _attached(d, detachment_depth(a=a, k=k, gamma1=gamma1, w=w))
-    delta0, (a, ell, q) = critical_separation(k, w), _lengths(a, k, gamma1)
+    delta0 = critical_separation(k, w)
+    a, ell, q = _lengths(a, k, gamma1)
     stored = (a + 2.0 * ell / q) * d**2 - a * delta0**2
     return unwrap(0.5 * np.pi * positive("k", k) * a * stored)
 
 
 def adhesion_force(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """F_A = πk δ₀ (a²q + 2al) = πka²δ₀q + 2πa √(2wγ₁), under imposed depth and dead load alike."""
-    delta0, (a, ell, q) = critical_separation(k, w), _lengths(a, k, gamma1)
+    """Largest pull that a flat cylinder bears, under imposed depth and under a dead load.
+
+    F_A = πk δ₀ (a²q + 2al) = πka²δ₀q + 2πa √(2wγ₁).
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N], >= 0.
+    """
+    delta0 = critical_separation(k, w)
+    a, ell, q = _lengths(a, k, gamma1)
     return unwrap(np.pi * positive("k", k) * delta0 * a * (a * q + 2.0 * ell))
 
 
 def detachment_depth(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """d = −δ₀ q(a/l): the slope α beside the edge, and the end of the metastable branch."""
-    return -critical_separation(k, w) * _lengths(a, k, gamma1)[2]
+    """Depth at which a flat cylinder detaches, the end of the metastable branch.
+
+    d = −δ₀ q(a/l), where the surface beside the edge has the slope α.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
+    _, _, q = _lengths(a, k, gamma1)
+    return -critical_separation(k, w) * q
 
 
 def detachment(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(P, d, a, released) = (−F_A, −δ₀q, a, (πk/2) δ₀² (a²(q² − 1) + 2alq)) under imposed depth."""
-    delta0, (radius, ell, q) = critical_separation(k, w), _lengths(a, k, gamma1)
-    left = ell * (
-        ell * growth(scaled(radius, ell)) + radius * q
-    )  # a²(q² − 1) + 2alq, not cancelled
+    """Detachment of a flat cylinder under imposed depth.
+
+    (P, d, a, released) = (−F_A, −δ₀q, a, (πk/2) δ₀² (a²(q² − 1) + 2alq)).
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N], d [m], a [m] and the energy released [J].
+    """
+    delta0 = critical_separation(k, w)
+    radius, ell, q = _lengths(a, k, gamma1)
+    # a²(q² − 1) + 2alq without cancellation
+    left = ell * (ell * growth(scaled(radius, ell)) + radius * q)
     force = -adhesion_force(a=a, k=k, gamma1=gamma1, w=w)
     released = 0.5 * np.pi * positive("k", k) * delta0**2 * left
     return Jump.of(force, -delta0 * q, radius, released)
 
 
 def global_pull_off_depth(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """d = −δ₀ √(a/(a + 2l/q)): below it the detached state has the lower energy."""
+    """Depth below which the detached state of a flat cylinder has the lower energy.
+
+    d = −δ₀ √(a/(a + 2l/q)).
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1, w : array_like
+        Stiffness of the foundation [N/m³], surface tension [N/m] and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     a, ell, q = _lengths(a, k, gamma1)
     return -critical_separation(k, w) * np.sqrt(a / (a + 2.0 * ell / q))

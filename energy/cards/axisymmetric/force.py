@@ -10,7 +10,28 @@ from energy.cards.force import Profile
 
 
 def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int = 64) -> Values:
-    """2πk ∫₀ᵃ (d − f) r dr by Gauss-Legendre quadrature; a ring is the difference of two radii."""
+    """Force of the springs in contact with any profile.
+
+    2πk ∫₀ᵃ (d − f) r dr by Gauss-Legendre quadrature; a ring is the difference of two radii.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Radius of the contact [m].
+    f : callable
+        The profile f(r) [m] of an array of radii.
+    order : int
+        Points of the quadrature.
+    k : array_like
+        Stiffness of the foundation [N/m³].
+
+    Returns
+    -------
+    float or ndarray
+        Force [N].
+    """
     d = finite("d", d)
     a = non_negative("a", a)
     k = positive("k", k)
@@ -23,9 +44,34 @@ def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int 
 def total(
     d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, gamma1: ArrayLike, order: int = 64
 ) -> Values:
-    """P = 2πk ∫₀ᵃ (d − f) r dr + 2πkal (d − f(a))/q: one contact around the axis.
+    """Force on an indenter of any profile, with one contact around the axis.
 
-    a need not be where the line rests. ValueError for a <= 0, k <= 0, γ₁ < 0.
+    P = 2πk ∫₀ᵃ (d − f) r dr + 2πkal (d − f(a))/q.
+
+    a need not be where the line rests.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    a : array_like
+        Radius of the contact [m].
+    f : callable
+        The profile f(r) [m] of an array of radii.
+    order : int
+        Points of the quadrature.
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For a <= 0, k <= 0, γ₁ < 0.
     """
     d = finite("d", d)
     a = positive("a", a)

@@ -91,14 +91,55 @@ class _Shape:
 def radius(
     d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """a of `depth`, on the branch where it grows with d. ValueError below that of `detachment`."""
+    """Radius of the contact at a depth, on the branch where it grows with the depth.
+
+    The a at which `depth` is d.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        a [m].
+
+    Raises
+    ------
+    ValueError
+        Below that of `detachment`.
+    """
     return _Shape(c, n, k, gamma1, w).radius(d)
 
 
 def depth(
     a: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d = c aⁿ − (δ₀ − l n c aⁿ⁻¹) q(a/l), at which a line rests at a > 0, stable or not."""
+    """Depth at which a line rests at a radius, stable or not.
+
+    d = c aⁿ − (δ₀ − l n c aⁿ⁻¹) q(a/l), for a > 0.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     return unwrap(_Shape(c, n, k, gamma1, w).depth(positive("a", a)))
 
 
@@ -112,7 +153,32 @@ def displacement(
     gamma1: ArrayLike,
     w: ArrayLike,
 ) -> Values:
-    """u = d − c|x|ⁿ in contact, u_a K₀(|x|/l)/K₀(a/l) outside. Errors as `radius`."""
+    """Displacement of the surface under the indenter and beside it.
+
+    u = d − c|x|ⁿ in contact, u_a K₀(|x|/l)/K₀(a/l) outside.
+
+    Parameters
+    ----------
+    x : array_like
+        Distances from the axis [m].
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        As `radius`.
+    """
     shape = _Shape(c, n, k, gamma1, w)
     x = finite("x", x)
     a = shape.radius(d)
@@ -123,7 +189,25 @@ def displacement(
 def force(
     d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P at the depth d: `force_of_radius` at `radius`."""
+    """Force at a depth.
+
+    `force_of_radius` at `radius`.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+    """
     shape = _Shape(c, n, k, gamma1, w)
     return unwrap(np.pi * shape.k * shape.force(shape.radius(d)))
 
@@ -131,7 +215,25 @@ def force(
 def force_of_radius(
     a: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = πk (n c aⁿ⁺²/(n + 2) − (a²q + 2al)(δ₀ − l n c aⁿ⁻¹)), a > 0."""
+    """Force at a radius.
+
+    P = πk (n c aⁿ⁺²/(n + 2) − (a²q + 2al)(δ₀ − l n c aⁿ⁻¹)), a > 0.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+    """
     shape = _Shape(c, n, k, gamma1, w)
     return unwrap(np.pi * shape.k * shape.force(positive("a", a)))
 
@@ -139,7 +241,25 @@ def force_of_radius(
 def energy(
     d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """U at the depth d: `energy_of_radius` at `radius`; P = dU/dd."""
+    """Energy of the layer at a depth.
+
+    `energy_of_radius` at `radius`; P = dU/dd.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J]; 0: undeformed surface without contact.
+    """
     shape = _Shape(c, n, k, gamma1, w)
     return _energy(shape, shape.radius(d))
 
@@ -147,7 +267,25 @@ def energy(
 def energy_of_radius(
     a: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """U = π ∫₀ᵃ (k(d − f)² + γ₁f'²) r dr + πγ₁ (a/l)(d − f(a))²/q − wπa², d of `depth`, a > 0."""
+    """Energy of the layer at a radius.
+
+    U = π ∫₀ᵃ (k(d − f)² + γ₁f'²) r dr + πγ₁ (a/l)(d − f(a))²/q − wπa², d of `depth`, a > 0.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J]; 0: undeformed surface without contact.
+    """
     return _energy(_Shape(c, n, k, gamma1, w), positive("a", a))
 
 
@@ -169,9 +307,24 @@ def _energy(shape: _Shape, a: Array) -> Values:
 
 
 def pull_off(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:
-    """(P, d, a) of the most tensile force, dP/da = 0: where a dead load detaches the contact.
+    """The most tensile state, where a dead load detaches the contact.
+
+    There dP/da = 0.
 
     All 0 for a cone with c >= α.
+
+    Parameters
+    ----------
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    PullOff
+        P [N], d [m] and a [m].
     """
     shape = _Shape(c, n, k, gamma1, w)
     n = shape.n
@@ -186,14 +339,45 @@ def pull_off(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: Arra
 def adhesion_force(
     *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """F_A = −P of `pull_off`."""
+    """Largest pull that the contact bears.
+
+    F_A = −P of `pull_off`.
+
+    Parameters
+    ----------
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N], >= 0.
+    """
     return -pull_off(c=c, n=n, k=k, gamma1=gamma1, w=w).force
 
 
 def detachment(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(P, d, a, released) at the least depth of the branch, dd/da = 0, under imposed depth.
+    """Detachment under imposed depth.
+
+    (P, d, a, released) at the least depth of the branch, dd/da = 0, under imposed depth.
 
     With tension always at a > 0; all 0 for a cone with c >= α.
+
+    Parameters
+    ----------
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N], d [m], a [m] and the energy released [J].
     """
     shape = _Shape(c, n, k, gamma1, w)
     a = shape.least_radius()
@@ -201,14 +385,46 @@ def detachment(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: Ar
 
 
 def jump_in(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(P, 0, a, released) with a = `radius` at d = 0, where the contact touches; −U is released."""
+    """Jump into contact on touching at imposed depth.
+
+    (P, 0, a, released) with a = `radius` at d = 0, where the contact touches; −U is released.
+
+    Parameters
+    ----------
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N], d [m], a [m] and the energy released [J].
+    """
     shape = _Shape(c, n, k, gamma1, w)
     a = shape.radius(0.0)
     return Jump.of(np.pi * shape.k * shape.force(a), 0.0, a, -np.asarray(_energy(shape, a)))
 
 
 def loop_area(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """∮P dd under imposed depth, to any depth >= 0 and back: what both jumps release."""
+    """Energy dissipated in a loop under imposed depth that starts and ends detached.
+
+    ∮P dd, to any depth >= 0 and back, is what both jumps release.
+
+    Parameters
+    ----------
+    n : float
+        Exponent, >= 1.
+    c, k, gamma1, w : array_like
+        Coefficient of f = c rⁿ [m¹⁻ⁿ], stiffness of the foundation [N/m³], surface tension [N/m]
+        and work of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        ∮P dd [J].
+    """
     first = jump_in(c=c, n=n, k=k, gamma1=gamma1, w=w)
     last = detachment(c=c, n=n, k=k, gamma1=gamma1, w=w)
     return first.energy_released + last.energy_released

@@ -34,12 +34,49 @@ def _as_power_law(R: ArrayLike) -> dict[str, Any]:
 
 
 def radius(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """a of `depth`, on the branch where it grows with d. ValueError below that of `detachment`."""
+    """Radius of the contact at a depth, on the branch where it grows with the depth.
+
+    The a at which `depth` is d.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        a [m].
+
+    Raises
+    ------
+    ValueError
+        Below that of `detachment`.
+    """
     return power_law.radius(d, **_as_power_law(R), k=k, gamma1=gamma1, w=w)
 
 
 def depth(a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """d = a²/(2R) − (δ₀ − la/R) q, at which a line rests at a > 0, stable or not."""
+    """Depth at which a line rests at a radius, stable or not.
+
+    d = a²/(2R) − (δ₀ − la/R) q, for a > 0.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+    """
     R, ell, delta0, _ = _lengths(R, k, gamma1, w)
     a = positive("a", a)
     return unwrap(a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell)))
@@ -48,12 +85,51 @@ def depth(a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Arr
 def displacement(
     x: ArrayLike, *, d: ArrayLike, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """u = d − x²/(2R) in contact, (d − a²/(2R)) K₀(|x|/l)/K₀(a/l) outside. Errors as `radius`."""
+    """Displacement of the surface under a sphere and beside it.
+
+    u = d − x²/(2R) in contact, (d − a²/(2R)) K₀(|x|/l)/K₀(a/l) outside.
+
+    Parameters
+    ----------
+    x : array_like
+        Distances from the axis [m].
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        As `radius`.
+    """
     return power_law.displacement(x, d=d, **_as_power_law(R), k=k, gamma1=gamma1, w=w)
 
 
 def force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """P at the depth d: `force_of_radius` at `radius`."""
+    """Force on a sphere at a depth.
+
+    `force_of_radius` at `radius`.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+    """
     a = np.asarray(radius(d, R=R, k=k, gamma1=gamma1, w=w))
     return unwrap(_force(a, *_lengths(R, k, gamma1, w), positive("k", k)))
 
@@ -61,7 +137,23 @@ def force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Arr
 def force_of_radius(
     a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """P = (πk/R)(a⁴/4 − (a²q + 2al)(Rδ₀ − la)), a > 0."""
+    """Force on a sphere at a radius.
+
+    P = (πk/R)(a⁴/4 − (a²q + 2al)(Rδ₀ − la)), a > 0.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+    """
     return unwrap(_force(positive("a", a), *_lengths(R, k, gamma1, w), positive("k", k)))
 
 
@@ -71,14 +163,46 @@ def _force(a: Array, R: Array, ell: Array, delta0: Array, lift: Array, k: Array)
 
 
 def energy(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """U at the depth d; P = dU/dd. ValueError below the depth of `detachment`."""
+    """Energy of the layer under a sphere.
+
+    P = dU/dd.
+
+    Parameters
+    ----------
+    d : array_like
+        Depth of the level f = 0 below the undeformed surface [m].
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        U [J]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        Below the depth of `detachment`.
+    """
     return power_law.energy(d, **_as_power_law(R), k=k, gamma1=gamma1, w=w)
 
 
 def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:
-    """The most tensile state (P, d, a), where a dead load detaches the contact:
+    """The most tensile state, where a dead load detaches the contact.
 
     s³/δ − (3sq + s²(q² − 1) + 2)(1 − s/δ) + (s²q + 2s)/δ = 0, δ = Rδ₀/l². γ₁ = 0 is allowed.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    PullOff
+        P [N], d [m] and a [m].
     """
     R, ell, delta0, lift = _lengths(R, k, gamma1, w)
 
@@ -95,19 +219,66 @@ def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> 
 
 
 def adhesion_force(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """F_A = −P of `pull_off`: the largest pull the contact bears."""
+    """Largest pull that the contact bears.
+
+    F_A = −P of `pull_off`.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N], >= 0.
+    """
     return -pull_off(R=R, k=k, gamma1=gamma1, w=w).force
 
 
 def adhesion_force_stiff(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """2πRw (1 − Λ/√2 − 3Λ²/32), Λ → 0: springs with a little tension. ValueError for w <= 0."""
+    """Largest pull that the contact bears on springs with little tension, Λ → 0.
+
+    2πRw (1 − Λ/√2 − 3Λ²/32).
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N], >= 0.
+
+    Raises
+    ------
+    ValueError
+        For w <= 0.
+    """
     R, ell, _, lift = _lengths(R, k, gamma1, positive("w", w))
     ratio = ell / np.sqrt(lift)
     return unwrap(2 * np.pi * R * np.asarray(w) * (1 - ratio / np.sqrt(2) - 3 / 32 * ratio**2))
 
 
 def adhesion_force_liquid(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """πRw (1 + (ln 4Λ² − γ_E − ¼)/(8Λ⁴)), Λ → ∞: a liquid with few springs. γ₁ > 0."""
+    """Largest pull that the contact bears where surface tension dominates, Λ → ∞.
+
+    πRw (1 + (ln 4Λ² − γ_E − ¼)/(8Λ⁴)).
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        F_A [N], >= 0.
+    """
     R, ell, _, lift = _lengths(R, k, positive("gamma1", gamma1), positive("w", w))
     square = ell**2 / lift
     more = (np.log(4.0 * square) - np.euler_gamma - 0.25) / (8.0 * square**2)
@@ -115,9 +286,22 @@ def adhesion_force_liquid(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: A
 
 
 def detachment(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(P, d, a, released) at the least depth, s + q = (δ − s)(q² + q/s − 1), under imposed depth.
+    """Detachment under imposed depth.
+
+    (P, d, a, released) at the least depth, s + q = (δ − s)(q² + q/s − 1), under imposed depth.
 
     With tension always at a > 0, for γ₁ = 0 at a = 0 and d = −δ₀.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N], d [m], a [m] and the energy released [J].
     """
     R, ell, delta0, lift = _lengths(R, k, gamma1, w)
 
@@ -136,20 +320,73 @@ def detachment(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -
 def detachment_depth_stiff(
     *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
 ) -> Values:
-    """d ≈ −δ₀ (1 − ¾ (2Λ²)^(1/3)), Λ → 0, under imposed depth. ValueError for w <= 0."""
+    """Depth of detachment under imposed depth on springs with little tension, Λ → 0.
+
+    d ≈ −δ₀ (1 − ¾ (2Λ²)^(1/3)).
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+
+    Raises
+    ------
+    ValueError
+        For w <= 0.
+    """
     _, ell, delta0, lift = _lengths(R, k, gamma1, positive("w", w))
     return -delta0 * (1.0 - 0.75 * np.cbrt(2.0 * ell**2 / lift))
 
 
 def jump_in(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
-    """(P, 0, a, released) on touching at imposed depth."""
+    """Jump into contact on touching at imposed depth.
+
+    The contact jumps in at d = 0.
+
+    Parameters
+    ----------
+    R, k, gamma1, w : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³], surface tension [N/m] and work
+        of adhesion [J/m²].
+
+    Returns
+    -------
+    Jump
+        P [N], d [m], a [m] and the energy released [J].
+    """
     return power_law.jump_in(**_as_power_law(R), k=k, gamma1=gamma1, w=w)
 
 
 def depth_without_adhesion(
     a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
-    """d = (a² + 2alq)/(2R), w = 0: Eq. (38) with the factor q. ValueError for a < 0."""
+    """Depth at a radius of a contact that does not adhere.
+
+    d = (a² + 2alq)/(2R), w = 0: Eq. (38) with the factor q.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, k, gamma1 : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        d [m].
+
+    Raises
+    ------
+    ValueError
+        For a < 0.
+    """
     ell = np.asarray(elastocapillary_length(k, gamma1))
     a = non_negative("a", a)
     return unwrap(a * (a + 2.0 * ell * decay(scaled(a, ell))) / (2.0 * positive("R", R)))
@@ -158,7 +395,27 @@ def depth_without_adhesion(
 def force_without_adhesion(
     a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
-    """P = (πk/(4R)) (a⁴ + 4la³q + 8a²l²), w = 0. ValueError for a < 0."""
+    """Force at a radius of a contact that does not adhere.
+
+    P = (πk/(4R)) (a⁴ + 4la³q + 8a²l²), w = 0.
+
+    Parameters
+    ----------
+    a : array_like
+        Radius of the contact [m].
+    R, k, gamma1 : array_like
+        Radius of curvature [m], stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        P [N], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For a < 0.
+    """
     ell = np.asarray(elastocapillary_length(k, gamma1))
     a = non_negative("a", a)
     bracket = a**2 + 4.0 * ell * a * decay(scaled(a, ell)) + 8.0 * ell**2

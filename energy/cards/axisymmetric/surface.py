@@ -18,7 +18,31 @@ from energy.cards.tail import elastocapillary_length
 def displacement(
     x: ArrayLike, *, a: ArrayLike, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
-    """u = u_a K₀(x/l)/K₀(a/l) at the radius x >= a. ValueError for x < a."""
+    """Displacement of the free surface outside a contact.
+
+    u = u_a K₀(x/l)/K₀(a/l) at the radius x >= a.
+
+    Parameters
+    ----------
+    x : array_like
+        Distances from the axis [m].
+    a : array_like
+        Radius of the contact [m].
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        For x < a.
+    """
     x = finite("x", x)
     a = positive("a", a)
     u_a = finite("u_a", u_a)
@@ -28,13 +52,52 @@ def displacement(
 
 
 def slope_at_line(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """u'(a + 0) = −u_a/(l q), q = K₀/K₁ of a/l. ValueError for γ₁ = 0: a step has no slope."""
+    """Slope of the free surface at the contact line.
+
+    u'(a + 0) = −u_a/(l q), q = K₀/K₁ of a/l.
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        u'(a + 0) [1].
+
+    Raises
+    ------
+    ValueError
+        For γ₁ = 0: a step has no slope.
+    """
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
     return -finite("u_a", u_a) / (ell * decay(positive("a", a) / ell))
 
 
 def energy(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """Energy of the surface outside, πγ₁ (a/l) u_a²/q: half the work of its pull on the line."""
+    """Energy of the free surface outside a contact.
+
+    πγ₁ (a/l) u_a²/q: half the work of its pull on the line.
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        Energy [J].
+    """
     tension = non_negative("gamma1", gamma1)
     ell = elastocapillary_length(k, tension)
     u_a = finite("u_a", u_a)
@@ -43,7 +106,24 @@ def energy(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> 
 
 
 def force(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """−2πa γ₁ u'(a + 0) = 2πkal u_a/q, what the surface outside adds to the force."""
+    """Force of the free surface outside a contact on the indenter.
+
+    −2πa γ₁ u'(a + 0) = 2πkal u_a/q.
+
+    Parameters
+    ----------
+    u_a : array_like
+        Displacement of the surface at the line [m].
+    a : array_like
+        Radius of the contact [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        Force [N].
+    """
     ell = elastocapillary_length(k, gamma1)
     a = positive("a", a)
     pull = 2.0 * np.pi * positive("k", k) * ell * a / decay(scaled(a, ell))
@@ -53,7 +133,31 @@ def force(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> V
 def disc_displacement(
     x: ArrayLike, *, b: ArrayLike, u_b: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 ) -> Values:
-    """u = u_b I₀(x/l)/I₀(b/l) at the radius 0 <= x <= b. ValueError outside, and for γ₁ = 0."""
+    """Displacement of the free disc inside a ring.
+
+    u = u_b I₀(x/l)/I₀(b/l) at the radius 0 <= x <= b.
+
+    Parameters
+    ----------
+    x : array_like
+        Distances from the axis [m].
+    b : array_like
+        Radius of the inner line of a ring [m].
+    u_b : array_like
+        Displacement of the surface at the inner line [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        u [m], of the common shape of all arguments.
+
+    Raises
+    ------
+    ValueError
+        Outside, and for γ₁ = 0.
+    """
     x = non_negative("x", x)
     b = positive("b", b)
     refuse("x", x, x > b, "is beyond the ring's inner line, pass x <= b")
@@ -63,7 +167,24 @@ def disc_displacement(
 
 
 def disc_energy(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """Energy of the free disc inside a ring, πγ₁ (b/l) u_b² I₁/I₀ at b/l."""
+    """Energy of the free disc inside a ring.
+
+    πγ₁ (b/l) u_b² I₁/I₀ at b/l.
+
+    Parameters
+    ----------
+    u_b : array_like
+        Displacement of the surface at the inner line [m].
+    b : array_like
+        Radius of the inner line of a ring [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        Energy [J].
+    """
     ell = elastocapillary_length(k, gamma1)
     b = positive("b", b)
     share = disc(scaled(b, ell)) * finite("u_b", u_b) ** 2
@@ -71,7 +192,24 @@ def disc_energy(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike
 
 
 def disc_force(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
-    """2πkbl u_b I₁/I₀, what the free disc inside a ring adds to the force on the indenter."""
+    """Force of the free disc inside a ring on the indenter.
+
+    2πkbl u_b I₁/I₀.
+
+    Parameters
+    ----------
+    u_b : array_like
+        Displacement of the surface at the inner line [m].
+    b : array_like
+        Radius of the inner line of a ring [m].
+    k, gamma1 : array_like
+        Stiffness of the foundation [N/m³] and surface tension [N/m].
+
+    Returns
+    -------
+    float or ndarray
+        Force [N].
+    """
     ell = elastocapillary_length(k, gamma1)
     b = positive("b", b)
     share = disc(scaled(b, ell)) * finite("u_b", u_b)
