@@ -1,4 +1,4 @@
-"""Questions asked of the simulator; the only place with figures and files.
+"""Studies, tools and benchmarks; the only place with figures and files.
 
 From Python, `studies.fit(scene, studies.read_curve(path))` fits a measured curve.
 

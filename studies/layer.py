@@ -5,7 +5,7 @@ Springs are the limit q → 0 of the stiffness k(q) of a bonded elastic layer wi
 - Is the contact angle π - θ = √(2w/γ₁) whatever ν and h? It is measured on nodes and extrapolated.
 - Which length stands in Eq. (16), f(a) + ℓ f'(a) + ... = d + δ₀, of a wide contact? Measured from
   two states of the fitted side, next to ℓ = (1/π) ∫ ln[(k(q) + γ₁q²)/k] dq/q².
-- Is a sphere pulled off by 3/2 πwR (half-space), 2 (thin, ν < ½), 3 (ν = ½), 1 (tension rules)?
+- Is a sphere pulled off by 3/2 πwR (half-space), 2 (thin, ν < ½), 3 (ν = ½), 1 (tension dominates)?
 - How far off are springs in force and radius at pull-off of a sphere, at the worst Λ = l/√(Rδ₀)?
   `energy/validity.py` has the numbers of layer_springs_worst.csv.
 - What does a state cost? layer_accuracy.csv: errors and times for three rtol, and over springs.
@@ -44,7 +44,7 @@ STRONG = 1e2  # γ₁ over the least and the most that can withstand it
 TENSIONS = {"weak": "γ₁ = 10⁻³ E min(a, h)", "strong": "γ₁ = 100 E a max(a/h, 1)"}
 BEYOND = 3.3  # of πwR: no sphere bears as much
 LIMITS = {
-    1: "tension rules",
+    1: "tension dominates",
     1.5: "half-space, γ₁ = 0 (JKR)",
     2: "thin, ν < ½",
     3: "thin, ν = ½",
@@ -205,7 +205,7 @@ def answers(record: Record) -> dict[str, str]:
         "length": f"Eq. (16) holds with ℓ in place of l, within {length:.0e} h",
         "pull": f"A sphere sticks with {narrow.force:.3g} πwR if h ≫ a (JKR: 1.5, γ₁ = 0), "
         f"{most.force:.3g} at ν = {most.nu:g}, a = {most.radius:.2g} h, {strong.force:.3g} where "
-        "tension rules",
+        "tension dominates",
         "springs": f"Springs serve within 5 % from l/h = {', '.join(served)} on",
     }
 

@@ -273,7 +273,7 @@ def test_each_question_has_its_answer(layered):
     assert 2.8 < thin.force < 3 and 25 < thin.radius < 35
     assert strong.force == pytest.approx(1.0, rel=0.01, abs=0)
     said = layer.answers(layered)
-    assert "2.85 at ν = 0.5, a = 28 h, 1 where tension rules" in said["pull"]
+    assert "2.85 at ν = 0.5, a = 28 h, 1 where tension dominates" in said["pull"]
     assert "within 5 % from l/h = 2 (ν = 0.3), 2 (ν = 0.45) on" in said["springs"]
 
 
