@@ -163,7 +163,7 @@ def _own_pairs(nu: float, count: int) -> Complex:
 
 
 def _spaced_poles(first: float, gamma: float, tolerance: float) -> Array:
-    """Real τh² from the first to where tension dominates; gamma: over the stiffness of a half-space."""
+    """Real τh² from the first to where tension dominates; gamma: over a half-space's stiffness."""
     found = []
     tau = first
     error = 0.0

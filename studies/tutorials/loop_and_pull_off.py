@@ -28,7 +28,8 @@ plt.plot(1e6 * path.depth, 1e3 * path.force, "-", label="loop under imposed dept
 plt.fill_between(1e6 * path.depth, 1e3 * path.force, alpha=0.15)
 for event in path.events:
     plt.plot(1e6 * event.depth, 1e3 * event.before.force, "kx")
-    plt.annotate(event.kind, (1e6 * event.depth, 1e3 * event.before.force), va="bottom")
+    place = 1e6 * event.depth, 1e3 * event.before.force
+    plt.annotate(event.kind, place, (6, 6), textcoords="offset points")
 plt.plot(1e6 * pull.depth, 1e3 * pull.force, "o", label=f"pull-off, {1e3 * pull.force:.1f} mN/m")
 plt.xlabel("depth d in µm")
 plt.ylabel("force P in mN/m")

@@ -37,6 +37,6 @@ for K in (1000.0, 60.0, 25.0):  # N/m
 plt.xlabel("position of the motor in nm")
 plt.ylabel("force P in µN")
 plt.title("The same contact held by four machines")
-plt.xlim(left=-150)
+plt.xlim(left=-140)  # room for the legend
 plt.legend(loc="lower left")
 plt.savefig(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).stem + ".png", dpi=120)
