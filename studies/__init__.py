@@ -48,12 +48,13 @@ REPORTED = STUDIES[: STUDIES.index("run")]
 PUBLIC = {
     "fit": "studies.scenes.fit.estimate",
     "Curve": "studies.scenes.fit.force_curve",
+    "Reading": "studies.scenes.curve_file",
     "read_curve": "studies.scenes.curve_file",
 }
 
 
 def __getattr__(name: str) -> Any:
-    """The functions for use from Python, imported when they are asked for."""
+    """The functions for use from Python, imported when they are needed."""
     if name in PUBLIC:
         return getattr(importlib.import_module(PUBLIC[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

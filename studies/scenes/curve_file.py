@@ -77,7 +77,7 @@ NO_LOAD_PATH = (
 
 @dataclass(frozen=True)
 class Reading:
-    """How a file is read; None: not given.
+    """How a file of a curve is written, as far as the file itself does not show it.
 
     Parameters
     ----------
@@ -85,7 +85,8 @@ class Reading:
         Of depth and force, by name or number, with a unit where the file has none; four where
         extending and retracting stand in columns of their own.
     width : float, optional
-        Length of the line contact [m], for forces in newtons.
+        Length of the line contact [m], for forces in newtons; 1 for a turned body, whose model
+        has forces in newtons.
     layout : Layout
         Of text.
     number : int, optional
@@ -99,6 +100,11 @@ class Reading:
     ------
     ValueError
         For another number of columns, and for sizes that are not positive.
+
+    Examples
+    --------
+    >>> from studies import Reading
+    >>> cantilever = Reading(width=1.0, spring_constant=0.08, sensitivity=50e-9)
     """
 
     columns: tuple[str, ...] | None = None
@@ -184,6 +190,17 @@ def read_curve(path: str | Path, reading: Reading | None = None) -> Curve:
     ------
     ValueError
         Naming file, line, cell and what was expected.
+
+    Examples
+    --------
+    A sphere on a cantilever of 0.08 N/m, depths in nm and forces in nN (simulated):
+
+    >>> from pathlib import Path
+    >>> import studies
+    >>> path = Path(studies.__file__).parent / "scenes" / "sphere_curve.csv"
+    >>> curve = studies.read_curve(path, studies.Reading(width=1.0, spring_constant=0.08))
+    >>> curve.depth.size
+    240
     """
     path = Path(path)
     reading = reading or Reading()

@@ -15,8 +15,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-from studies import fit, read_curve
-from studies.scenes.curve_file import Reading
+from studies import Reading, fit, read_curve
 
 HERE = Path(sys.argv[0]).parent  # the folder of this script
 

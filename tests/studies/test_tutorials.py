@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 
@@ -42,3 +43,17 @@ def test_without_an_argument_the_figure_has_the_name_of_the_script(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["loop_and_pull_off.png"]
+
+
+@pytest.mark.slow
+def test_a_raw_deflection_ends_in_a_sentence(tmp_path):
+    """From volts to energies that hold what the file was simulated with: 0.1 and 30 mJ/m²."""
+    given = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+    command = [sys.executable, str(FOLDER / "fit_raw_deflection.py"), str(tmp_path / "a.png")]
+    done = subprocess.run(command, cwd=tmp_path, env=given, capture_output=True, text=True)
+    assert "1 point sticks out from its neighbours and is left out" in done.stdout
+    sentence = done.stdout.splitlines()[-1]
+    form = r"w = (\S+) ± (\S+) mJ/m² and γ₁ = (\S+) ± (\S+) mJ/m², both at 95 %"
+    w, w_half, gamma1, gamma1_half = map(float, re.fullmatch(form, sentence).groups())
+    assert abs(w - 0.1) < w_half < 0.02
+    assert abs(gamma1 - 30) < gamma1_half < 10

@@ -275,6 +275,23 @@ def fit(
     ------
     ValueError
         For too few points in contact, unknown names, or a start at which there is no equilibrium.
+
+    Examples
+    --------
+    A sphere on a film, simulated with w = 1e-4 and γ₁ = 0.03 J/m²:
+
+    >>> from pathlib import Path
+    >>> import studies
+    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+    >>> film = ElasticLayer(E=30e3, nu=0.45, h=0.3e-6)
+    >>> start = SurfaceEnergies.from_work(gamma1=0.02, w=5e-5)
+    >>> scene = Scene(film, start, Parabola(R=5e-6), geometry="axisymmetric")
+    >>> path = Path(studies.__file__).parent / "scenes" / "sphere_curve.csv"
+    >>> curve = studies.read_curve(path, studies.Reading(width=1.0, spring_constant=0.08))
+    >>> found = studies.fit(scene, curve, profiles=False, alternatives=False)
+    >>> low, high = found["gamma1"].interval
+    >>> low < 0.03 < high
+    True
     """
     option("loss", loss, LOSSES)
     without_tension = scene.gamma1 == 0

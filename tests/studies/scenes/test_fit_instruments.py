@@ -1,5 +1,7 @@
 """Fits of what instruments measure: cantilevers, any zero, tilted lines; other models; folders."""
 
+import doctest
+import inspect
 import math
 import re
 from dataclasses import replace
@@ -267,9 +269,24 @@ def test_plan_predicts_the_scatter_of_fits(tmp_path, capsys):
         plan.main(["--scene", str(scene), "--noise", "0"])
 
 
+@pytest.mark.parametrize("name", ["fit", "read_curve", "Curve", "Reading"])
+def test_help_of_public_names_has_examples_that_run(name):
+    public = getattr(studies, name)
+    text = inspect.getdoc(public)
+    heads = ["Parameters", "Examples"] + ["Returns", "Raises"] * (public in (fit, read_curve))
+    assert all(f"\n{head}\n{'-' * len(head)}\n" in text for head in heads)
+    given = set(inspect.signature(public).parameters)
+    assert all(f"\n{one} : " in text for one in given)
+    said = []
+    test = doctest.DocTestParser().get_doctest(text, {}, name, None, None)
+    assert test.examples
+    doctest.DocTestRunner().run(test, out=said.append)
+    assert not said, "".join(said)
+
+
 def test_the_public_functions_are_the_ones_of_the_command():
-    assert studies.fit is fit and studies.Curve is Curve and studies.read_curve is read_curve
-    assert all(word in fit.__doc__ for word in ("Parameters\n", "Returns\n", "Raises\n"))
+    assert studies.fit is fit and studies.Curve is Curve
+    assert studies.read_curve is read_curve and studies.Reading is Reading
     with pytest.raises(AttributeError, match="no attribute 'fits'"):
         _ = studies.fits
 
