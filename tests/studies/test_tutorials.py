@@ -51,7 +51,7 @@ def test_a_raw_deflection_ends_in_a_sentence(tmp_path):
     given = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
     command = [sys.executable, str(FOLDER / "fit_raw_deflection.py"), str(tmp_path / "a.png")]
     done = subprocess.run(command, cwd=tmp_path, env=given, capture_output=True, text=True)
-    assert "1 point sticks out from its neighbours and is left out" in done.stdout
+    assert "left out: 1 point, off their neighbours" in done.stdout
     sentence = done.stdout.splitlines()[-1]
     form = r"w = (\S+) ± (\S+) mJ/m² and γ₁ = (\S+) ± (\S+) mJ/m², both at 95 %"
     w, w_half, gamma1, gamma1_half = map(float, re.fullmatch(form, sentence).groups())

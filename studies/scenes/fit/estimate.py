@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from energy import Assumption, Scene
-from energy.arrays import Array
+from energy.arrays import Array, Mask
 from energy.checks import option, positive
 from studies.scenes.fit.disturbances import OUTLYING, noise
 from studies.scenes.fit.force_curve import (
@@ -305,14 +305,13 @@ def fit(
     curve, held = in_motion(curve)
     chosen = chosen_points(curve.depth, depth_range, exclude)
     model = Model.of(scene, names, Data.of(curve, chosen, known))
+    if loss == "soft_l1":
+        model, best = robust(model)
+    else:
+        best = sought(model)
     notes += (*curve.notes, *map(str, held), *_disturbances(model.data))
     if not chosen.all():
         notes += (f"{(~chosen).sum()} points outside of the chosen depths are left out",)
-    if loss == "soft_l1":
-        model, best = robust(model)
-        notes += _outliers(model.data)
-    else:
-        best = sought(model)
     condition, weakest, spread = conditioning(best.jac, len(names))
     reach = math.sqrt((best.limit - 1) * best.squares) * spread
     quality = _quality(model, best)
@@ -383,30 +382,24 @@ def _known(scene: Scene, uncertainties: Mapping[str, float]) -> tuple[tuple[str,
 
 
 def _disturbances(data: Data) -> tuple[str, ...]:
-    """Spikes and interference, in words."""
-    found = []
-    if data.spikes.any():
-        first = float(data.curve.depth[int(np.argmax(data.spikes))])
-        points = f"{data.spikes.sum()} points stick out from their neighbours and are"
-        if data.spikes.sum() == 1:
-            points = "1 point sticks out from its neighbours and is"
-        found.append(f"{points} left out, the first at d = {first:.4g} m")
+    """Spikes, points far from the fit and interference, in words."""
+    found = [
+        *_left_out(data, data.spikes, "off their neighbours"),
+        *_left_out(data, data.outliers, f"more than {OUTLYING:.0f} times the noise from the fit"),
+    ]
     if data.wave:
         period = f"a period of {1 / data.wave:.3g} m"
         found.append(f"the force out of contact has waves, as interference has, with {period}")
     return tuple(found)
 
 
-def _outliers(data: Data) -> tuple[str, ...]:
-    """The points that the robust loss left out, in words."""
-    found = np.flatnonzero(data.outliers)
-    if not found.size:
-        return ()
-    points = "1 point is" if found.size == 1 else f"{found.size} points are"
-    where = f"the first at d = {data.curve.depth[found[0]]:.4g} m"
-    return (
-        f"{points} more than {OUTLYING:.0f} times the noise from the fit and left out, {where}",
-    )
+def _left_out(data: Data, points: Mask, reason: str) -> list[str]:
+    """How many points (n,) are left out, and where; nothing if there are none."""
+    if not points.any():
+        return []
+    first = float(data.curve.depth[int(np.argmax(points))])
+    count = "1 point" if points.sum() == 1 else f"{points.sum()} points"
+    return [f"left out: {count}, {reason}, the first at d = {first:.4g} m"]
 
 
 def _quality(model: Model, best: Best) -> Quality:

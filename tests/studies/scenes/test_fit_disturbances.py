@@ -75,7 +75,8 @@ def test_a_spike_moves_no_contact(spikes):
     assert np.array_equal(data.used, clean.used & ~data.spikes)
     found = fit(START, spiked(*spikes), **FAST)
     assert_found(found)
-    assert " left out, the first at d = " in str(found)
+    count = "1 point" if len(spikes) == 1 else "2 points"
+    assert f"left out: {count}, off their neighbours, the first at d = " in str(found)
 
 
 def test_points_beside_the_end_of_contact_are_no_spikes():
@@ -119,7 +120,7 @@ def test_a_spike_at_the_end_of_contact_is_left_out_with_soft_l1():
     assert not Data.of(curve).spikes.any()
     found = fit(START, curve, loss="soft_l1", **FAST)
     assert np.flatnonzero(found.model.data.outliers).tolist() == [last - 1, last]
-    assert "2 points are more than 6 times the noise from the fit and left out" in str(found)
+    assert "left out: 2 points, more than 6 times the noise from the fit" in str(found)
     assert_found(found)
     assert not fit(START, CLEAN, loss="soft_l1", **FAST).model.data.outliers.any()
 
