@@ -11,6 +11,7 @@ The offset of the depth and the stiffness of the machine cost no further path.
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
@@ -25,9 +26,9 @@ from energy.arrays import Array
 
 RTOL = 1e-4  # of the paths, whose forces are then right to some 1e-6
 BEYOND = 1.01  # times δ₀ below touching nothing holds
-POINTS = 300
-PULLED = 600
-DENSE = 3000  # on a leg, below touching, and for the machine
+POINTS = 300  # on a leg
+PULLED = 600  # on a leg, below touching
+DENSE = 3000  # at which a machine is tried
 KEPT = 64  # paths that are remembered
 
 
@@ -49,44 +50,84 @@ class Branch:
     smooth: bool
 
     def read(self, drives: Array, stiffness: float, blunt: float = 0.0) -> tuple[Array, float]:
-        """Forces at drives (n,), and the drive at which the branch ends.
+        """Forces at positions of a machine, and the position at which the branch ends.
 
         From `blunt` before its end, where dP/dD is often infinite, and beyond it the force goes on
         along its slope there; deeper than it is known, along the slope of its deepest points.
+
+        Parameters
+        ----------
+        drives : ndarray (n,)
+            Positions of the machine [m].
+        stiffness : float
+            Of the machine.
+        blunt : float
+            Length of the straight end [m].
+
+        Returns
+        -------
+        force : ndarray (n,)
+        end : float
         """
-        s, drive, root, spline = _reached(self, stiffness)
-        ahead = drives - drive[0]
-        at = np.interp(np.sqrt(np.maximum(ahead, blunt)), root, s)
-        force = spline(at)
-        first = float(np.interp(math.sqrt(blunt), root, s))
-        rise = float(spline(first, 1))
-        slope = rise / (2 * first + rise / stiffness) if blunt else 0.0
-        force += slope * np.minimum(ahead - blunt, 0.0)
-        risen = np.diff(spline(s[-2:])).sum()
-        moved = np.diff(drive[-2:]).sum()
-        deep = risen / moved if moved else 0.0  # a machine this soft passes over every state
-        return force + deep * np.maximum(drives - drive[-1], 0.0), float(drive[0])
+        reached = _reached(self, stiffness)
+        beyond_end = drives - reached.end
+        root = np.sqrt(np.maximum(beyond_end, blunt))
+        force = reached.force(np.interp(root, reached.root_of_drive, reached.root_of_depth))
+        if blunt:
+            start = float(np.interp(math.sqrt(blunt), reached.root_of_drive, reached.root_of_depth))
+            rise = float(reached.force(start, 1))
+            slope = rise / (2 * start + rise / stiffness)
+            force += slope * np.minimum(beyond_end - blunt, 0.0)
+        risen = np.diff(reached.force(reached.root_of_depth[-2:])).sum()
+        moved = np.diff(reached.drive[-2:]).sum()
+        deep_slope = risen / moved if moved else 0.0  # a machine this soft passes over every state
+        return force + deep_slope * np.maximum(drives - reached.drive[-1], 0.0), reached.end
+
+
+class _Reached(NamedTuple):
+    """The states of a branch that a machine reaches, from the end of the branch on (n,).
+
+    Over the root of the distance from the end the force is smooth where the contact is lost.
+
+    Attributes
+    ----------
+    root_of_depth, root_of_drive : ndarray (n,)
+        Roots of the distances of depth and position of the machine from those of the end.
+    drive : ndarray (n,)
+        Positions of the machine.
+    force : CubicSpline
+        Over the root of the distance of the depth.
+    """
+
+    root_of_depth: Array
+    root_of_drive: Array
+    drive: Array
+    force: CubicSpline
+
+    @property
+    def end(self) -> float:
+        """Position of the machine at the end of the branch."""
+        return float(self.drive[0])
 
 
 @lru_cache(8)
-def _reached(branch: Branch, stiffness: float) -> tuple[Array, Array, Array, CubicSpline]:
-    """Roots of the depths from the end that a machine reaches, its drives there, the roots of
-    their distances from the first one, the force.
-
-    Over the root of the distance the force is smooth where the contact is lost.
-    """
-    way = -1 if branch.depth[-1] < branch.depth[0] else 1
-    end = branch.depth[-1] if way < 0 else branch.depth[0]
+def _reached(branch: Branch, stiffness: float) -> _Reached:
+    depth = branch.depth
+    force = branch.force
+    inwards = depth[-1] >= depth[0]
+    if not inwards:
+        depth = depth[::-1]
+        force = force[::-1]
     kind = CubicSpline if branch.smooth else PchipInterpolator
-    spline = kind(np.sqrt(np.abs(branch.depth - end))[::way], branch.force[::way])
-    s = np.linspace(0.0, spline.x[-1], DENSE)
-    drive = end + s**2 + spline(s) / stiffness
+    spline = kind(np.sqrt(depth - depth[0]), force)
+    root = np.linspace(0.0, spline.x[-1], DENSE)
+    drive = depth[0] + root**2 + spline(root) / stiffness
     extreme = np.minimum.accumulate(drive[::-1])[::-1]
-    if way > 0:
+    if inwards:
         extreme = np.maximum.accumulate(drive)
-    s = s[extreme == drive]
-    drive = drive[extreme == drive]
-    return s, drive, np.sqrt(drive - drive[0]), spline
+    reached = extreme == drive
+    drive = drive[reached]
+    return _Reached(root[reached], np.sqrt(drive - drive[0]), drive, spline)
 
 
 def touching(scene: Scene) -> float:
@@ -109,24 +150,26 @@ def retraction(scene: Scene, touch: float, reach: float) -> tuple[Branch, bool]:
     return branch, events == 2
 
 
-def ways(
+def leg_branches(
     scene: Scene, touch: float, reach: float, drives: tuple[float, ...], stiffness: float
 ) -> list[Branch]:
-    """A branch for the way in from the touch, and for that from each of the turning drives in turn.
+    """A branch inwards from the touch, and one from each turning position of the machine in turn.
 
-    They are one where a contact takes the same way in and out: separate springs let go later.
+    All are one where loading and unloading coincide; separate springs detach later.
     """
     if scene.opening is None and scene.gamma1 > 0:
         both, same = retraction(scene, touch, reach)
         if same:
             return [both] * (1 + len(drives))
-    return _one_way(scene, touch, reach, drives, stiffness)
+    return _followed_legs(scene, touch, reach, drives, stiffness)
 
 
 @lru_cache(KEPT)
-def _one_way(
+def _followed_legs(
     scene: Scene, touch: float, reach: float, drives: tuple[float, ...], stiffness: float
 ) -> list[Branch]:
+    """As `leg_branches`, each from the depth that the one before has reached."""
+
     def leg(turns: list[float]) -> Branch:
         known = _slack_leg(scene, turns, reach) if scene.gamma1 == 0 else None
         return known or _leg(scene, turns, reach)[0]
@@ -148,23 +191,23 @@ def _slack_leg(scene: Scene, turns: list[float], reach: float) -> Branch | None:
     and P₀ the force at the depth L, P = P₀(L) + k A(L) (d - L).
     """
     body = scene.indenter
-    holds = scene.opened.critical_separation
+    separation = scene.opened.critical_separation
     if not body.convex or len(body.corners):
         return None
     touch = turns[0]
     start = turns[-1]
-    t = np.linspace(0.0, 1.0, POINTS)
+    share = np.linspace(0.0, 1.0, POINTS)
     level = touch
-    lost = touch - holds
+    lost = touch - separation
     for turn in turns:
-        level = float(np.clip(level, turn, turn + holds))
+        level = float(np.clip(level, turn, turn + separation))
     if len(turns) % 2 == 1:
-        depth = start + (touch + reach - start) * t**2
+        depth = start + (touch + reach - start) * share**2
     else:
         if start <= lost:
             raise ValueError(f"depth = {start!r}: no contact to retract from")
-        depth = start - (start - lost) * (1 - (1 - t) ** 2)
-    levels = np.clip(level, depth, depth + holds)
+        depth = start - (start - lost) * (1 - (1 - share) ** 2)
+    levels = np.clip(level, depth, depth + separation)
     try:
         pressed = minimise_many(replace(scene, opening=None), np.maximum(levels, touch))
     except ValueError:  # the profile is not known so far, or such states are not found together
@@ -182,33 +225,34 @@ def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[Branch, int]:
     """
     touch = turns[0]
     start = turns[-1]
-    t = np.linspace(0.0, 1.0, POINTS)
-    below = BEYOND * scene.opened.critical_separation
-    inwards = len(turns) % 2 == 1
-    while True:
-        depth = start + (touch + reach - start) * t**2
-        if not inwards:
-            low = min(start, touch)
-            pressed = low + (start - low) * (1 - t[::2]) ** 2
-            pulled = np.linspace(low, touch - below, PULLED)  # it lets go somewhere here
-            depth = np.append(pressed, pulled[1:])
+    share = np.linspace(0.0, 1.0, POINTS)
+    if len(turns) % 2 == 1:
+        depth = start + (touch + reach - start) * share**2
         history = load_path(scene, depths=[*turns, *depth[1:].tolist()], rtol=RTOL)
         own = [event for event in history.events if event.step >= len(turns)]
         force = history.force[len(turns) - 1 :]
-        if inwards:
-            return Branch(depth, force, len(own) <= 1), len(history.events)
-        if np.isnan(history.contacts[-1, 0]):
-            break
+        return Branch(depth, force, len(own) <= 1), len(history.events)
+
+    deepest = min(start, touch)
+    pressed = deepest + (start - deepest) * (1 - share[::2]) ** 2
+    below = BEYOND * scene.opened.critical_separation
+    attached = True
+    while attached:
+        pulled = np.linspace(deepest, touch - below, PULLED)  # it detaches somewhere here
+        depth = np.append(pressed, pulled[1:])
+        history = load_path(scene, depths=[*turns, *depth[1:].tolist()], rtol=RTOL)
+        attached = not np.isnan(history.contacts[-1, 0])
         below = 2 * below or reach
+    own = [event for event in history.events if event.step >= len(turns)]
     if not own:
         raise ValueError(f"depth = {start!r}: no contact to retract from")
     last = own[-1].before
+    in_contact = depth > last.depth
+    force = history.force[len(turns) - 1 :]
+    force = np.append(force[in_contact], last.force)
+    depth, chosen = np.unique(np.append(depth[in_contact], last.depth), return_index=True)
     smooth = len(own) <= 1
-    held = depth > last.depth
-    depth = np.append(depth[held], last.depth)
-    force = np.append(force[held], last.force)
-    depth, chosen = np.unique(depth, return_index=True)
     kind = CubicSpline if smooth else PchipInterpolator
-    even = t * math.sqrt(start - last.depth)
-    force = kind(np.sqrt(depth - last.depth), force[chosen])(even)
-    return Branch((last.depth + even**2)[::-1], force[::-1], smooth), len(history.events)
+    root = share * math.sqrt(start - last.depth)
+    force = kind(np.sqrt(depth - last.depth), force[chosen])(root)
+    return Branch((last.depth + root**2)[::-1], force[::-1], smooth), len(history.events)

@@ -357,7 +357,7 @@ def _without_tension(
         return scene, names, ()
     others = tuple(name for name in names if name != "gamma1")
     if not scene.layer.exact:
-        text = "independent springs without surface tension, which let go one by one"
+        text = "independent springs without surface tension, which detach one by one"
         return scene, others, (f"gamma1 = 0 in the scene: {text}; {NOT_FITTED}",)
     gamma1 = JKR_TENSION * scene.work_of_adhesion
     text = (
@@ -411,7 +411,7 @@ def _quality(model: Model, best: Best) -> Quality:
     sigma = data.sigma if noise(data.curve.force) else 0.0
     # no noise is less than what simulated forces are to be trusted to
     least = SIMULATED * data.size if sigma else 0.0
-    lone = np.empty(0) if free else data.curve.force[model.apart(best.x)]
+    lone = np.empty(0) if free else data.curve.force[model.without_contact(best.x)]
     return quality_of(contact, np.append(out, ends), lone, best.spare, max(sigma, least))
 
 

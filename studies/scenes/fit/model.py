@@ -12,7 +12,7 @@ from scipy import optimize
 from discretization import NotCertifiedError
 from energy import Circle, Parabola, Scene, SurfaceEnergies
 from energy.arrays import Array, Mask
-from studies.scenes.fit.branches import Branch, retraction, touching, ways
+from studies.scenes.fit.branches import Branch, leg_branches, retraction, touching
 from studies.scenes.fit.force_curve import Data
 
 NAMES = ("w", "gamma1", "stiffness", "E", "offset", "opening")
@@ -97,8 +97,8 @@ def _usable(scene: Scene, names: tuple[str, ...]) -> Scene:
     if {"stiffness", "E"} <= set(names):
         raise ValueError(f"parameters = {names!r}: E follows from the stiffness; leave one out")
     if "opening" in names and scene.opening is None:
-        apart = scene.work_of_adhesion * math.exp(APART)
-        scene = scene_with(scene, {"opening": apart})
+        larger = scene.work_of_adhesion * math.exp(APART)
+        scene = scene_with(scene, {"opening": larger})
     start = parameters_of(scene)
     for name in names:
         if name != "offset" and not start[name] > 0:
@@ -195,7 +195,7 @@ class Model:
         stiffness = self.data.curve.machine_stiffness
         for contact in self.data.contacts:
             drives = tuple(leg.turn - p["offset"] for leg in contact.legs[1:])
-            found += ways(scene, self.touch, self.reach, drives, stiffness)
+            found += leg_branches(scene, self.touch, self.reach, drives, stiffness)
         return found
 
     def near(self, x: Array) -> Model:
@@ -304,8 +304,9 @@ class Model:
         own = optimize.approx_fprime(x, self.off, self.ranges[2])
         return np.concatenate([own, self.data.lines], axis=1)
 
-    def apart(self, x: Array) -> Mask:
+    def without_contact(self, x: Array) -> Mask:
         """Which points (n,) can have no contact: before it, or below all of it."""
-        (_, ends), data = self.forces(x), self.data
+        data = self.data
+        _, ends = self.forces(x)
         before = ~np.logical_or.accumulate(data.used) & (data.curve.drive < ends["touch"])
         return before | (data.curve.drive < ends["detachment"] - CLEARLY * data.span)

@@ -24,7 +24,7 @@ In place of the stiffness Ẽ/h Young's modulus E may be fitted, with ν and h o
 themselves may be uncertain: with --uncertainty they are fitted, too, the value of the scene counts
 as a measurement with that standard deviation, and all intervals contain it.
 
-Where the scene has gamma1 = 0 there is none to be fitted: springs let go one by one, and a layer
+Where the scene has gamma1 = 0 there is none to be fitted: springs detach one by one, and a layer
 (response = "layer") is that of Johnson, Kendall and Roberts.
 
 Any zero of the depth is found: contact is where the force first leaves the line without contact.

@@ -226,7 +226,7 @@ def test_a_scene_without_tension_is_springs_or_jkr(response):
         way = np.linspace(-60e-9, 60e-9, 90)
         depth = np.concatenate([way, way[::-1]])
         force = load_path(true, depths=depth).force
-        said = "independent springs without surface tension, which let go one by one"
+        said = "independent springs without surface tension, which detach one by one"
     else:
         given = {"R": 5e-6, "E": layer.E, "nu": layer.nu, "w": 1e-4}
         a = 0.65e-6 * np.linspace(1.0, 3.0, 60)

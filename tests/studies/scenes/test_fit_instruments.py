@@ -28,7 +28,7 @@ from studies.scenes.curve_file import Reading, read_curve
 from studies.scenes.file import load
 from studies.scenes.fit import branches, many, plan, trials
 from studies.scenes.fit import study as fit_study
-from studies.scenes.fit.branches import touching, ways
+from studies.scenes.fit.branches import leg_branches, touching
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, baseline, free_parts
 from studies.scenes.fit.trials import SCENE
@@ -56,7 +56,7 @@ def test_forces_off_a_depth_path_under_a_machine(body, gamma1, opening, right, s
     lift = 2.3e-8
     legs = np.linspace(0.1 * lift, 2 * lift, 15), np.linspace(2 * lift, -1.2 * lift, 25)[1:]
     touch = touching(scene)
-    there, back = found = ways(scene, touch, 6 * lift, (2 * lift,), stiffness)
+    there, back = found = leg_branches(scene, touch, 6 * lift, (2 * lift,), stiffness)
     assert (there is back) == (gamma1 > 0 and opening is None)
     read_off = [way.read(leg, stiffness) for way, leg in zip(found, legs, strict=True)]
     force = np.concatenate([force for force, _ in read_off])
@@ -75,7 +75,7 @@ def test_forces_off_a_depth_path_under_a_machine(body, gamma1, opening, right, s
 
 
 def test_beyond_its_end_a_branch_goes_on_straight():
-    (found,) = ways(SCENE, 0.0, 1e-7, (), 0.3)
+    (found,) = leg_branches(SCENE, 0.0, 1e-7, (), 0.3)
     _, end = found.read(np.array([0.0]), 0.3)
     force, _ = found.read(end + 1e-9 * np.array([-1.0, 0.0, 0.5, 1.0, 1.5]), 0.3, 1e-9)
     assert np.diff(force[:4], 2)[1] == pytest.approx(0, abs=1e-6 * np.ptp(force))
@@ -84,7 +84,7 @@ def test_beyond_its_end_a_branch_goes_on_straight():
 
 def test_machine_too_soft_for_all_states_but_one():
     """A machine too soft for every state but one has its force."""
-    (found,) = ways(SCENE, 0.0, 2e-8, (), 0.3)
+    (found,) = leg_branches(SCENE, 0.0, 2e-8, (), 0.3)
     part = slice(-found.depth.size // 3, None)  # along which the pull falls
     last = replace(found, depth=found.depth[part], force=found.force[part])
     force, _ = last.read(np.array([0.0, 1.0]), 1e-5)
