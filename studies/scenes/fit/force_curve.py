@@ -21,13 +21,13 @@ from studies.scenes.fit.disturbances import (
     without_spikes,
 )
 
-CLEAR = 5.0  # times the noise: a force, or a way back, that is there
-ROUNDING = 1e-9  # of a way back, relative to the range of depths
+CLEAR = 5.0  # times the noise: a force, or a reversal of the depth, that is no noise
+ROUNDING = 1e-9  # of a reversal, relative to the range of depths
 LEAST = 1e-10  # noise, relative to the largest force
 NO_WEIGHT = 1e-6  # root of the weight of a point that is left out
 SOFT = 2.0  # times the noise: residuals beyond hardly pull with the loss soft_l1
 BASELINE = ("level", "slope", "drift")  # of the force out of contact
-FLAT = 8  # points at least that tell a line without contact
+FLAT = 8  # points at least of a line without contact
 STEEP = 0.2  # of the mean slope of what follows: a steeper line is no free part
 GUARD = 0.1  # of the free points, those next to the contact, may feel it already
 WAVY = 1.5  # times as many points as on a line: then the force out of contact has waves
@@ -174,21 +174,26 @@ def turning_points(depth: Array) -> tuple[int, ...]:
     least = max(CLEAR * noise(depth), ROUNDING * float(np.ptp(depth)))
     values = depth.tolist()
     turns = list[int]()
-    low = 0
-    high = 0
-    way = 0
-    for i, value in enumerate(values):  # low, high: since the last turn
-        low = low if value >= values[low] else i
-        high = high if value <= values[high] else i
-        if way >= 0 and values[high] - value > least:
-            turns += [high] if way else []
-            low = i
-            way = -1
-        elif way <= 0 and value - values[low] > least:
-            turns += [low] if way else []
-            high = i
-            way = 1
-    rests = (int((depth[turn:] != depth[turn]).argmax()) for turn in turns)  # points that stay
+    lowest = 0  # since the last turn, as highest
+    highest = 0
+    direction = 0  # 1: the depth grows, -1: it falls; 0: not known yet
+    for i, value in enumerate(values):
+        if value < values[lowest]:
+            lowest = i
+        if value > values[highest]:
+            highest = i
+        if direction >= 0 and values[highest] - value > least:
+            if direction:
+                turns.append(highest)
+            lowest = i
+            direction = -1
+        elif direction <= 0 and value - values[lowest] > least:
+            if direction:
+                turns.append(lowest)
+            highest = i
+            direction = 1
+    # of several points at the turning depth, the middle one
+    rests = (int((depth[turn:] != depth[turn]).argmax()) for turn in turns)
     return tuple(turn + (rest - 1) // 2 for turn, rest in zip(turns, rests, strict=True))
 
 
@@ -254,8 +259,9 @@ def _flat(depth: Array, force: Array) -> int:
     if not count:
         return 0
     beyond = np.abs(force - np.polyval(line, depth - depth[0])) > CLEAR * sigma
-    far = np.flatnonzero(beyond[:-1] & beyond[1:])
-    count = int(far[0]) if far.size else count
+    leaves = np.flatnonzero(beyond[:-1] & beyond[1:])
+    if leaves.size:
+        count = int(leaves[0])
     if not FLAT <= count < force.size:
         return 0
     flat = abs(line[0]) * np.ptp(depth[count:]) < STEEP * np.ptp(force[count:])
@@ -370,35 +376,50 @@ def contacts(curve: Curve) -> tuple[Contact, ...]:
     A force is there where two neighbours have it. An end is seen where the curve is pulled on one
     side and without force on the other.
     """
-    depth = curve.depth
-    force = curve.force
-    clear = CLEAR * noise(force)
-    turns = turning_points(depth)
-    grows = loading(depth)
-    felt = np.abs(force) > clear
-    alone = felt & ~np.append(felt[1:], False) & ~np.append(False, felt[:-1])
-    felt &= ~alone
+    clear = CLEAR * noise(curve.force)
+    loaded = np.abs(curve.force) > clear
+    neighbour = np.append(loaded[1:], False) | np.append(False, loaded[:-1])
+    loaded &= neighbour
+    turns = turning_points(curve.depth)
+    grows = loading(curve.depth)
+    cuts = [turn for turn in turns if not loaded[turn] and not grows[turn]]
     found = []
-    cuts = [i for i in turns if not felt[i] and not grows[i]]
-    for start, stop in pairwise([0, *cuts, depth.size]):
-        if not felt[start:stop].any():
+    for start, stop in pairwise([0, *cuts, curve.depth.size]):
+        inside = np.flatnonzero(loaded[start:stop])
+        if not inside.size:
             continue
-        first, last = (start + np.flatnonzero(felt[start:stop])[[0, -1]]).tolist()
+        first = start + int(inside[0])
+        last = start + int(inside[-1])
         ends = []
-        for kind, near, beside in (("touch", first, first - 1), ("detachment", last, last + 1)):
-            if start <= beside < stop and force[near] < -2 * clear:
-                a, b = sorted((float(depth[near]), float(depth[beside])))
-                if b > a:
-                    ends.append(Mark(kind, (a + b) / 2, (b - a) / math.sqrt(12), (near, beside)))
-        inner = [i for i in turns if first < i < last]
-        ways = pairwise([first, *(i + 1 for i in inner), last + 1])
-        begins = [-math.inf, *depth[inner].tolist()]
-        legs = [Leg(np.arange(a, b), turn) for (a, b), turn in zip(ways, begins, strict=True)]
-        if not grows[first]:
-            legs[0] = Leg(legs[0].points, float(depth[first]))
-            legs.insert(0, Leg(np.arange(0), -math.inf))
-        found.append(Contact(legs, ends))
+        if first > start:
+            ends += _end(curve, "touch", first, first - 1, clear)
+        if last + 1 < stop:
+            ends += _end(curve, "detachment", last, last + 1, clear)
+        inner = [turn for turn in turns if first < turn < last]
+        found.append(Contact(_legs(curve.depth, first, inner, last, bool(grows[first])), ends))
     return tuple(found)
+
+
+def _end(curve: Curve, kind: str, near: int, beside: int, clear: float) -> list[Mark]:
+    """The end of contact between a point with a force and one beside it; none if it is not seen."""
+    low, high = sorted((float(curve.depth[near]), float(curve.depth[beside])))
+    if not (curve.force[near] < -2 * clear and high > low):
+        return []
+    return [Mark(kind, (low + high) / 2, (high - low) / math.sqrt(12), (near, beside))]
+
+
+def _legs(depth: Array, first: int, turns: list[int], last: int, inwards: bool) -> list[Leg]:
+    """The legs of a contact from its first to its last point, with these turns between."""
+    starts = [first, *(turn + 1 for turn in turns)]
+    stops = [*starts[1:], last + 1]
+    drives = [-math.inf, *depth[turns].tolist()]
+    if not inwards:
+        drives[0] = float(depth[first])
+    legs = [
+        Leg(np.arange(start, stop), turn)
+        for start, stop, turn in zip(starts, stops, drives, strict=True)
+    ]
+    return legs if inwards else [Leg(np.arange(0), -math.inf), *legs]
 
 
 def _next_to(found: Sequence[Contact], count: int) -> Mask:
@@ -482,6 +503,7 @@ class Data:
         line = np.linalg.lstsq(columns[free], smooth[free], rcond=None)[0]
         flat = Curve(curve.drive, smooth - columns @ line)
         found = contacts(flat)
+        # a spike beside an end of contact may be the end itself
         doubtful = spikes & _next_to(found, spikes.size)
         if doubtful.any():
             spikes = spikes & ~doubtful
