@@ -37,8 +37,8 @@ class FittedFile:
         How the curves are written.
     names : tuple of str
         What is fitted.
-    alternatives, depth_range, exclude, loss, uncertainties
-        As of `fit`.
+    options : dict
+        Keyword arguments of `fit`.
     fixed : tuple of (str, float)
         Parameters that are not fitted, in place of those of the scene.
     """
@@ -46,31 +46,16 @@ class FittedFile:
     scene: Path
     reading: Reading
     names: tuple[str, ...]
-    alternatives: bool
-    depth_range: tuple[float, float] | None = None
-    exclude: tuple[tuple[float, float], ...] = ()
-    loss: str = "linear"
-    uncertainties: tuple[tuple[str, float], ...] = ()
+    options: dict[str, Any]
     fixed: tuple[tuple[str, float], ...] = ()
 
     def __call__(self, point: dict[str, Any]) -> dict[str, Any]:
         """Estimates with linearised intervals, whether the model fits, and the warnings."""
         name, _, number = str(point["curve"]).partition("#")
         reading = replace(self.reading, number=int(number)) if number else self.reading
-        scene = load(self.scene).scene
-        scene = scene_with(scene, dict(self.fixed))
+        scene = scene_with(load(self.scene).scene, dict(self.fixed))
         curve = read_curve(name, reading)
-        found = fit(
-            scene,
-            curve,
-            self.names,
-            profiles=False,
-            alternatives=self.alternatives,
-            depth_range=self.depth_range,
-            exclude=self.exclude,
-            loss=self.loss,
-            uncertainties=dict(self.uncertainties),
-        )
+        found = fit(scene, curve, self.names, profiles=False, **self.options)
         values = dict[str, Any]()
         for one in found.estimates:
             low, high = one.interval or (math.nan, math.nan)
@@ -83,16 +68,7 @@ class FittedFile:
         files = sorted({name.partition("#")[0] for name in names})
         contents = [sha256(Path(file).read_bytes()).hexdigest() for file in files]
         text = self.scene.read_text("utf-8")
-        chosen = [self.depth_range, self.exclude, self.loss, self.uncertainties]
-        return [
-            text,
-            repr(self.reading),
-            self.names,
-            self.alternatives,
-            chosen,
-            self.fixed,
-            contents,
-        ]
+        return [text, repr(self.reading), self.names, self.options, self.fixed, contents]
 
 
 def curves(data: Path, reading: Reading) -> list[str]:

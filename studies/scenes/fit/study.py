@@ -232,36 +232,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     content = read(options.scene)
     said = {key: value for key in MEASURED if (value := getattr(options, key)) is not None}
     given = built(options.scene, content | {"measured": content.get("measured", {}) | said})
-    uncertainties = dict(map(_uncertainty, options.uncertainty))
+    choices = {
+        "alternatives": not quick,
+        "depth_range": options.range,
+        "exclude": options.exclude,
+        "loss": options.loss,
+        "uncertainties": dict(map(_uncertainty, options.uncertainty)),
+    }
     files = many.curves(options.data, given.measured)
     if len(files) != 1 or options.data.is_dir():
-        names = tuple(options.parameters)
-        job = many.FittedFile(
-            options.scene,
-            given.measured,
-            names,
-            alternatives=not quick,
-            depth_range=tuple(options.range) if options.range else None,
-            exclude=tuple(map(tuple, options.exclude)),
-            loss=options.loss,
-            uncertainties=tuple(uncertainties.items()),
-        )
+        job = many.FittedFile(options.scene, given.measured, tuple(options.parameters), choices)
         name = f"{options.data.stem}_fits"
         return many.report(job, files, options.shared, given.title, name, out, options.jobs)
     if options.shared is not None:
         parser.error(f"--shared {options.shared}: one curve shares nothing; give a folder")
     curve = read_curve(options.data, given.measured)
-    found = fit(
-        given.scene,
-        curve,
-        options.parameters,
-        profiles=not quick,
-        alternatives=not quick,
-        depth_range=options.range,
-        exclude=options.exclude,
-        loss=options.loss,
-        uncertainties=uncertainties,
-    )
+    found = fit(given.scene, curve, options.parameters, profiles=not quick, **choices)
     print(found)
     name = f"{options.data.stem}_fit"
     notes = [f"scene: {given.scene}", *str(found).splitlines()]
