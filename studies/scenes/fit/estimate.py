@@ -22,7 +22,15 @@ from studies.scenes.fit.force_curve import (
     in_motion,
 )
 from studies.scenes.fit.model import DEFAULT, UNCERTAIN, Model, parameters_of, scene_with
-from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, robust, sought
+from studies.scenes.fit.search import (
+    SIMULATED,
+    Best,
+    conditioning,
+    profiled,
+    robust,
+    sought,
+    spreads,
+)
 from studies.scenes.fit.verdict import (
     Alternative,
     Quality,
@@ -312,8 +320,8 @@ def fit(
     notes += (*curve.notes, *map(str, held), *_disturbances(model.data))
     if not chosen.all():
         notes += (f"{(~chosen).sum()} points outside of the chosen depths are left out",)
-    condition, weakest, spread = conditioning(best.jac, len(names))
-    reach = math.sqrt((best.limit - 1) * best.squares) * spread
+    condition, weakest = conditioning(best.jac, len(names))
+    reach = math.sqrt((best.limit - 1) * best.squares) * spreads(best.jac, len(names))
     quality = _quality(model, best)
     own = [
         _estimate(model, best, i, float(reach[i]), quality.fits, profiles)

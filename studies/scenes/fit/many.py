@@ -124,14 +124,16 @@ def common(name: str, low: Array, high: Array) -> Common:
     known = np.isfinite(low + high) & (low > 0) & (high > low)
     if not known.any():
         raise ValueError(f"shared = {name!r}: no curve has an interval of it; look at the table")
-    ends = np.log(np.stack([low[known], high[known]]))
-    logs = ends.mean(axis=0)
-    errors = np.ptp(ends, axis=0) / (2 * NORMAL)
-    mean = float(np.average(logs, weights=errors**-2))
-    reach = np.sum(errors**-2) ** -0.5
-    chance = float(np.sum(((logs - mean) / errors) ** 2)) / max(logs.size - 1, 1)
-    low_end, high_end = np.exp(mean + NORMAL * reach * np.array([-1.0, 1.0])).tolist()
-    return Common(name, math.exp(mean), (low_end, high_end), chance, logs.size)
+    lower = np.log(low[known])
+    upper = np.log(high[known])
+    middles = (lower + upper) / 2
+    errors = (upper - lower) / (2 * NORMAL)
+    weights = errors**-2
+    mean = float(np.average(middles, weights=weights))
+    half = NORMAL * float(np.sum(weights)) ** -0.5
+    chance = float(np.sum(weights * (middles - mean) ** 2)) / max(middles.size - 1, 1)
+    interval = math.exp(mean - half), math.exp(mean + half)
+    return Common(name, math.exp(mean), interval, chance, middles.size)
 
 
 def plot(record: Record, names: Sequence[str], title: str) -> Figure:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
@@ -19,11 +20,8 @@ NAMES = ("w", "gamma1", "stiffness", "E", "offset", "opening")
 UNCERTAIN = ("R", "h")  # what may be known with an uncertainty
 DEFAULT = ("w", "gamma1", "offset")
 Round = Circle | Parabola  # indenters that have a radius
-FAR = math.log(1e4)
-STRIDE = 1e-3
 HUGE = 700.0
-FACTOR = (FAR, 0.8, STRIDE)
-SHIFT = (1.0, math.inf, 1e-5)  # of logarithms and offset: see `ranges`
+STRIDE = 1e-3  # of a logarithm, for difference quotients
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
 DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
 SHARP = 0.02  # of the distance between points in contact: how straight the end stays
@@ -104,6 +102,15 @@ def _usable(scene: Scene, names: tuple[str, ...]) -> Scene:
         if name != "offset" and not start[name] > 0:
             raise ValueError(f"{name} = {start[name]!r} in the scene: start from a value > 0")
     return scene
+
+
+class Coordinates(NamedTuple):
+    """How far coordinates may go (m,): their largest size, their longest step in a search, and
+    the step of difference quotients."""
+
+    limit: Array
+    step: Array
+    difference: Array
 
 
 @dataclass(frozen=True)
@@ -209,7 +216,7 @@ class Model:
             return np.array([[one.depth, one.force] for one in self.branches(x)]).ravel()
 
         here = self.branches(x)
-        rates = optimize.approx_fprime(x, numbers, self.ranges[2])
+        rates = optimize.approx_fprime(x, numbers, self.coordinates.difference)
         return replace(self, known=(x, here, rates.reshape(len(here), 2, -1, x.size)))
 
     def nearest(self, branch: Branch) -> float:
@@ -235,16 +242,20 @@ class Model:
         return best
 
     @property
-    def ranges(self) -> Array:
-        """Of each coordinate: its largest size, its longest step in a search, and that of the
-        difference quotients (3, m)."""
-        return np.array([SHIFT if name == "offset" else FACTOR for name in self.names]).T
+    def coordinates(self) -> Coordinates:
+        """How far each coordinate may go."""
+        is_offset = np.array([name == "offset" for name in self.names])
+        return Coordinates(
+            limit=np.where(is_offset, 1.0, math.log(1e4)),
+            step=np.where(is_offset, math.inf, 0.8),
+            difference=np.where(is_offset, 1e-5, STRIDE),
+        )
 
     def on_bound(self, x: Array, i: int) -> bool:
         """Whether coordinate i is where the search ends: at its limit, or opening at w."""
         at = self.parameters(x)
         none = self.names[i] == "opening" and at["opening"] <= at["w"] * (1 + STRIDE)
-        return none or bool(abs(x[i]) >= (1 - STRIDE) * self.ranges[0, i])
+        return none or bool(abs(x[i]) >= (1 - STRIDE) * self.coordinates.limit[i])
 
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters at these coordinates."""
@@ -301,7 +312,7 @@ class Model:
 
     def jacobian(self, x: Array) -> Array:
         """∂off/∂x, and ∂off/∂line (n, m + q)."""
-        own = optimize.approx_fprime(x, self.off, self.ranges[2])
+        own = optimize.approx_fprime(x, self.off, self.coordinates.difference)
         return np.concatenate([own, self.data.lines], axis=1)
 
     def without_contact(self, x: Array) -> Mask:

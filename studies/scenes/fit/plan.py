@@ -28,7 +28,7 @@ from studies.scenes.file import load
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data
 from studies.scenes.fit.model import DEFAULT, Model
-from studies.scenes.fit.search import conditioning
+from studies.scenes.fit.search import conditioning, spreads
 from studies.scenes.fit.trials import simulated
 from studies.shared import command
 from studies.shared.batches import each
@@ -61,23 +61,26 @@ class Experiment:
     deepest: float
 
     def curve(self, seed: int = 0) -> Curve:
-        """In from where nothing holds, and out again; the free part is as long as the rest."""
-        deep = self.deepest + minimise(self.scene, self.deepest).force / self.stiffness
-        pull = load_path(self.scene, depths=[self.deepest, -9 * self.scene.critical_separation])
-        last = pull.events[-1].before
-        out = last.depth + min(last.force, pull.pull_off.force) / self.stiffness
-        way = np.linspace(out - max(0.7 * (deep - out), 0.0), deep, self.points)
-        drive = np.concatenate([way, way[::-1]])
+        """In from out of contact, and out again; the free part is as long as the rest."""
+        scene = self.scene
+        deepest = self.deepest + minimise(scene, self.deepest).force / self.stiffness
+        pull = load_path(scene, depths=[self.deepest, -9 * scene.critical_separation])
+        detachment = pull.events[-1].before
+        largest_pull = min(detachment.force, pull.pull_off.force)
+        lowest = detachment.depth + largest_pull / self.stiffness
+        start = lowest - max(0.7 * (deepest - lowest), 0.0)
+        inwards = np.linspace(start, deepest, self.points)
+        drive = np.concatenate([inwards, inwards[::-1]])
         error = self.noise * np.random.default_rng(seed).standard_normal(drive.size)
-        force = simulated(self.scene, drive, self.stiffness) + error
+        force = simulated(scene, drive, self.stiffness) + error
         return Curve(drive - force / self.stiffness, force, self.stiffness)
 
     def predicted(self) -> tuple[float, float, float]:
         """Relative half-widths of the 95 % intervals of w and γ₁, and the condition."""
         model = Model.of(self.scene, DEFAULT, Data.of(self.curve()), 0.0)
         jacobian = model.jacobian(np.zeros(len(DEFAULT)))
-        condition, _, spread = conditioning(jacobian, len(DEFAULT))
-        w, gamma1 = (1.96 * self.noise * spread[:2]).tolist()
+        condition, _ = conditioning(jacobian, len(DEFAULT))
+        w, gamma1 = (1.96 * self.noise * spreads(jacobian, len(DEFAULT))[:2]).tolist()
         return w, gamma1, condition
 
 

@@ -129,7 +129,7 @@ def _reweighted(model: Model, best: Best, outliers: Mask) -> tuple[Model, Best]:
         data = model.data.reweighted(best.fun / model.data.roots, outliers)
         model = replace(model, data=data)
         best = followed(model, best.x) if turn else sought(model)
-        spread = conditioning(best.jac, best.x.size)[2][: best.x.size]
+        spread = spreads(best.jac, best.x.size)[: best.x.size]
         known = np.isfinite(spread)
         moved = np.abs(best.x - before.x)[known] > SETTLED * best.scatter * spread[known]
         if turn and not moved.any():
@@ -211,23 +211,26 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
             f"scene = {model.scene!r} has no equilibria along the measured depths to start from; "
             "start from other parameters"
         )
-    (limits, reach, _), least = model.ranges, ROUNDING * model.data.size
+    limits = model.coordinates.limit
+    reach = model.coordinates.step
+    rounding = ROUNDING * model.data.size
     for _ in range(ROUNDS):
         box = np.maximum(x - reach, -limits), np.minimum(x + reach, limits)
         best, squares = minimum(model.near(x), x, box, fixed)
         before = float(fun @ fun)
         promised = before - squares
-        enough = ROUGH if hopeless(model, squares) else ftol
-        small = promised <= max(ftol, enough) * before + least**2
+        enough = max(ROUGH, ftol) if hopeless(model, squares) else ftol
+        small = promised <= enough * before + rounding**2
         moves = best - x
         edge = np.where(best > x, box[1], box[0]) - x
-        held = (moves != 0) & (np.abs(moves) > 0.99 * np.abs(edge))  # it would go farther
-        if not moves.any() or (small and not (held.any() and reach.min() > SHORTEST)):
+        at_edge = (moves != 0) & (np.abs(moves) > 0.99 * np.abs(edge))
+        would_go_farther = at_edge.any() and reach.min() > SHORTEST
+        if not moves.any() or (small and not would_go_farther):
             break
         trial = model.residuals(best)
         gained = before - float(trial @ trial)  # nan: there is no state
         if gained > FAIR * promised:
-            reach = np.minimum(2 * reach, model.ranges[1])
+            reach = np.minimum(2 * reach, model.coordinates.step)
         if gained > 0:
             x = best
             fun = trial
@@ -253,7 +256,9 @@ def minimum(
     found = optimize.least_squares(
         residuals,
         start[free],
-        lambda values: optimize.approx_fprime(values, residuals, model.ranges[2, free]),
+        lambda values: optimize.approx_fprime(
+            values, residuals, model.coordinates.difference[free]
+        ),
         bounds=[edge[free] for edge in box],
         x_scale="jac",
         ftol=SOLVED,
@@ -275,7 +280,7 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
     start = best.x.copy()
     start[i] = at
     x = start.copy()
-    reach = model.ranges[0, others]
+    reach = model.coordinates.limit[others]
     before = math.inf
     step = np.linalg.pinv(np.delete(best.jac, i, axis=1))[: len(others)]
     moves = step @ best.jac[:, i] * (at - best.x[i])
@@ -294,25 +299,33 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
     return min(before, followed(model, start, i, 1e-4).squares) / best.squares
 
 
-def conditioning(jacobian: Array, count: int) -> tuple[float, Array, Array]:
-    """Condition of the first `count` columns at unit length, their weakest direction (count,), and
-    √((JᵀJ)⁻¹)ᵢᵢ of all (m,); inf for a zero column.
+def spreads(jacobian: Array, count: int) -> Array:
+    """Deviations √((JᵀJ)⁻¹)ᵢᵢ of all parameters for residuals of deviation 1 (m,).
 
-    The first ones without what the others can do: the line out of contact is always well known.
+    They are inf for those of the first `count` that the residuals do not depend on.
     """
     sizes = np.linalg.norm(jacobian, axis=0)
     dead = sizes <= DEAD * sizes[:count].max()
     dead[count:] = False
-    spread = np.full(sizes.size, math.inf)
+    found = np.full(sizes.size, math.inf)
     _, singular, right = np.linalg.svd(jacobian[:, ~dead] / sizes[~dead], full_matrices=False)
-    spread[~dead] = np.linalg.norm(right.T / singular, axis=1) / sizes[~dead]
+    found[~dead] = np.linalg.norm(right.T / singular, axis=1) / sizes[~dead]
+    return found
+
+
+def conditioning(jacobian: Array, count: int) -> tuple[float, Array]:
+    """Condition number of the first `count` columns at unit length, and their weakest direction.
+
+    The columns without what the others can do: the line out of contact is always well known.
+    """
     own = jacobian[:, :count]
     line = jacobian[:, count:]
+    sizes = np.linalg.norm(own, axis=0)
     own = own - line @ np.linalg.lstsq(line, own, rcond=None)[0]
     lengths = np.linalg.norm(own, axis=0)
-    lost = dead[:count] | (lengths <= 1e-9 * sizes[:count])
+    lost = (sizes <= DEAD * sizes.max()) | (lengths <= 1e-9 * sizes)
     if lost.any():
-        return math.inf, lost / np.linalg.norm(lost), spread
+        return math.inf, lost / np.linalg.norm(lost)
     _, singular, right = np.linalg.svd(own / lengths, full_matrices=False)
     weakest = right[-1] / lengths
-    return float(singular[0] / singular[-1]), weakest / np.linalg.norm(weakest), spread
+    return float(singular[0] / singular[-1]), weakest / np.linalg.norm(weakest)

@@ -314,15 +314,16 @@ def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
     """Without tension on a body far thicker than the contact (energy.cards.layer)."""
     R = cast(Parabola, scene.indenter).R
     w = scene.work_of_adhesion
-    given = {"R": R, "E": scene.layer.E, "nu": scene.layer.nu, "w": w}
-    modulus = cards.layer.half_space_modulus(scene.layer.E, scene.layer.nu)
+    E = scene.layer.E
+    nu = scene.layer.nu
+    modulus = cards.layer.half_space_modulus(E, nu)
     least = np.cbrt(math.pi * w * R**2 / (8 * modulus))  # dd/da = 0
     a = least * np.linspace(12.0, 1.0, 2000)
-    depth = cards.layer.half_space_depth(a, **given)
-    force = cards.layer.half_space_force(a, **given)
-    found, end = Branch(np.asarray(depth), np.asarray(force), True).read(drive, stiffness)
-    way = np.arange(drive.size) < drive.size // 2
-    return np.where(drive < np.where(way, 0.0, end), 0.0, found)
+    depth = np.asarray(cards.layer.half_space_depth(a, R=R, E=E, nu=nu, w=w))
+    force = np.asarray(cards.layer.half_space_force(a, R=R, E=E, nu=nu, w=w))
+    found, end = Branch(depth, force, True).read(drive, stiffness)
+    inwards = np.arange(drive.size) < drive.size // 2
+    return np.where(drive < np.where(inwards, 0.0, end), 0.0, found)
 
 
 def summary(record: Record) -> str:

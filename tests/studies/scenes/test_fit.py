@@ -14,7 +14,7 @@ from studies.scenes.fit import study
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, noise
 from studies.scenes.fit.model import Model, astray, parameters_of
-from studies.scenes.fit.search import conditioning
+from studies.scenes.fit.search import conditioning, spreads
 
 ENERGIES = ("w", "gamma1")
 FAST = {"profiles": False, "alternatives": False}
@@ -95,7 +95,8 @@ def test_a_pinned_line_does_not_feel_w_without_the_letting_go():
 def test_conditioning_of_known_matrices():
     angle = 0.01
     columns = np.array([[1.0, math.cos(angle)], [0.0, math.sin(angle)]]) * [2.0, 5.0]
-    condition, weakest, spread = conditioning(columns, 2)
+    condition, weakest = conditioning(columns, 2)
+    spread = spreads(columns, 2)
     assert condition == pytest.approx(1 / math.tan(angle / 2), rel=1e-9, abs=0)
     assert weakest[0] * weakest[1] < 0
     assert np.abs(weakest) == pytest.approx(np.array([5, 2]) / math.sqrt(29), rel=1e-9, abs=0)
