@@ -16,7 +16,7 @@ totals all the same: what a contact that one of both has alone adds to them is i
 The state is not resolved, and all errors are infinite, where
 
     f is convex, and the contact has fewer than LEAST links and is not pinned at both ends,
-    f is not convex, and on nodes four times closer a contact has fewer than _HALF_A_LINK links, or
+    f is not convex, and on nodes four times closer a contact has fewer than 2 links, or
     the widths of the contacts that both states have differ by more than UNEVEN of all: what lies
     between the nodes decides where the lines are (nodes four times closer are also compared where
     f is convex and has corners),
@@ -28,7 +28,7 @@ What the nodes do not resolve of the profile itself is looked for by unresolved.
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,14 +45,39 @@ LEAST = 4  # links of a resolved contact
 # than its estimate whatever these two limits are. Of 148 random shapes, on nodes as far apart as
 # these are wide, two were without the limits (one by four times), and none within.
 UNEVEN = 0.05  # of a: what the profile between the nodes may make of it
-_HALF_A_LINK = 2  # links of a contact between nodes _CLOSER
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How a state is compared with that on other nodes.
+
+    Attributes
+    ----------
+    safety : float
+        Factor by which differences between two lattices are enlarged: two errors of second order
+        may happen to be equal.
+    closer : float
+        Spacing of the nodes with which a profile that is not convex is compared, over that of the
+        state.
+    half_a_link : int
+        Links at least of a contact on these closer nodes.
+    rounding : float
+        Of every quantity: what every estimate is at least.
+    """
+
+    safety: float = 1.5
+    closer: float = 1 / 4
+    half_a_link: int = 2
+    rounding: float = 4 * EPSILON
+
+
+_COMPARED = Comparison()
+
+
 # Finer lattices that are searched for a contact: how much finer they are, and how many nodes they
 # have on each side of the lowest point.
 FINER = ((2, 10**5), (8, 10**5), (64, 10**5), (2**14, 512), (2**22, 512), (2**30, 512))
-_SAFETY = 1.5  # by which differences between two lattices are enlarged
 _FACTORS = (2.0, 1.7, 1.4)  # coarser spacings over this one
-_CLOSER = 1 / 4  # that of the nodes with which a profile that is not convex is compared
-_ROUNDING = 4 * EPSILON  # of every estimate
 UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
 EXACT = dict.fromkeys(QUANTITIES, 0.0)
 
@@ -83,13 +108,13 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return UNRESOLVED
     smooth = convex and not _has_inner_corners(fine)
     bounds = []
-    for factor in _FACTORS if smooth else (*_FACTORS, _CLOSER):
+    for factor in _FACTORS if smooth else (*_FACTORS, _COMPARED.closer):
         state = _on_other_nodes(solve, fine, factor * fine.spacing)
         if state is None or not state.contacts.size:
             return UNRESOLVED
         if state.spacing == fine.spacing:  # of a body so few links wide
             continue
-        if factor < 1 and (_narrower(state, _HALF_A_LINK).any() or _uneven(fine, state)):
+        if factor < 1 and (_narrower(state, _COMPARED.half_a_link).any() or _uneven(fine, state)):
             return UNRESOLVED
         bounds.append(_compared(fine, state))
     if not bounds:
@@ -146,7 +171,7 @@ def _compared(fine: Equilibrium, other: Equilibrium) -> dict[str, float]:
         size = scale or max(abs(value), abs(there))  # touching: nothing is deformed
         change = abs((value - there) / (coarser**order - 1))
         change = max(change, abs(sums[name] - value))
-        errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING
+        errors[name] = float(_COMPARED.safety * change / size if size else 0.0) + _COMPARED.rounding
     return errors
 
 

@@ -23,12 +23,36 @@ import numpy as np
 from discretization.nodes.row import Row
 from discretization.nodes.thresholds import Thresholds
 
-_NEWTON_STEPS = 12  # from within a link it takes five
-_STEP = 1e-6  # links: of difference quotients
-_SETTLED = 1e-10  # links
-_FARTHEST = 2.0  # links: lines that leave their nodes by more are not those of these nodes
-_CLEAR = 2.0  # links about a line within which heights have to be smooth: those of the cubic
-_NARROWEST = 3.0  # links between two lines that face each other
+
+@dataclass(frozen=True)
+class ClosingRules:
+    """Newton's method for both lines of a contact that closes; lengths in links.
+
+    Attributes
+    ----------
+    most_steps : int
+        Steps at most; from within a link it takes five.
+    step : float
+        Step of the difference quotients.
+    settled : float
+        A step that moves no line by more is the last.
+    farthest : float
+        Lines that leave their nodes by more are not those of these nodes.
+    smooth : float
+        Distance from a line within which heights have to be smooth: the reach of the cubic.
+    narrowest : float
+        Distance at least of two lines that face each other.
+    """
+
+    most_steps: int = 12
+    step: float = 1e-6
+    settled: float = 1e-10
+    farthest: float = 2.0
+    smooth: float = 2.0
+    narrowest: float = 3.0
+
+
+_RULES = ClosingRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +86,7 @@ class Closing:
             [length]; nan where it is not known.
         """
         faced = [other for other in (before, after) if other is not None]
-        if not self.smooth(node) or any(abs(other - node) < _NARROWEST for other in faced):
+        if not self.smooth(node) or any(abs(other - node) < _RULES.narrowest for other in faced):
             return math.nan
         free = [other for other in faced if self.smooth(other)]
         if self.row.scene.hysteretic:  # faced lines may be stuck
@@ -90,7 +114,7 @@ class Closing:
             return [one - depth for one in found]
 
         solved = _newton(residuals, [*start, self.thresholds.pulled(before, node, after)])
-        if solved is None or np.abs(np.subtract(solved[:-1], start)).max() > _FARTHEST:
+        if solved is None or np.abs(np.subtract(solved[:-1], start)).max() > _RULES.farthest:
             return math.nan
         return solved[-1]
 
@@ -140,10 +164,10 @@ class Closing:
 
     def smooth(self, node: int) -> bool:
         """Whether neither profile nor pattern has a corner or an end beside a line at this node."""
-        if not _CLEAR <= node <= self.row.size - 1 - _CLEAR:
+        if not _RULES.smooth <= node <= self.row.size - 1 - _RULES.smooth:
             return False
         breaks = self.row.breaks
-        return not bool((np.abs(breaks - node) <= _CLEAR).any())
+        return not bool((np.abs(breaks - node) <= _RULES.smooth).any())
 
 
 def closes_smoothly(row: Row) -> bool:
@@ -160,13 +184,13 @@ def _newton(
     more than 1e-10 links.
     """
     found = list(start)
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(_RULES.most_steps):
         here = residuals(found)
         matrix = np.empty((len(found), len(found)))
         for i in range(len(found) - 1):
             there = [*found]
-            there[i] += _STEP
-            matrix[:, i] = np.subtract(residuals(there), here) / _STEP
+            there[i] += _RULES.step
+            matrix[:, i] = np.subtract(residuals(there), here) / _RULES.step
         matrix[:, -1] = -1.0
         try:
             step: Any = np.linalg.solve(matrix, here)
@@ -174,8 +198,8 @@ def _newton(
             return None
         found = [value - change for value, change in zip(found, step.tolist(), strict=True)]
         moved = np.abs(step[:-1]).max()
-        if not moved < 10 * _FARTHEST:
+        if not moved < 10 * _RULES.farthest:
             return None
-        if moved <= _SETTLED:
+        if moved <= _RULES.settled:
             return found
     return None

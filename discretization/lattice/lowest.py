@@ -49,6 +49,7 @@ that v is at least -max(g, 0) instead of 0. Nodes of that height are certain.
 """
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,15 +64,34 @@ from discretization.nodes.row import Contacts, Row
 from energy import Scene
 from energy.arrays import Array, Mask, Nodes
 
-_TIE = 1e-12  # of wΔx: what more contact may cost
-# Nodes of a block: at least 64, and one more for each 32 starts, as finding the intervals of all
-# starts costs about as much as following them over that many nodes. No result depends on it.
-_FEW = 64
-_SHARE = 32
-_FAINT = (
-    100.0  # the same in which starts are distinguished by energy alone, not by how far they are
-)
-_SPAN = 300.0  # of ln z over a block: y² and z of its nodes, at most e⁶⁰⁰, do not overflow
+
+@dataclass(frozen=True)
+class Search:
+    """How the search over contact sets is divided; no result depends on it but by ties.
+
+    Attributes
+    ----------
+    tie : float
+        Of wΔx: what a state with more contact may cost more.
+    block : int
+        Nodes of a block at least,
+    starts_per_node : int
+        and one more for so many starts: finding the intervals of all starts costs about as much as
+        following them over the block.
+    faint : float
+        Decay lengths after which starts are distinguished by energy alone, not by how far they are.
+    span : float
+        Of ln z over a block: y² and z of its nodes, at most e⁶⁰⁰, do not overflow.
+    """
+
+    tie: float = 1e-12
+    block: int = 64
+    starts_per_node: int = 32
+    faint: float = 100.0
+    span: float = 300.0
+
+
+_SEARCH = Search()
 
 
 def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
@@ -233,8 +253,8 @@ def _limits(ends: _Ends, starts: Nodes, value: Array, origin: int) -> tuple[Node
     h = ends.h[starts]
     log_y, log_z = ends.logs(starts, origin)
     ahead = -np.expm1(log_z)
-    near = np.exp(np.maximum(log_y, -_FAINT))
-    z = np.exp(np.maximum(log_z, -2 * _FAINT))
+    near = np.exp(np.maximum(log_y, -_SEARCH.faint))
+    z = np.exp(np.maximum(log_z, -2 * _SEARCH.faint))
     y = near * h
     dz = z[1:] * -np.expm1(log_z[:-1] - log_z[1:])
     dy = near[1:] * (np.diff(h) - np.expm1(log_y[:-1] - log_y[1:]) * h[:-1])
@@ -289,7 +309,7 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask, int]:
         return 0.0, h == 0, 0
     ends = _Ends(lattice, h, np.flatnonzero(may))
     floor = min(0.0, float(h.min()))
-    tie = _TIE * lattice.w * lattice.cell
+    tie = _SEARCH.tie * lattice.w * lattice.cell
     size = ends.node.size + 1  # with the tail that follows, and the number of what precedes
     before = np.full(size, size)
     starts = np.array([size])
@@ -316,8 +336,8 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask, int]:
 def _end_of_block(ends: _Ends, log_z: Array, first: int, starts: int) -> int:
     """The place after a block of nodes that begins here, followed with so many starts."""
     size = log_z.size
-    most = _FEW + starts // _SHARE
-    stop = min(first + most, int(log_z.searchsorted(log_z[first] + _SPAN)), size - 1)
+    most = _SEARCH.block + starts // _SEARCH.starts_per_node
+    stop = min(first + most, int(log_z.searchsorted(log_z[first] + _SEARCH.span)), size - 1)
     if stop == size - 1:
         return size
     return min(stop, int(ends.node.searchsorted(ends.node[first] + 2 * most)))

@@ -5,7 +5,7 @@ Contacts of a convex profile are alone all the way, and found without following 
 
 import functools
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,10 +24,30 @@ from discretization.nodes.row import Contacts, Row
 from discretization.routes import LOWEST, route
 from energy import Plane, Scene
 
-_TIE = 1e-12  # of δ₀: a line stays where both sides cost the same
-_INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
-_BALANCED = 1e-10  # of w: the same of an endless plane, that is taken for neutral,
-_PLANE_TIE = 2e-12  # and that stays in contact: _TIE of δ₀, squared as the cost is
+
+@dataclass(frozen=True)
+class Ties:
+    """What counts as equal when a line, or a plane, may move at no cost.
+
+    Attributes
+    ----------
+    depth : float
+        Of δ₀: a line stays where both sides cost the same to this part of the depth.
+    link : float
+        Of wΔx: what a line may pay for a link if it rests anywhere at no cost.
+    plane : float
+        Of w: what an endless plane may cost that is taken for neutral,
+    plane_stays : float
+        and one that stays in contact: twice the part of the depth above, as the cost is its square.
+    """
+
+    depth: float = 1e-12
+    link: float = 1e-10
+    plane: float = 1e-10
+    plane_stays: float = 2e-12
+
+
+_TIES = Ties()
 
 
 def on_lattice(
@@ -151,7 +171,8 @@ def _observables(found: State, known: subgrid.Lines | None) -> dict[str, Any]:
     nodes = np.reshape(found.nodes, (1, -1))
     before = None if known is None else np.array([known])
     depths = np.array([found.depth])
-    lines, more = subgrid.between(row, nodes, depths, found.passed, before, found.work)
+    lines, by_line = subgrid.between(row, nodes, depths, found.passed, before, found.work)
+    added = by_line.sum(axis=-1)[:, 0]
     steep = not lattice.linear
     single = len(found.nodes) == 1
     if steep:
@@ -161,8 +182,8 @@ def _observables(found: State, known: subgrid.Lines | None) -> dict[str, Any]:
         "contacts": contacts,
         "nodes": lattice.x(row.first + np.array(found.nodes)),
         "pinned": np.isin(contacts, row.scene.indenter.corners),
-        "energy": balance.energy + float(more[0, 0]),
-        "force": balance.force + float(more[1, 0]),
+        "energy": balance.energy + float(added[0]),
+        "force": balance.force + float(added[1]),
         "scales": {"force": balance.sizes, "energy": balance.scale},
         "surfaces": SteepTail(lattice.tail.rate, lattice) if steep else lattice.tail,
         "neutral": single and not row.scene.hysteretic and _neutral(found),
@@ -175,7 +196,7 @@ def _neutral(found: State) -> bool:
     passed = found.passed
     inside = np.s_[0, -1, : -subgrid.LINKS[0]]
     cost = passed.stored[inside] - row.works[0] * passed.bonds[inside]
-    least = _INDIFFERENT * row.lattice.w * row.lattice.cell
+    least = _TIES.link * row.lattice.w * row.lattice.cell
     indifferent = (passed.gap[inside] > 0) & (np.abs(cost) <= least)
     return least > 0 and bool(indifferent.all())
 
@@ -201,12 +222,12 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     cost = lattice.k / 2 * depth**2 - work  # of contact, per area
     apart = Certificate.undeformed()
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
-    if depth < 0 and cost > _PLANE_TIE * work:
+    if depth < 0 and cost > _TIES.plane_stays * work:
         return state
     if -depth > turning(lattice):
         raise ValueError(overhang(depth, "", depth, turning(lattice)))
     gain = max(0.0, cost) / work if depth < 0 else 0.0
-    balanced = abs(cost) <= _BALANCED * work
+    balanced = abs(cost) <= _TIES.plane * work
     everywhere = np.array([[-math.inf, math.inf]])
     return replace(
         state,
@@ -249,7 +270,7 @@ def on_path(row: Row, depth: float) -> tuple[Contacts, subgrid.Lines | None]:
         (known,) = subgrid.moved(row, [nodes], np.array([deepest]), (), ())
     if depth < deepest:
         before = nodes
-        tie = _TIE * row.scene.opened.critical_separation
+        tie = _TIES.depth * row.scene.opened.critical_separation
         nodes = walk.moved(nodes, deepest, depth + tie)
         if nodes and known is not None:
             (known,) = subgrid.moved(row, [nodes], np.array([depth]), before, known)

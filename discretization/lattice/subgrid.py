@@ -26,6 +26,7 @@ one half way, which is exact for a quadratic energy.
 import functools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -37,16 +38,44 @@ from energy.arrays import Array, Mask, Nodes
 
 Lines = tuple[float, ...]  # x of all lines
 LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
-_HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
-# A line that faces another one may be further from its node than half a link. Its position then has
-# to lead back to the node: what is beyond _NEARLY_HALF is recorded 1e4 times shorter.
-_NEARLY_HALF = 0.4999
-_SHORTENED = 1e-4
-_TURNS = 20  # in which lines that face each other are found; each is a contraction
-_SETTLED = 1e-9  # links: a turn that moves no line by more is the last
-_CLOSEST = 1.5  # links between two lines that are moved
-_INDEPENDENT = 4  # links between two lines that are not left on their nodes, at least
-_ROUNDING = 16 * EPSILON  # of x: by less no line has moved
+
+
+@dataclass(frozen=True)
+class LineRules:
+    """Where lines between the nodes may be; lengths in links.
+
+    Attributes
+    ----------
+    half : float
+        How far a line may be from its node: a little less than half, so that it keeps that node.
+    nearly_half : float
+        A line that faces another one may be further from its node. Its position then has to lead
+        back to the node: what is beyond this distance is recorded shorter,
+    shortened : float
+        by this factor.
+    rounds : int
+        Rounds at most in which lines that face each other are found; each is a contraction.
+    settled : float
+        A round that moves no line by more is the last.
+    closest : float
+        Distance of two lines at least, for what they feel of each other.
+    independent : int
+        Lines that are closer to each other stay on their nodes.
+    rounding : float
+        Of x: a line that has moved by less has not moved.
+    """
+
+    half: float = 0.5 - 1e-9
+    nearly_half: float = 0.4999
+    shortened: float = 1e-4
+    rounds: int = 20
+    settled: float = 1e-9
+    closest: float = 1.5
+    independent: int = 4
+    rounding: float = 16 * EPSILON
+
+
+_LINE = LineRules()
 
 
 class Advances(NamedTuple):
@@ -147,7 +176,7 @@ class Corners(NamedTuple):
 
 @functools.lru_cache
 def facing_sides(lines: int) -> Nodes:
-    """Directions that so many lines face: -1 for left ones, 1 for right ones."""
+    """Sides (n,) on which the free surfaces of n lines are: -1 for left lines, 1 for right ones."""
     return np.resize([-1, 1], lines)
 
 
@@ -197,7 +226,7 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     ends[:, -1] = math.inf
     u = np.zeros_like(ends)
     u[:, 1:-1] = depth[:, None] - f
-    distance = np.maximum(np.abs(ends[:, own + sides, None] - start), _CLOSEST)
+    distance = np.maximum(np.abs(ends[:, own + sides, None] - start), _LINE.closest)
     u_faced = u[:, own + sides, None]
 
     far, remainder, stiffness = lattice.free_node_response(
@@ -268,9 +297,10 @@ def _zero(excess: Array, corner: Corners, *, outside: bool) -> Array:
 
 
 def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
-    """What contacts that end at ζ have more than those at their nodes; steps: over links.
+    """What contacts that end at ζ have more than those at their nodes.
 
-    ∫ (p - p''/24) dt, which over every link is p at its middle.
+    ∫ (p - p''/24) dt up to ζ, p the cubic through the steps over links (n, s, 2m, 6), taken at
+    their middles; over a whole link that is p at its middle, and so the step itself.
     """
     middle = corner.middle(zeta > corner.zeta)
     mean, rise, bend, turn = corner.cubic(steps, middle)
@@ -292,8 +322,11 @@ def offsets(
 ) -> Array:
     """ζ of all lines of s states with m contacts each.
 
-    Lines that face each other are found in turns, until none moves by more than 1e-9 links, at most
-    20 times.
+    Lines that face each other are found one with the others where they were, in rounds until
+
+        max |ζ - ζ of the round before| <= 1e-9 links,
+
+    at most 20 of them.
 
     Parameters
     ----------
@@ -314,10 +347,10 @@ def offsets(
     ndarray (s, 2m)
     """
     least, most = _limits(row, nodes, corner)
-    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _INDEPENDENT, 2, axis=1)
+    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _LINE.independent, 2, axis=1)
     zeta = np.zeros(nodes.shape)
     moving = np.arange(len(nodes))  # states whose lines are not yet found
-    for _ in range(_TURNS):
+    for _ in range(_LINE.rounds):
         own = Corners(corner.zeta[moving], corner.smooth[moving], corner.narrow[moving])
         rests = placed(passed.excess(works), own)
         rests = np.maximum(np.minimum(rests, most[moving]), least[moving])
@@ -328,7 +361,7 @@ def offsets(
         found[:, 1:-1][close[moving]] = 0.0
         found = np.where(np.isnan(found), 0.0, found)
         _keep_order(own.narrow, found)
-        unsettled = np.abs(found - zeta[moving]).max(axis=1) > _SETTLED
+        unsettled = np.abs(found - zeta[moving]).max(axis=1) > _LINE.settled
         zeta[moving] = found
         moving = moving[unsettled]
         if nodes.shape[1] == 2 or not moving.size:
@@ -343,11 +376,11 @@ def _limits(row: Row, nodes: Nodes, corner: Corners) -> tuple[Array, Array]:
     Half a link; a link for lines that face each other, at the ends of the row, and at a corner,
     which pins lines up to a link away.
     """
-    most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
-    least = np.full(nodes.shape, -_HALF)
+    most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _LINE.half)
+    least = np.full(nodes.shape, -_LINE.half)
     if not row.scene.hysteretic:
-        most = np.where(corner.zeta > _HALF, 1.0, most)
-        least = np.where(corner.zeta < -_HALF, -1.0, least)
+        most = np.where(corner.zeta > _LINE.half, 1.0, most)
+        least = np.where(corner.zeta < -_LINE.half, -1.0, least)
     most[:, 1:-1] = 1.0
     least[:, 1:-1] = -1.0
     return least, most
@@ -370,8 +403,10 @@ def between(
     passed: Advances,
     known: Array | None = None,
     work: float | None = None,
+    *,
+    narrow: bool = False,
 ) -> tuple[Array, Array]:
-    """Where lines are between the nodes, and what that adds.
+    """Where lines are between the nodes, and what each adds to energy and force.
 
     Parameters
     ----------
@@ -386,36 +421,22 @@ def between(
         x of lines that resist both ways, which have to be known.
     work : float, optional
         Of adhesion, by which lines rest, if not w [energy/area].
+    narrow : bool
+        Whether lone nodes that are pulled stand for contacts narrower than a link.
 
     Returns
     -------
     lines : ndarray (s, 2m)
         x [length].
-    added : ndarray (2, s)
-        U [energy/length] and P [force/length] that states have more than those on their nodes.
-    """
-    lines, added = of_each(row, nodes, depth, passed, known, work)
-    return lines, added.sum(axis=-1)
-
-
-def of_each(
-    row: Row,
-    nodes: Nodes,
-    depth: Array,
-    passed: Advances,
-    known: Array | None = None,
-    work: float | None = None,
-    *,
-    narrow: bool = False,
-) -> tuple[Array, Array]:
-    """As `between`, with what each line adds (2, s, 2m).
-
-    narrow: whether lone nodes that are pulled stand for contacts narrower than a link.
+    added : ndarray (2, s, 2m)
+        U [energy/length] and P [force/length] that states have more, by each line, than those on
+        their nodes.
     """
     corner = corners(row, nodes)
     if narrow:
-        lone = np.repeat(nodes[:, ::2] == nodes[:, 1::2], 2, axis=1)
-        corner = corner._replace(narrow=lone & (depth[:, None] < row.f[nodes]))
+        is_lone_node = np.repeat(nodes[:, ::2] == nodes[:, 1::2], 2, axis=1)
+        is_pulled = depth[:, None] < row.f[nodes]
+        corner = corner._replace(narrow=is_lone_node & is_pulled)
     if known is None:
         works = (row.works[0] if work is None else work,)
         zeta = offsets(row, nodes, depth, passed, corner, works)
@@ -424,6 +445,7 @@ def of_each(
         zeta = offsets_of(row, nodes, known)
         lines = known
     if nodes.shape[1] > 2:
+        # Lines move together: each adds its own with the others half way, see the module.
         passed = advances(row, nodes, depth, zeta / 2)
     energy = passed.stored - row.works[0] * passed.bonds
     return lines, _added(np.array([energy, passed.force]), zeta, corner)
@@ -486,9 +508,9 @@ def _pairs_of_contacts(nodes: Nodes) -> Nodes:
 
 
 def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
-    """`of_each` of states with as many contacts each, on a path."""
-    narrow = closes_smoothly(row)
-    return of_each(row, nodes, depth, advances(row, nodes, depth), narrow=narrow)
+    """`between` of states on a path, with as many contacts each."""
+    passed = advances(row, nodes, depth)
+    return between(row, nodes, depth, passed, narrow=closes_smoothly(row))
 
 
 def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
@@ -500,7 +522,7 @@ def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
     """
     sides = facing_sides(nodes.shape[1])
     at_corner = zeta == corner.zeta
-    recorded = _stretched(zeta, _SHORTENED) if row.scene.hysteretic else zeta
+    recorded = _stretched(zeta, _LINE.shortened) if row.scene.hysteretic else zeta
     x = row.lattice.x(row.first + nodes + sides * (recorded + row.lattice.overhang))
     if at_corner.any():
         nearest = np.abs(row.corners - x[at_corner][:, None]).argmin(axis=1)
@@ -512,12 +534,12 @@ def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
     """ζ of lines at these positions (s, 2m)."""
     links = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
     zeta = facing_sides(nodes.shape[1]) * links
-    return np.where(np.isin(lines, row.corners), zeta, _stretched(zeta, 1 / _SHORTENED))
+    return np.where(np.isin(lines, row.corners), zeta, _stretched(zeta, 1 / _LINE.shortened))
 
 
 def _stretched(zeta: Array, factor: float) -> Array:
     """ζ with what is beyond nearly half a link times a factor, of lines that others face."""
-    beyond = zeta - np.clip(zeta, -_NEARLY_HALF, _NEARLY_HALF)
+    beyond = zeta - np.clip(zeta, -_LINE.nearly_half, _LINE.nearly_half)
     found = zeta.copy()
     found[:, 1:-1] += (factor - 1) * beyond[:, 1:-1]
     return found
@@ -566,6 +588,6 @@ def moved(
     passed = advances(row, nodes, depths)
     zeta = offsets(row, nodes, depths, passed, corner, row.works, came)
     found = positions(row, nodes, zeta, corner)
-    unmoved = np.abs(x_before[nearest] - found) <= _ROUNDING * float(np.abs(found).max())
+    unmoved = np.abs(x_before[nearest] - found) <= _LINE.rounding * float(np.abs(found).max())
     found = np.where(unmoved, x_before[nearest], found)
     return [tuple(own) for own in found.tolist()]

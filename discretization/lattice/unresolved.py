@@ -39,6 +39,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,36 +52,109 @@ from discretization.profile import Resolved, resolve
 from energy import Plane, Scene
 from energy.arrays import Array, Mask
 
-# What the profile may do between nodes, over the largest second difference of heights around a link
-_SMOOTH = 1 / 4  # off the chord: twice the 1/8 of a parabola
-_CORNERED = 1 / 2  # off the chord: that of a corner in the middle of the link
-_TURNING = 12.0  # times these, by Δx: a parabola's slope turns by 4, that of such a corner by 4
-_HEIGHT_ROUNDING = 64 * EPSILON  # of the heights
+
+@dataclass(frozen=True)
+class BetweenNodes:
+    """What the profile may do between nodes.
+
+    Attributes
+    ----------
+    smooth : float
+        Off the chord, over the largest second difference of heights around the link: twice the 1/8
+        of a parabola.
+    cornered : float
+        The same in a link with a corner, which is off by this if it is in the middle.
+    turning : float
+        How much the slope may turn, over the same and Δx and one of the above: three times as much
+        as that of a parabola or at a corner.
+    rounding : float
+        Of the heights: their rounding.
+    steeper : float
+        Of √(2w/γ₁): by how much slopes may leave the range of those of the chords.
+    samples : int
+        Samples in a link in search of a spacing that would do.
+    """
+
+    smooth: float = 1 / 4
+    cornered: float = 1 / 2
+    turning: float = 12.0
+    rounding: float = 64 * EPSILON
+    steeper: float = 1 / 4
+    samples: int = 16
+
+
+_BETWEEN = BetweenNodes()
+
+
 _TINY = float(np.finfo(float).tiny)  # off the chord where only the slope shows it
 
-# Of the slopes' scale √(2w/γ₁)
-_STEEPER = 1 / 4  # by which slopes may leave the range of those of the chords
-_PARTED = 1 / 16  # of it and of |u'|: how well r is known from nodes
-_TIE = 1e-9  # beyond the rounding of r
 
-# Of lengths
-_MISSED = 1e-9  # of the depth and δ₀: a penetration that counts, as in the certificate
-_ASIDE = 1 / 4  # of a link: how well nodes place a line that adheres
-_RAISED = 1 / 64  # of δ₀ and |u|: how well they know the height beside a line
-_STEEP = 1 / 4  # of δ₀ and |u|: a profile that rises by more over a link is steep for its nodes
-_LEVEL = 1 / 16  # of l: by how much a profile may rise over a link with finite slopes
-_NEAR_AXIS = 1e-3  # links: nearer to an axis no free surface is read
-_FEW = 4  # links of a contact, with fewer of which its lines stand on nodes
+@dataclass(frozen=True)
+class LinesOnNodes:
+    """How well nodes know where a line rests.
 
-# Where and how often the profile is read
-_NARROW_SAMPLES = 33  # about a narrow contact: 16 in each link next to a lone node
-_SAMPLES_IN_LINK = 16  # in search of a spacing that would do
-_HALVINGS = 40  # of the spacing: down to 1e-12 of it
+    Attributes
+    ----------
+    slopes : float
+        Of √(2w/γ₁) and of |u'|: how well r is known.
+    place : float
+        Of a link: how well the place of a line that adheres is known.
+    height : float
+        Of δ₀ and |u|: how well the height beside a line is known.
+    steep : float
+        Of δ₀ and |u|: a profile that rises by more over a link is steep for its nodes.
+    level : float
+        Of l: by how much a profile may rise over a link with finite slopes.
+    missed : float
+        Of the depth and δ₀: a penetration that counts, as in the certificate.
+    near_axis : float
+        Links: nearer to an axis no free surface is read.
+    few_links : int
+        Links of a contact, with fewer of which its lines stand on nodes.
+    """
 
-# What free surfaces beside a narrow contact store at least, over what those beside one of a link
-# would. About an axis this falls as 1/ln(l/r): to 1/8 for a disc of e⁻⁸ links where l is 3 links.
-_NARROWER = 1 / 8
-_UPRIGHT = 0.86  # (2/3)(1 - c³)/(1 - c²), c = cos 45°: with finite slopes, up to 45°
+    slopes: float = 1 / 16
+    place: float = 1 / 4
+    height: float = 1 / 64
+    steep: float = 1 / 4
+    level: float = 1 / 16
+    missed: float = 1e-9
+    near_axis: float = 1e-3
+    few_links: int = 4
+
+
+_ON_NODES = LinesOnNodes()
+
+
+@dataclass(frozen=True)
+class NarrowContacts:
+    """How contacts narrower than a link are looked for.
+
+    Attributes
+    ----------
+    samples : int
+        Samples about such a contact: 16 in each link next to a lone node.
+    halvings : int
+        Halvings of the spacing: down to 1e-12 of it.
+    tie : float
+        Of √(2w/γ₁): beyond the rounding of r.
+    stored_about_axis : float
+        What free surfaces beside a narrow contact store at least, over what those beside one of a
+        link would. About an axis this falls as 1/ln(l/r): to 1/8 for a disc of e⁻⁸ links where l is
+        3 links.
+    stored_finite : float
+        The same with finite slopes, up to 45°: (2/3)(1 - c³)/(1 - c²), c = cos 45°.
+    """
+
+    samples: int = 33
+    halvings: int = 40
+    tie: float = 1e-9
+    stored_about_axis: float = 1 / 8
+    stored_finite: float = 0.86
+
+
+_NARROW = NarrowContacts()
+
 
 _SIDES = np.array([-1.0, 1.0])  # of left and right lines
 _INWARDS_OUTWARDS = _SIDES[:, None, None]  # of a contact
@@ -109,10 +183,18 @@ class Unseen(NamedTuple):
 
 
 class _Samples(NamedTuple):
-    """Samples of the profile between nodes: x, f, f' (n,), and the nodes around their links.
+    """Samples of the profile between nodes, and the nodes around their links.
 
-    link: the number of the node before; cornered: whether the link has a corner; nodes: heights of
-    both ends of the link and of the next nodes on each side (4, n).
+    Attributes
+    ----------
+    x, f, slope : ndarray (n,)
+        Places, heights [length] and f' there.
+    link : ndarray (n,)
+        The number of the node before each.
+    cornered : ndarray of bool (n,)
+        Whether its link has a corner.
+    nodes : ndarray (4, n)
+        Heights of both ends of the link and of the next nodes on each side [length].
     """
 
     x: Array
@@ -156,7 +238,7 @@ class _Samples(NamedTuple):
     def allowed(self) -> Array:
         """How far from the chord the second differences of the nodes allow it to be (n,)."""
         bend = np.abs(np.diff(self.nodes, 2, axis=0)).max(axis=0)
-        return np.asarray(np.where(self.cornered, _CORNERED, _SMOOTH) * bend)
+        return np.asarray(np.where(self.cornered, _BETWEEN.cornered, _BETWEEN.smooth) * bend)
 
     def beyond_chords(self, lattice: Lattice) -> Array:
         """By how much the rise over a link leaves the range of those of this and the next ones."""
@@ -201,15 +283,15 @@ def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = Fal
         touch = np.array([profile.touch])
         return Unseen(np.array([low]), touch, np.array([_TINY]), np.array([False]), low)
     samples = _Samples.of(scene, profile, lattice)
-    rounding = _HEIGHT_ROUNDING * np.abs(samples.nodes).max(initial=0.0)
+    rounding = _BETWEEN.rounding * np.abs(samples.nodes).max(initial=0.0)
     off = samples.off_chord(lattice)
-    turned = lattice.spacing * samples.turned() / _TURNING
+    turned = lattice.spacing * samples.turned() / _BETWEEN.turning
     hidden = np.maximum(off, turned) > samples.allowed() + rounding
     steep = np.zeros(samples.x.size, bool)
     if scene.gamma1 and scene.work_of_adhesion:
         kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
         beyond = samples.beyond_chords(lattice)
-        steep = beyond > lattice.spacing * _STEEPER * kink + rounding
+        steep = beyond > lattice.spacing * _BETWEEN.steeper * kink + rounding
     found = hidden | steep
     off = np.where(hidden, np.maximum(off, _TINY), 0.0)
     return Unseen(samples.x[found], samples.f[found], off[found], steep[found], low)
@@ -243,7 +325,7 @@ def warn_unresolved(
     worst = int(np.argmax(missed))
     size = max(scene.critical_separation, *(abs(state.depth) for state in states))
     passed = places.steep & inside.any(axis=0)
-    if missed[worst] > _MISSED * size:
+    if missed[worst] > _ON_NODES.missed * size:
         x = float(places.x[worst])
         problem = f"the surface between them misses the indenter by {float(missed[worst])!r}"
     elif passed.any():
@@ -298,8 +380,10 @@ def warn_losses(
             continue
         contacts = sorted([*now, (left, right)])
         all_lines = np.reshape(contacts, (1, -1))
-        held = _held_by_profile(scene, lattice, np.array([[depth]]), all_lines, -_PARTED)
-        if held[0, contacts.index((left, right))]:
+        pinned = _pinned_by_profile(
+            scene, lattice, np.array([[depth]]), all_lines, -_ON_NODES.slopes
+        )
+        if pinned[0, contacts.index((left, right))]:
             problem = f"at depth = {depth!r} they have lost a contact which the profile holds"
             _warn(scene, lattice, (left + right) / 2, problem, stacklevel + 1)
 
@@ -311,7 +395,7 @@ def lowest_within(scene: Scene, lattice: Lattice, left: float, right: float) -> 
     end = min(right + lattice.spacing, high)
     breaks = scene.indenter.breaks()
     inner = breaks[(breaks > start) & (breaks < end)]
-    x = np.append(inner, np.linspace(start, end, 8 * _NARROW_SAMPLES))
+    x = np.append(inner, np.linspace(start, end, 8 * _NARROW.samples))
     return float(x[np.argmin(scene.indenter.height(x))])
 
 
@@ -407,9 +491,20 @@ def parting(
 class _Rows(NamedTuple):
     """Lines that are judged: of n states, one or more columns each.
 
-    x: positions (n, c); side: on which their free surfaces are (c,); depth (n, 1); room: how far
-    they may be moved inwards and outwards (2, n, c); facing: all lines, if there are several
-    contacts; limits: between which the profile is read.
+    Attributes
+    ----------
+    x : ndarray (n, c)
+        Positions [length].
+    side : ndarray (c,)
+        On which their free surfaces are.
+    depth : ndarray (n, 1)
+        [length].
+    room : ndarray (2, n, c)
+        How far they may be moved inwards and outwards [length].
+    facing : ndarray (n, 2m) or None
+        All lines, if there are several contacts [length].
+    limits : tuple of float
+        Between which the profile is read [length].
     """
 
     x: Array
@@ -428,7 +523,7 @@ class _Rows(NamedTuple):
         skipped = 0
         if lattice.axis == 0:
             skipped = 1
-            low = _NEAR_AXIS * lattice.spacing
+            low = _ON_NODES.near_axis * lattice.spacing
         room = _room(lines)[..., skipped:]
         return cls(lines[:, skipped:], side[skipped:], depth[:, None], room, facing, (low, high))
 
@@ -442,7 +537,7 @@ class _Rows(NamedTuple):
         x = self._moved(away * distance)
         found = parting(scene, lattice, self.depth, x, self.side, away, self.facing)
         rise = np.abs(found.u[1] - found.u[0])
-        allowed = _RAISED * (scene.opened.critical_separation + np.abs(found.u[1]))
+        allowed = _ON_NODES.height * (scene.opened.critical_separation + np.abs(found.u[1]))
         if (rise > allowed).any():
             distance = distance * np.minimum(1.0, allowed / np.maximum(rise, allowed))
             x = self._moved(away * distance)
@@ -457,7 +552,7 @@ class _Rows(NamedTuple):
 
 def _aside(scene: Scene) -> float:
     """How well nodes place a line, in links; without adhesion it hardly changes P."""
-    return _ASIDE if scene.work_of_adhesion else 1.0
+    return _ON_NODES.place if scene.work_of_adhesion else 1.0
 
 
 def astray(scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> Mask:
@@ -483,7 +578,7 @@ def astray(scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> Mask:
     rows = _Rows.of(scene, lattice, depth, lines)
     x, found = rows.beside(scene, lattice)
     kinks = _kinks(scene, x)
-    tolerance = _PARTED + lattice.k * lattice.spacing**2 / lattice.gamma1 / 8
+    tolerance = _ON_NODES.slopes + lattice.k * lattice.spacing**2 / lattice.gamma1 / 8
     off = _INWARDS_OUTWARDS * (kinks - found.r) > tolerance * (kinks + np.abs(found.falls))
     few = None
     if rows.facing is not None and scene.work_of_adhesion:
@@ -494,20 +589,20 @@ def astray(scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> Mask:
 
     slope = np.abs(scene.indenter.slope_beside(rows.x, rows.side))
     height = scene.opened.critical_separation + np.abs(found.u[0])
-    steep = slope * lattice.spacing > _STEEP * height
+    steep = slope * lattice.spacing > _ON_NODES.steep * height
     wider_than_a_point = rows.room[0] > 0
     off[0] &= wider_than_a_point
     off[1] &= steep | wider_than_a_point
     if rows.facing is not None:  # those of a few links are known to stand on nodes
-        off &= rows.room.min(axis=0) >= _FEW / 2 * lattice.spacing
+        off &= rows.room.min(axis=0) >= _ON_NODES.few_links / 2 * lattice.spacing
     for end in scene.indenter.walls:
         off[1] &= x[1] != end
     found_off = np.asarray(off.any(axis=0))
     if lattice.slopes == "finite":
         found_off |= steep & ~np.isin(rows.x, scene.indenter.corners)
     if few is not None and narrow:
-        held = _held_by_profile(scene, lattice, rows.depth, rows.x, tolerance)
-        found_off |= np.repeat(few & ~held, 2, axis=1)
+        pinned = _pinned_by_profile(scene, lattice, rows.depth, rows.x, tolerance)
+        found_off |= np.repeat(few & ~pinned, 2, axis=1)
     return found_off
 
 
@@ -522,20 +617,20 @@ def _kinks(scene: Scene, x: Array) -> Array:
 
 def _few_links(scene: Scene, lattice: Lattice, lines: Array) -> Mask:
     """Which contacts (n, m) have fewer than four links, and are not pinned at the end of a body."""
-    few = np.diff(lines)[:, ::2] < (_FEW - 0.5) * lattice.spacing
+    few = np.diff(lines)[:, ::2] < (_ON_NODES.few_links - 0.5) * lattice.spacing
     for end in scene.indenter.walls:
         few &= (lines[:, ::2] != end) & (lines[:, 1::2] != end)
     return np.asarray(few)
 
 
-def _held_by_profile(
+def _pinned_by_profile(
     scene: Scene, lattice: Lattice, depth: Array, lines: Array, tolerance: float
 ) -> Mask:
     """Whether each contact (n, m) of lines (n, 2m) is held by the profile within a link of it.
 
     There the left line does not recede at one place, and the right one at the same or further on.
     """
-    share = np.linspace(0, 1, _NARROW_SAMPLES)[:, None, None]
+    share = np.linspace(0, 1, _NARROW.samples)[:, None, None]
     first = lines[:, ::2] - lattice.spacing
     last = lines[:, 1::2] + lattice.spacing
     places = np.clip(first + share * (last - first), *scene.indenter.extent)
@@ -570,9 +665,9 @@ def _one_contact_rests(
     r_out = _SIDES * scene.indenter.slope_beside(np.array(outside), _SIDES) - u_out / length
     opening = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
     closing = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-    tolerance = _PARTED + (lattice.spacing / length) ** 2 / 8
+    tolerance = _ON_NODES.slopes + (lattice.spacing / length) ** 2 / 8
     height = scene.opened.critical_separation + np.abs(u_out)
-    level = np.abs(u_in - u_out) <= _RAISED * height
+    level = np.abs(u_in - u_out) <= _ON_NODES.height * height
     stays = r_in <= opening + tolerance * (opening + np.abs(u_in) / length)
     stops = r_out >= closing - tolerance * (closing + np.abs(u_out) / length)
     return bool((level & stays & stops).all())
@@ -629,13 +724,13 @@ def lost_too_early(
         gained = _gained(lattice, u, at_end=tip in (low, high))
         if gained < _stored(lattice, u):
             return 0.0
-    distances = lattice.spacing * 0.5 ** np.arange(_HALVINGS)
+    distances = lattice.spacing * 0.5 ** np.arange(_NARROW.halvings)
     sides = np.array([1.0]) if lattice.axis == 0 else _SIDES[:, None]
     x = tip + sides * distances
     x = np.where((x < low) | (x > high), tip, x)
     found = parting(scene, lattice, depth, x, sides, sides)
     kink = math.sqrt(2 * work / scene.gamma1)
-    holds = np.atleast_2d(found.r < kink * (1 - _TIE))
+    holds = np.atleast_2d(found.r < kink * (1 - _NARROW.tie))
     widest = np.where(holds, distances, 0.0).max(axis=1)
     if branch == "global" and (widest == lattice.spacing).all():
         return 0.0  # it is wider than a link on each side, and the nodes have compared it
@@ -664,8 +759,8 @@ def _stored(lattice: Lattice, u: float) -> float:
     """What the free surfaces of such a contact store at least where they are lifted to u."""
     tail = float(lattice.tail_stiffness(1, 1)) * u**2 / 2
     if lattice.axis == 0:
-        return _NARROWER * tail
-    return 2 * tail * (1.0 if lattice.linear else _UPRIGHT)
+        return _NARROW.stored_about_axis * tail
+    return 2 * tail * (1.0 if lattice.linear else _NARROW.stored_finite)
 
 
 def resolving_spacing(scene: Scene, lattice: Lattice, x: float) -> float:
@@ -676,18 +771,18 @@ def resolving_spacing(scene: Scene, lattice: Lattice, x: float) -> float:
     """
     indenter = scene.indenter
     kink = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
-    links = np.linspace(-1, 1, 2 * _SAMPLES_IN_LINK + 1)
+    links = np.linspace(-1, 1, 2 * _BETWEEN.samples + 1)
     # Two rows of nodes about x, as it may be anywhere in its link.
     rows = np.array([[-1.4, -0.4, 0.6, 1.6], [-1.6, -0.6, 0.4, 1.4]])
     spacing = lattice.spacing / 2
-    for _ in range(_HALVINGS):
+    for _ in range(_NARROW.halvings):
         slope = indenter.slope(np.clip(x + spacing * links, *indenter.extent))
         nodes = np.clip(x + spacing * rows, *indenter.extent)
         width = np.maximum(np.diff(nodes, axis=1), _TINY)
         chords = np.diff(indenter.height(nodes), axis=1) / width
         beyond = np.maximum(slope.max() - chords.max(axis=1), chords.min(axis=1) - slope.min())
-        level = np.abs(slope).max() * spacing <= _LEVEL * scene.elastocapillary_length
-        if beyond.max() <= _STEEPER * kink and (scene.slopes == "small" or level):
+        level = np.abs(slope).max() * spacing <= _ON_NODES.level * scene.elastocapillary_length
+        if beyond.max() <= _BETWEEN.steeper * kink and (scene.slopes == "small" or level):
             break
         spacing /= 2
     return spacing / 2

@@ -28,7 +28,7 @@ from energy.arrays import Array
 
 End = int | None  # the contact node on one side of a free surface; None: none there
 Part = tuple[int, ...]  # the nodes on which a next change depends
-_LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
+_ROUNDING = 1e-10  # of the adhesion of one link: an event releases more, less is rounding of U
 _LOOKED = 1 << 9  # links whose depths are found at once: by then arrays cost little per link
 _JUMPING = 6  # changes at one depth, after which a line is taken to jump and passes many at once
 
@@ -416,7 +416,7 @@ class Walk:
             return True
         if changes < 2:
             return False
-        least = _LEAST * float(self.opening.work.max(initial=0.0))
+        least = _ROUNDING * float(self.opening.work.max(initial=0.0))
         if not least:
             return False
         closing, opening = self.row.works

@@ -7,6 +7,7 @@ contact that begins at a lowest point of curvature 1/R, whose lines rest where t
 """
 
 import warnings
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,11 +16,33 @@ from discretization.profile import Resolved, resolve
 from energy import Scene
 from energy.arrays import Array
 
-_PER_LENGTH = 32  # nodes in l, and in a wave of the profile: events to about 2e-3 of the energy
-_PER_HALF_WAVE = _PER_LENGTH // 2
-_PER_FIRST_CONTACT = 8  # nodes on each side of a contact that has just begun
-_SLIGHT = 1e-3  # of δ₀ or the depth of indentation: contacts do not feel lower waves
-_MOST = 200_000  # nodes: some seconds for a path
+
+@dataclass(frozen=True)
+class NodesPerLength:
+    """How many nodes there are in each length on which something varies.
+
+    Attributes
+    ----------
+    elastocapillary : int
+        Nodes in l: then events are right to about 2e-3 of the energy.
+    half_wave : int
+        Nodes from one extreme of the profile to the next.
+    first_contact : int
+        Nodes on each side of a contact that has just begun.
+    slight : float
+        Of δ₀, or of the depth of indentation: contacts do not feel lower waves.
+    most : int
+        Nodes at most: with these a path takes some seconds.
+    """
+
+    elastocapillary: int = 32
+    half_wave: int = elastocapillary // 2
+    first_contact: int = 8
+    slight: float = 1e-3
+    most: int = 200_000
+
+
+_NODES = NodesPerLength()
 
 
 def chosen_spacing(scene: Scene, depth: float) -> float:
@@ -47,18 +70,18 @@ def chosen_spacing(scene: Scene, depth: float) -> float:
     pressed = max(depth - profile.touch, 0.0)
     size = reach or pressed or scene.elastocapillary_length
     level = max(depth, profile.touch) + reach  # heights that may be in contact
-    wanted = [scene.elastocapillary_length / _PER_LENGTH]
-    wanted += (_half_waves(profile, level, _SLIGHT * size) / _PER_HALF_WAVE).tolist()
-    wanted += (_first_contacts(scene, profile, level) / _PER_FIRST_CONTACT).tolist()
+    wanted = [scene.elastocapillary_length / _NODES.elastocapillary]
+    wanted += (_half_waves(profile, level, _NODES.slight * size) / _NODES.half_wave).tolist()
+    wanted += (_first_contacts(scene, profile, level) / _NODES.first_contact).tolist()
     if len(indenter.walls) == 2:
-        wanted.append(float(np.ptp(indenter.extent)) / _PER_HALF_WAVE)
+        wanted.append(float(np.ptp(indenter.extent)) / _NODES.half_wave)
     if scene.pattern is not None:
-        wanted += (np.diff(scene.pattern.edges) / _PER_HALF_WAVE).tolist()
+        wanted += (np.diff(scene.pattern.edges) / _NODES.half_wave).tolist()
     spacing = min(wanted)
-    least = float(np.ptp(profile.x[[0, -1]])) / _MOST
+    least = float(np.ptp(profile.x[[0, -1]])) / _NODES.most
     if spacing < least:
         warnings.warn(
-            f"the profile asks for nodes {spacing!r} apart; with {_MOST} of them they are "
+            f"the profile asks for nodes {spacing!r} apart; with {_NODES.most} of them they are "
             f"{least!r} apart, and contacts may be missed; give it a smaller extent, or a spacing",
             AccuracyWarning,
             stacklevel=3,

@@ -38,7 +38,7 @@ from energy.checks import positive
 # the C library maps new ones each time, which takes longer than to fill them.
 PIECE = 1 << 13
 _AXIS_WEIGHT = 1 / 8  # of the node on the axis: π(Δr/2)² over 2πΔr²
-_ON_NODE = 1e-9  # spacings by which a place may be off a node that counts as on it
+ON_NODE = 1e-9  # spacings by which a place may be off a node that counts as on it
 # δ of `Lattice.deepest_contact` over δ₀; 1.88 is the bound worked out there.
 _DEEPEST = 1.9
 
@@ -406,7 +406,7 @@ def _placed(scene: Scene, spacing: float) -> tuple[float, float]:
         return spacing, tip
     half_cells = 0 if scene.gamma1 else 1  # in which nodes stop before each edge
     width = high - low
-    steps = half_cells + 2 * math.ceil((width / spacing - half_cells) / 2 - _ON_NODE)
+    steps = half_cells + 2 * math.ceil((width / spacing - half_cells) / 2 - ON_NODE)
     closer = width / steps
     first = 0.0 if scene.axisymmetric else low + half_cells * closer / 2
 
@@ -414,7 +414,7 @@ def _placed(scene: Scene, spacing: float) -> tuple[float, float]:
         """Whether the tip is on a node, if it is a corner; and how many corners are."""
         off = (np.append(tip, body.corners) - chosen[1]) / chosen[0]
         off[1:] -= half_cells / 2
-        on = np.abs(off - np.rint(off)) < _ON_NODE
+        on = np.abs(off - np.rint(off)) < ON_NODE
         return bool(on[0]) or tip not in body.corners, int(on[1:].sum())
 
     return max((closer, first), (spacing, tip), key=on_nodes)

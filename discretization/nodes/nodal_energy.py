@@ -1,7 +1,7 @@
 """The lattice's energy as a function of all displacements: what the shortcuts are checked by."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,9 +13,27 @@ from discretization.nodes.lattice import PIECE, Lattice
 from energy import terms
 from energy.arrays import Array
 
-_NEWTON_STEPS = 60  # ten do up to inclinations of 80°
-_ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
-_STALLED = 5  # steps that do not lower the energy beyond rounding are the last, too
+
+@dataclass(frozen=True)
+class NewtonRules:
+    """When Newton's method for the free nodes stops.
+
+    Attributes
+    ----------
+    most_steps : int
+        Steps at most; ten do up to inclinations of 80°.
+    rounding : float
+        Of the terms of the energy, and of u: a step that changes less is rounding.
+    stalled : int
+        So many steps together that do not lower the energy beyond rounding are the last.
+    """
+
+    most_steps: int = 60
+    rounding: float = 1e-14
+    stalled: int = 5
+
+
+_NEWTON = NewtonRules()
 
 
 class Balance(NamedTuple):
@@ -233,24 +251,24 @@ class NodalEnergy:
         """The same by Newton's method, from displacements on."""
         found = self.balance(u)
         earlier = math.inf
-        for count in range(_NEWTON_STEPS):
+        for count in range(_NEWTON.most_steps):
             step = self._newton_step(found.forces, self.hessian(u))
-            rounding = _ROUNDING * found.scale
+            rounding = _NEWTON.rounding * found.scale
             trial = self.balance(u + step)
             while trial.energy > found.energy + rounding:
                 step = step / 2
                 trial = self.balance(u + step)
             u = u + step
-            if np.abs(step).max() <= _ROUNDING * np.abs(u).max():
+            if np.abs(step).max() <= _NEWTON.rounding * np.abs(u).max():
                 return u
-            if count % _STALLED == 0:
+            if count % _NEWTON.stalled == 0:
                 if earlier - found.energy <= rounding:
                     return u
                 earlier = found.energy
             found = trial
         raise NotCertifiedError(
-            f"no equilibrium of the free nodes after {_NEWTON_STEPS} Newton steps; try another "
-            "spacing, or method='fitted'"
+            f"no equilibrium of the free nodes after {_NEWTON.most_steps} Newton steps; try "
+            "another spacing, or method='fitted'"
         )
 
     def _newton_step(self, forces: Array, band: Array) -> Array:

@@ -30,6 +30,7 @@ whose sums over equidistant t converge exponentially (NIST DLMF 14.12.6).
 
 import functools
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,28 @@ import numpy as np
 from discretization.certificate import DECAYED
 from energy.arrays import Array
 
-_KEPT = 1 << 14  # nodes whose σ is kept; that of those further out is computed by the integrals
-_FEWEST_STEPS = 16  # in t of the integrals,
-_STEPS_PER_UNIT = 4  # and per unit of t: with these their error is rounding
+
+@dataclass(frozen=True)
+class OuterSurface:
+    """How the stiffness of the surface outside is computed.
+
+    Attributes
+    ----------
+    kept : int
+        Nodes of which it is kept, by the recursion; that of nodes further out is found by the
+        integrals.
+    fewest_steps : int
+        Steps in t of the integrals at least.
+    steps_per_unit : int
+        Steps per unit of t; with these the error is rounding.
+    """
+
+    kept: int = 1 << 14
+    fewest_steps: int = 16
+    steps_per_unit: int = 4
+
+
+_OUTER = OuterSurface()
 
 
 def outer_pull(kappa: float, nodes: Any) -> Array:
@@ -59,19 +79,19 @@ def outer_pull(kappa: float, nodes: Any) -> Array:
     """
     nodes = np.asarray(nodes)
     found = _near(kappa).take(np.asarray(nodes, np.int64), mode="clip")
-    far = nodes > _KEPT
+    far = nodes > _OUTER.kept
     if far.any():
-        found = np.where(far, _far(kappa, np.maximum(nodes, _KEPT)), found)
+        found = np.where(far, _far(kappa, np.maximum(nodes, _OUTER.kept)), found)
     return np.asarray(found)
 
 
 @functools.lru_cache(maxsize=128)
 def _near(kappa: float) -> Array:
     """σ of the first nodes, from the last of them inwards."""
-    found = np.empty(_KEPT + 1)
-    pull = float(_far(kappa, np.array(_KEPT)))
+    found = np.empty(_OUTER.kept + 1)
+    pull = float(_far(kappa, np.array(_OUTER.kept)))
     found[-1] = pull
-    for m in range(_KEPT - 1, -1, -1):
+    for m in range(_OUTER.kept - 1, -1, -1):
         beyond = kappa * (m + 1) + pull
         pull = (m + 0.5) * beyond / (m + 0.5 + beyond)
         found[m] = pull
@@ -84,7 +104,7 @@ def _far(kappa: float, nodes: Array) -> Array:
     sinh = math.sqrt(kappa * (1 + kappa / 4))
     start = kappa / 2 + sinh  # z - 1 at t = 0
     reach = np.arccosh(1 + np.expm1(DECAYED / m) * (1 + start) / sinh)
-    steps = max(_FEWEST_STEPS, math.ceil(_STEPS_PER_UNIT * float(reach.max())))
+    steps = max(_OUTER.fewest_steps, math.ceil(_OUTER.steps_per_unit * float(reach.max())))
     t = reach * np.linspace(0, 1, steps + 1)
     rise = start + sinh * (np.cosh(t) - 1)  # z - 1
     weight = np.exp(m * (math.log1p(start) - np.log1p(rise)))

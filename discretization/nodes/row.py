@@ -15,20 +15,40 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from discretization import profile
-from discretization.nodes.lattice import PIECE, Lattice
+from discretization.nodes.lattice import ON_NODE, PIECE, Lattice
 from discretization.nodes.thresholds import Thresholds
 from energy import Indenter, Scene
 from energy.arrays import Array, Nodes
 
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 MOST = 10**7  # nodes that are looked through, or kept
-_WINDOW = 1 << 10  # nodes, the first half window of an endless profile
-_ENDLESS = 1 << 31  # nodes of a profile without ends
-_SPARE = 8  # links beyond the last that may hold, for interpolation
+
+
+@dataclass(frozen=True)
+class RowLimits:
+    """How many nodes are looked at; MOST bounds them.
+
+    Attributes
+    ----------
+    first_window : int
+        Nodes of the first half window of a profile without ends.
+    endless : int
+        Number of the last node of a profile without ends: as far as steps of 1.1ⁿ look.
+    spare : int
+        Links kept beyond the last one that may hold, for the interpolation between nodes.
+    """
+
+    first_window: int = 1 << 10
+    endless: int = 1 << 31
+    spare: int = 8
+
+
+_LIMITS = RowLimits()
+
+
 # Links from the lowest node at which it is looked how far a convex contact may reach: by steps that
 # grow like 1.1ⁿ up to 2³¹.
 _AHEAD = np.append(0, np.unique((1.1 ** np.arange(226)).astype(np.int64)))
-_ON_NODE = 1e-9  # spacings by which a place may be off a node that counts as on it
 
 
 def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
@@ -78,7 +98,9 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int
     if not indenter.convex or apex is None:
         ends = indenter.extent
         if not math.isfinite(np.ptp(ends)):
-            ends = profile.window(indenter, depth, _WINDOW * spacing, lattice.deepest_contact)
+            ends = profile.window(
+                indenter, depth, _LIMITS.first_window * spacing, lattice.deepest_contact
+            )
         searched = numbers(lattice, ends)
         if searched[1] - searched[0] > MOST:
             raise ValueError(
@@ -87,7 +109,7 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int
             )
     first, last = on_body if indenter.convex else searched
     if apex is not None:
-        before_apex = math.floor((apex - lattice.origin) / spacing + _ON_NODE)
+        before_apex = math.floor((apex - lattice.origin) / spacing + ON_NODE)
         before_apex = min(max(before_apex, first), last)
         searched = (before_apex, min(before_apex + 1, last))
     nodes = np.arange(searched[0], searched[1] + 1.0)
@@ -98,8 +120,8 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int
 def numbers(lattice: Lattice, extent: tuple[float, float]) -> tuple[int, int]:
     """The first and the last node between two places."""
     low, high = ((x - lattice.origin) / lattice.spacing for x in extent)
-    first = math.ceil(max(low - _ON_NODE, -_ENDLESS))
-    last = math.floor(min(high + _ON_NODE, _ENDLESS))
+    first = math.ceil(max(low - ON_NODE, -_LIMITS.endless))
+    last = math.floor(min(high + ON_NODE, _LIMITS.endless))
     return first, last
 
 
@@ -169,7 +191,7 @@ class Row:
     def breaks(self) -> Array:
         """These corners, counted in nodes of the row; those on a node exactly there."""
         at = (self.corners - self.lattice.origin) / self.lattice.spacing - self.first
-        return np.where(np.abs(at - np.rint(at)) < _ON_NODE, np.rint(at), at)
+        return np.where(np.abs(at - np.rint(at)) < ON_NODE, np.rint(at), at)
 
     @functools.cached_property
     def f(self) -> Array:
@@ -311,7 +333,7 @@ def _outermost(
         else:
             holds = after <= pressed + scene.critical_separation * (1 + 1e-9)
     holds[:, -1] = False
-    reach = ahead[[0, 1], holds.argmin(axis=1), None] + _SPARE
+    reach = ahead[[0, 1], holds.argmin(axis=1), None] + _LIMITS.spare
     outermost = (lowest + sides * np.minimum(reach, most))[:, 0].tolist()
     return int(outermost[0]), int(outermost[1])
 

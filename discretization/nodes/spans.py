@@ -14,8 +14,26 @@ import numpy as np
 from discretization.nodes.lattice import Lattice
 from energy.arrays import Array
 
-_INDEPENDENT = 45.0  # decay lengths: ends of a longer surface are apart to rounding, exp(-45)
-_KEPT = 512  # links: shapes of surfaces up to so long are kept, some megabytes
+
+@dataclass(frozen=True)
+class Tables:
+    """How much of free surfaces is tabulated.
+
+    Attributes
+    ----------
+    independent : float
+        Decay lengths after which the ends of a surface do not feel each other, exp(-45) of all.
+    kept : int
+        Links: shapes of surfaces up to this length are kept, some megabytes.
+    """
+
+    independent: float = 45.0
+    kept: int = 512
+
+
+_TABLES = Tables()
+
+
 LONGEST = 4096  # links: shapes of surfaces up to so long are read from the tables
 
 
@@ -52,7 +70,7 @@ class Spans:
     @classmethod
     def of(cls, lattice: Lattice, most: int) -> "Spans":
         """For surfaces of up to so many links, or until their ends do not feel each other."""
-        count = max(int(min(most, _INDEPENDENT / lattice.log_decay)), 2) + 1
+        count = max(int(min(most, _TABLES.independent / lattice.log_decay)), 2) + 1
         links = np.arange(count, dtype=float)
         far, remainder, stiffness = lattice.free_node_response(0, 1, links[2:])
         tie, ground = lattice.surface_stiffnesses(links[1:])
@@ -79,9 +97,9 @@ class Spans:
 
     def shares(self, links: int) -> tuple[Array, Array, Array]:
         """a, b and 1 - a - b of the free nodes of a surface of at most LONGEST links."""
-        return self._kept(links) if links <= _KEPT else self._shares(links)
+        return self._kept(links) if links <= _TABLES.kept else self._shares(links)
 
-    @functools.lru_cache(maxsize=_KEPT)  # noqa: B019
+    @functools.lru_cache(maxsize=_TABLES.kept)  # noqa: B019
     def _kept(self, links: int) -> tuple[Array, Array, Array]:
         """The same, kept."""
         return self._shares(links)

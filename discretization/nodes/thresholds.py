@@ -33,7 +33,7 @@ from discretization.nodes.lattice import Lattice, shares
 from discretization.nodes.spans import LONGEST, Spans
 from energy.arrays import Array, Nodes
 
-_ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
+_ROUNDING = 256 * EPSILON  # of heights: by so much less deep a node that has touched stays
 _TIE = 64 * EPSILON  # of depths at which something happens
 
 

@@ -226,7 +226,8 @@ class LatticeBranch(Branch):
             if self.scene.hysteretic:
                 known = np.array([points[i].lines for i in own])
                 passed = subgrid.advances(row, nodes, depths)
-                lines, added = subgrid.between(row, nodes, depths, passed, known)
+                lines, by_line = subgrid.between(row, nodes, depths, passed, known)
+                added = by_line.sum(axis=-1)
             else:
                 lines = np.array([of_points[i] for i in own])
                 added = more[:, own]
