@@ -228,7 +228,7 @@ def plot(record: Record) -> dict[str, Figure]:
     level = {"color": GREY, "lw": 0.8, "ls": ":"}
     figures["angle"], axes = canvas(7.5, 4.8)
     axes.set(xscale="log", xlim=(0.25, 3.6), ylim=(0.97, 1.03))
-    axes.set(xlabel="thickness of the layer  h / √(γ₁h/G)", ylabel="angle  (π - θ) / √(2w/γ₁)")
+    axes.set(xlabel="thickness of the layer  h / √(γ₁h/G)", ylabel="angle  (π − θ) / √(2w/γ₁)")
     axes.axhline(1, label="√(2w/γ₁)", **LINE)
     draw(axes, record["angle"], "thickness", "measured", "nodes, ", ls="", mfc="none")
     figures["length"], axes = canvas(7.5, 4.8)

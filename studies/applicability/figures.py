@@ -100,7 +100,7 @@ def draw_conjecture(record: Record) -> Figure:
     figure, (*panels, last) = canvas(12.5, 4.8, 1, 3, sharey=True)
     for k, (axes, (shape, points)) in enumerate(zip(panels, record.paths.items(), strict=True)):
         steepness = sorted({point.steepness for point in points}, reverse=True)
-        for s, colour in zip(steepness, shades(len(steepness)), strict=True):
+        for s, colour in zip(steepness, shades(len(steepness), top=0.7), strict=True):
             row = [x for x in points if x.steepness == s and x.errors.exists]
             tensions = [1 / x.ratio for x in row]
             for name, style in (("half_width", "-"), ("force", "--")):

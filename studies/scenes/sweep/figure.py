@@ -9,7 +9,7 @@ from energy.arrays import Array, Mask
 from energy.units import Unit, prefixed
 from studies.scenes.grid import UNITS, Value
 from studies.scenes.sweep.store import Record
-from studies.shared.figures import BLUE, GREY, Figure, canvas, shades
+from studies.shared.figures import BLUE, GREY, Figure, canvas, plain_ticks, shades
 
 STATE = (("force", "force P", "N"), ("half_width", "half-width a", "m"))
 PATH = (
@@ -141,8 +141,10 @@ def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> 
 def _named(record: Record, i: int, value: Value) -> str:
     """What an axis is and one of its values with its unit."""
     unit = _unit(record, i)
-    text = value if isinstance(value, str) else f"{value / unit.size:.4g} {unit.symbol}"
-    return f"{_words(record, i)} = {text}".rstrip()
+    if isinstance(value, str):
+        return f"{_words(record, i)} = {value}"
+    number = f"{value / unit.size:.4g}".replace("-", "−")
+    return f"{_words(record, i)} = {number} {unit.symbol}".rstrip()
 
 
 def _words(record: Record, i: int) -> str:
@@ -167,8 +169,18 @@ def _coordinates(axes: Any, which: str, record: Record, i: int) -> Array:
         axes.set(**{f"{which}label": f"{_words(record, i)}: {', '.join(map(str, axis.values))}"})
         return np.arange(len(axis.values), dtype=float)
     values = np.array(axis.values, float)
-    far = bool((values > 0).all()) and float(values.max() / values.min()) > 30
-    log = far and bool(np.ptp(np.diff(np.log(values))) < np.ptp(np.diff(values)) / values.min())
     label = _words(record, i) + (f" in {unit.symbol}" if unit.symbol else "")
+    log = _by_ratios(values)
     axes.set(**{f"{which}scale": "log" if log else "linear", f"{which}label": label})
+    if log:
+        plain_ticks(axes.xaxis if which == "x" else axes.yaxis)
     return values / unit.size
+
+
+def _by_ratios(values: Array) -> bool:
+    """Whether values are spaced by ratios rather than by differences, as a logarithmic range is."""
+    if values.size < 3 or not (values > 0).all():
+        return False
+    ratios = np.abs(np.diff(np.log(values)))
+    steps = np.abs(np.diff(values))
+    return bool(ratios.max() * steps.min() < steps.max() * ratios.min())

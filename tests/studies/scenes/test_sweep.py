@@ -299,6 +299,19 @@ def test_a_map_of_a_sweep_leaves_detached_states_out(written, tmp_path):
     assert force.lines[-1].get_xdata().size == apart
 
 
+def test_a_logarithmic_range_has_a_logarithmic_axis_and_negative_depths_a_minus():
+    works = tuple(np.geomspace(1e-5, 7e-5, 5).tolist())
+    grid = Grid((Axis("surfaces.w", works), Axis("depth", (-1e-6, 0.0, 1e-6))))
+    found = [{"force": at, "half_width": 1e-6, "label": "global"} for at in range(15)]
+    record = Record(grid, tuple({"at": i, "found": f} for i, f in enumerate(found)))
+    figure = sweep_figure.plot(record, "A title")
+    assert figure.axes[0].get_xscale() == "log"
+    (legend,) = figure.legends
+    assert "depth d = −1 µm" in [text.get_text() for text in legend.get_texts()]
+    for values, log in (((1, 2, 3, 4), 0), ((1, 2, 4, 8), 1), ((1, 9), 0), ((0, 1, 10), 0)):
+        assert sweep_figure._by_ratios(np.array(values, float)) == bool(log), values
+
+
 @pytest.mark.parametrize(("depths", "lines"), [((1.0, 2.0, 3.0), 2), (tuple(range(9)), 7)])
 def test_figure_of_a_sweep_axes_and_omissions(depths, lines):
     """Three axes: the longest along x, the second as lines or a map, of the third one value."""
