@@ -66,7 +66,8 @@ HEIGHTS = ("height", "height (measured)", "height (piezo)", "z height", "Höhe")
 DEPTHS = ("depth", "indentation", "Weg", "Tiefe", "Eindringtiefe", *DRIVES, *HEIGHTS)
 DEFLECTIONS = ("deflection", "vertical deflection", "Auslenkung", "Durchbiegung")
 FORCES = ("force", "load", "Kraft", "Last", *DEFLECTIONS)
-FORCE_KINDS = ("force", "force per length", "length", "voltage")
+FORCE_UNITS = ("force", "force per length")
+FORCE_KINDS = (*FORCE_UNITS, "length", "voltage")
 INSTRUMENT_HEIGHTS = ("height (measured)", "height (piezo)")  # as afmformats calls them
 RETRACTING = ("retract", "unload", "withdraw", "rückzug")  # in the names of columns
 NO_LOAD_PATH = (
@@ -231,13 +232,13 @@ def _pairs(table: TextTable, columns: tuple[str, ...] | None) -> list[tuple[_Col
     if len(columns) == 2:
         position, force = columns
         positions = table.places(position, ("length",))
-        forces = table.places(force, FORCE_KINDS)
+        forces = _force_places(table, force)
         if len(positions) == 2 and len(forces) == 2:
             both = zip(positions, forces, strict=True)
             return [(_Column(x, position), _Column(p, force)) for x, p in both]
-        return [(_only(table, position, ("length",)), _only(table, force, FORCE_KINDS))]
+        return [(_only(table, position), _only_force(table, force))]
     pairs = [
-        (_only(table, position, ("length",)), _only(table, force, FORCE_KINDS))
+        (_only(table, position), _only_force(table, force))
         for position, force in (columns[:2], columns[2:])
     ]
     first_name = columns[1].casefold()
@@ -245,8 +246,30 @@ def _pairs(table: TextTable, columns: tuple[str, ...] | None) -> list[tuple[_Col
     return pairs[::-1] if retracts_first else pairs
 
 
-def _only(table: TextTable, name: str, kinds: Sequence[str]) -> _Column:
-    return _Column(table.place(name, kinds), name)
+def _force_places(table: TextTable, name: str) -> list[int]:
+    """Places of the columns of this name, those of a force before deflections and these before
+    signals."""
+    found = table.places(name, FORCE_KINDS)
+    for kinds in (FORCE_UNITS, ("length",)):
+        of_kind = [
+            place
+            for place in found
+            if any(units.size(table.columns[place][1], kind) is not None for kind in kinds)
+        ]
+        if of_kind:
+            return of_kind
+    return found
+
+
+def _only(table: TextTable, name: str) -> _Column:
+    """The only column of a position of this name."""
+    return _Column(table.place(name, ("length",)), name)
+
+
+def _only_force(table: TextTable, name: str) -> _Column:
+    """The only column of a force of this name."""
+    found = _force_places(table, name)
+    return _Column(found[0] if len(found) == 1 else table.place(name, FORCE_KINDS), name)
 
 
 def _loop(extending: Curve, retracting: Curve) -> Curve:

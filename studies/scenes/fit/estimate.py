@@ -17,6 +17,7 @@ from studies.scenes.fit.force_curve import (
     BASELINE,
     Curve,
     Data,
+    checked,
     chosen_points,
     falls_on_approach,
     in_motion,
@@ -282,7 +283,8 @@ def fit(
     Raises
     ------
     ValueError
-        For too few points in contact, unknown names, or a start at which there is no equilibrium.
+        For numbers that are no curve, too few points in contact, unknown names, or a start at
+        which there is no equilibrium.
 
     Examples
     --------
@@ -302,6 +304,7 @@ def fit(
     True
     """
     option("loss", loss, LOSSES)
+    curve = checked(curve)
     without_tension = scene.gamma1 == 0
     scene, names, notes = _without_tension(scene, tuple(names))
     known = _known(scene, uncertainties or {})

@@ -73,6 +73,35 @@ class Curve(NamedTuple):
         return self.depth + self.force / self.machine_stiffness
 
 
+def checked(curve: Curve) -> Curve:
+    """The curve with arrays of numbers. ValueError for what is no force–depth curve."""
+    depth = np.asarray(curve.depth, float)
+    force = np.asarray(curve.force, float)
+    if depth.ndim != 1 or depth.shape != force.shape:
+        raise ValueError(
+            f"curve: depth and force have the shapes {depth.shape} and {force.shape}; give arrays "
+            "(n,) of the same length"
+        )
+    bad = np.flatnonzero(~np.isfinite(depth + force))
+    if bad.size:
+        first = f"the first is point {bad[0] + 1}, depth = {depth[bad[0]]}, force = {force[bad[0]]}"
+        raise ValueError(
+            f"curve: {bad.size} of {depth.size} points are not finite ({first}); remove them"
+        )
+    for name, values in (("depth", depth), ("force", force)):
+        if np.unique(values).size < 2:
+            raise ValueError(
+                f"curve: the {name} is the same at all {values.size} points; give a curve in which "
+                "the indenter moves in and out"
+            )
+    if not curve.machine_stiffness > 0:
+        raise ValueError(
+            f"curve: machine_stiffness = {curve.machine_stiffness!r} must be positive; inf if the "
+            "indenter is held rigidly"
+        )
+    return curve._replace(depth=depth, force=force)
+
+
 class Hold(NamedTuple):
     """A segment in which the indenter is held.
 

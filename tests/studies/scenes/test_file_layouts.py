@@ -40,8 +40,6 @@ def assert_close(found, expected):
 def test_columns_of_one_name_by_their_units(tmp_path, names):
     """A nanoindenter's file with each signal in volts, too: the unit of a length decides."""
     header = "Depth (nm)\tLoad (nN)\tDepth (V)\tLoad (V)"
-    if names != ("Depth (nm)", "Load (nN)"):
-        header = header.replace("Load (V)", "Signal (V)")
     path = write(tmp_path / "a.txt", header, PIEZO * 1e9, FORCE * 1e9, VOLTS, VOLTS)
     found = read_curve(path, Reading(names, width=1.0))
     assert_close(found.depth, PIEZO)
@@ -397,3 +395,11 @@ def test_an_instrument_whose_height_rises_towards_the_layer(tmp_path, monkeypatc
         assert_close(found.force, force)
         assert bool(found.notes) == said
     assert found.notes[0].startswith("the layer is where 'height (measured)' is larger, against")
+
+
+def test_a_deflection_in_nm_before_its_signal(tmp_path):
+    """Of two columns of one name that in volts needs a sensitivity, too."""
+    header = "Piezo (nm)\tDeflection (V)\tDeflection (nm)"
+    path = write(tmp_path / "a.txt", header, PIEZO * 1e9, VOLTS, DEFLECTION * 1e9)
+    found = read_curve(path, Reading(width=1.0, spring_constant=SPRING))
+    assert_close(found.force, FORCE)

@@ -92,3 +92,38 @@ def test_depths_are_chosen_and_left_out():
 def test_depths_that_choose_nothing_are_refused(depth_range, exclude, message):
     with pytest.raises(ValueError, match=message):
         chosen_points(np.linspace(0, 1, 5), depth_range, exclude)
+
+
+DEPTH = np.linspace(-60e-9, 60e-9, 40)
+NAN = np.full(40, np.nan)
+
+
+@pytest.mark.parametrize(
+    ("curve", "message"),
+    [
+        (
+            Curve(DEPTH, NAN),
+            r"40 of 40 points are not finite \(the first is point 1, depth = -6e-08",
+        ),
+        (Curve(np.where(DEPTH > 5e-8, np.nan, DEPTH), DEPTH), "4 of 40 points are not finite"),
+        (Curve(0 * DEPTH, DEPTH), "the depth is the same at all 40 points"),
+        (Curve(DEPTH, 0 * DEPTH + 1.0), "the force is the same at all 40 points"),
+        (Curve(DEPTH[:0], DEPTH[:0]), "the depth is the same at all 0 points"),
+        (Curve(DEPTH[:2], DEPTH[:2]), "2 points .* are too few for 3 parameters"),
+        (Curve(DEPTH[:9], DEPTH), r"shapes \(9,\) and \(40,\)"),
+        (Curve(DEPTH, DEPTH, 0.0), "machine_stiffness = 0.0 must be positive"),
+    ],
+)
+def test_what_is_no_curve_is_refused_in_a_sentence(curve, message, capfd):
+    with pytest.raises(ValueError, match=f"^curve: .*{message}"):
+        fit(SCENE, curve, **FAST)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("part", [slice(0, 90), slice(90, 180)])
+def test_one_branch_alone_is_fitted(part):
+    """Loading or unloading; the numbers may stand in lists."""
+    way = np.linspace(-100e-9, 60e-9, 90)
+    curve = noisy(np.concatenate([way, way[::-1]]))
+    half = Curve(curve.depth[part].tolist(), curve.force[part].tolist())
+    assert_found(fit(SCENE, half, **FAST))
