@@ -109,7 +109,8 @@ def robust(model: Model) -> tuple[Model, Best]:
     if not outliers.any():
         return first, best
     bare, start, outliers = _without_outliers(model, outliers)
-    if _longest_run(outliers) > WIDEST_SPIKE:
+    within_window = np.convolve(outliers, np.ones(WIDEST_SPIKE + 1), mode="valid")
+    if within_window.max() > WIDEST_SPIKE:  # so many in a row are no spike
         return first, best
     second, other = _reweighted(bare, start, outliers)
     if _bounded_loss(second, other) < _bounded_loss(first, best):
@@ -166,12 +167,6 @@ def _without_outliers(model: Model, outliers: Mask) -> tuple[Model, Best, Mask]:
         model = replace(model, data=model.data.with_roots(model.data.roots_without(out)))
         best = followed(model, best.x)
     return model, best, out
-
-
-def _longest_run(outliers: Mask) -> int:
-    """How many points (n,) are outliers one after another, at most."""
-    kept = np.flatnonzero(np.concatenate([[True], ~outliers, [True]]))
-    return int(np.diff(kept).max()) - 1
 
 
 def _bounded_loss(model: Model, best: Best) -> float:

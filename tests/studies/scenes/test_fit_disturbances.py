@@ -26,7 +26,7 @@ from studies.scenes.fit.branches import retraction
 from studies.scenes.fit.disturbances import noise, resolution, without_spikes
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data
-from studies.scenes.fit.search import _longest_run, widening
+from studies.scenes.fit.search import widening
 from studies.scenes.fit.trials import SCENE
 
 FAST = {"profiles": False, "alternatives": False}
@@ -139,14 +139,6 @@ def test_an_end_of_contact_counts_with_both_points_beside_it():
             lost = [one for one in data.ends if one == mark]
             roots = data.roots_without(~chosen)[data.points.size :]
             assert (roots < 1).tolist() == [one in lost for one in data.ends]
-
-
-@pytest.mark.parametrize("run", [1, 3, 4])
-def test_longest_run_of_outliers(run):
-    outliers = np.zeros(12, bool)
-    outliers[[0, 11]] = True
-    outliers[5 : 5 + run] = True
-    assert _longest_run(outliers) == run
 
 
 @pytest.mark.slow
@@ -356,6 +348,6 @@ def test_a_folder_names_the_curves_that_failed(tmp_path, capsys):
     assert fit_study.main([*given, "--uncertainty", "R=2%", "--loss", "soft_l1"]) == 1
     said = capsys.readouterr().out
     assert "1 of 3 curves are described by the model" in said
-    assert f"{folder / 'creep.csv'}: not fitted: curve: 2 points with a force above" in said
+    assert f"{folder / 'creep.csv'}: not fitted: curve: the depth is the same at all 2" in said
     assert f"{folder / 'reversed.csv'}: residual is" in said
     assert "good.csv:" not in said
