@@ -39,23 +39,32 @@ cutoffs = 1e-6 * np.array([2.5, 4, 6, 8, 12, 16, 20, 30, 40, 60, 80])  # m
 
 
 def rms_slope(x, z):
-    """Over √(2w/γ₁)."""
+    """The rms slope over √(2w/γ₁)."""
     return np.sqrt(np.mean(np.gradient(z, x) ** 2)) / kink
 
 
 def energy_lost(body):
     """In nJ/m, in a cycle to 0.2 µm below first touch; on nodes half a sample apart."""
-    depths = body.z.min() + 1e-6 * np.r_[np.linspace(0, 0.2, 5), np.linspace(0.2, -0.6, 30)]
-    return 1e9 * load_path(Scene(layer, surfaces, body), depths=depths, spacing=5e-7).dissipated
+    pressing = np.linspace(0, 0.2, 5)
+    pulling = np.linspace(0.2, -0.6, 30)
+    depths = body.z.min() + 1e-6 * np.concatenate([pressing, pulling])
+    path = load_path(Scene(layer, surfaces, body), depths=depths, spacing=5e-7)
+    return 1e9 * path.dissipated
 
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
 for z, label, style in ((wavy, "without noise", "k--"), (scan.z, "with noise", "o-")):
-    bodies = [Sampled(x, z).filtered(cutoff) for cutoff in cutoffs]
-    removed = [rms_slope(body.x, np.interp(body.x, x, z) - body.z) for body in bodies]
-    lost = [energy_lost(body) for body in bodies]
+    lost = []
+    left_slopes = []
+    removed = []
+    for cutoff in cutoffs:
+        body = Sampled(x, z).filtered(cutoff)
+        before = np.interp(body.x, x, z)
+        lost.append(energy_lost(body))
+        left_slopes.append(rms_slope(body.x, body.z))
+        removed.append(rms_slope(body.x, before - body.z))
     left.plot(1e6 * cutoffs, lost, style, label=label)
-    right.plot(1e6 * cutoffs, [rms_slope(b.x, b.z) for b in bodies], style, label=f"left, {label}")
+    right.plot(1e6 * cutoffs, left_slopes, style, label=f"left, {label}")
     right.plot(1e6 * cutoffs, removed, style, alpha=0.5, label=f"removed, {label}")
     for cutoff, energy, slope in zip(cutoffs, lost, removed, strict=True):
         print(f"{label}: cut-off {1e6 * cutoff:g} µm, {energy:.3g} nJ/m, removed {slope:.3f}")
