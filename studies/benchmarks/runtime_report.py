@@ -17,7 +17,7 @@ from studies.shared.timing import blas_threads
 
 MARKERS = "D^v<>phX*Pd8H"
 OURS = {"default": ("o", BLUE), "lattice": ("s", ORANGE), "one by one": ("X", BLUE)}
-LEAST = 1e-16
+LEAST = 1e-16  # relative errors that are less, 0 among them, are drawn here
 TITLES = {
     "nonadhesive": "a state without adhesion",
     "adhesive": "a state with adhesion",
@@ -34,9 +34,28 @@ COMMAND = "python -m studies runtime_vs_error"
 class Point(NamedTuple):
     """One method on one task at one size.
 
-    modelling, first: seconds of preparing and of the first call, which may fill caches;
-    seconds: median of further ones (of one step in a loop); spread: interquartile range over it;
-    ratio: median over dptsv of n unknowns; errors: of a, P, U, θ; note: why there is no answer.
+    Attributes
+    ----------
+    task, method : str
+    size : float
+        Number of nodes, or a tolerance.
+    unknowns : int
+    modelling : float
+        Time of preparing [s].
+    first : float
+        Time of the first call [s], which may fill caches.
+    seconds : float
+        Median time of further calls [s], of one step in a loop.
+    spread : float
+        Interquartile range of these over the median.
+    ratio : float
+        Median over the time of LAPACK's dptsv with as many unknowns.
+    errors : tuple of four floats
+        Relative, of a, P, U and θ.
+    success : bool
+        As the method claims.
+    note : str
+        Why there is no answer; "" if there is one.
     """
 
     task: str
@@ -108,18 +127,25 @@ def reached(points: Sequence[Point], level: float) -> dict[str, Point]:
 
 def levels(points: Sequence[Point]) -> str:
     """Time to a given error of a, over that of our fastest method, of one task; in Markdown."""
-    known = [reached(points, level) for level in LEVELS]
-    ours = [min((p.seconds for p in f.values() if p.ours), default=0) for f in known]
-
-    def cell(point: Point | None, least: float) -> str:
-        if point is None:
-            return "never"
-        times = f", × {point.seconds / least:.3g}" if least and point.seconds > least else ""
-        return f"{point.seconds * 1e3:.3g} ms{times}"
-
     methods = dict.fromkeys(p.method for p in points if not p.note)
-    rows = [[m, *(cell(f.get(m), t) for f, t in zip(known, ours, strict=True))] for m in methods]
-    return markdown(["method", *(f"a to {level:.0e}" for level in LEVELS)], rows)
+    cells: dict[str, list[str]] = {method: [] for method in methods}
+    for level in LEVELS:
+        best = reached(points, level)
+        ours = min((p.seconds for p in best.values() if p.ours), default=0)
+        for method in methods:
+            cells[method].append(_time(best.get(method), ours))
+    head = ["method", *(f"a to {level:.0e}" for level in LEVELS)]
+    return markdown(head, [[method, *times] for method, times in cells.items()])
+
+
+def _time(point: Point | None, ours: float) -> str:
+    """A time in ms, and how many times our fastest it is where that is less and not 0."""
+    if point is None:
+        return "never"
+    milliseconds = f"{point.seconds * 1e3:.3g} ms"
+    if not ours or point.seconds <= ours:
+        return milliseconds
+    return f"{milliseconds}, × {point.seconds / ours:.3g}"
 
 
 def family(method: str) -> str:
@@ -197,12 +223,15 @@ def fastest(points: Sequence[Point]) -> str:
     if not found:  # each at its least size
         found = {p.method: p for p in sorted(points, key=lambda p: -p.unknowns)}
         known = ""
-    sides = ([p for p in found.values() if p.ours == own] for own in (True, False))
-    best = [min(side, key=lambda p: p.seconds) for side in sides if side]
-    each = [f"{p.seconds * 1e3:.3g} ms by {p.method}" for p in best]
-    if not known:
-        each = [f"{one} with {p.unknowns} nodes" for one, p in zip(each, best, strict=True)]
-    return known + ", ".join(each)
+    said = []
+    for ours in (True, False):
+        side = [p for p in found.values() if p.ours == ours]
+        if not side:
+            continue
+        best = min(side, key=lambda p: p.seconds)
+        nodes = "" if known else f" with {best.unknowns} nodes"
+        said.append(f"{best.seconds * 1e3:.3g} ms by {best.method}{nodes}")
+    return known + ", ".join(said)
 
 
 def _style(kind: str, number: int) -> dict[str, Any]:
@@ -217,11 +246,14 @@ def _style(kind: str, number: int) -> dict[str, Any]:
 
 def _draw(axes: Any, own: Sequence[Point], known: bool, style: dict[str, Any]) -> None:
     """One method: its times over the errors of a, or over the nodes."""
-    x = [max(p.errors[0], LEAST) if known else p.unknowns for p in own]
-    seconds = [p.seconds for p in own]
+    errors = [max(p.errors[0], LEAST) for p in own]
+    x = errors if known else [p.unknowns for p in own]
+    seconds = np.array([p.seconds for p in own])
     half = np.array([p.spread / 2 for p in own])
-    spread = np.array(seconds) * [half / (1 + half), half]  # by a factor: the axis is logarithmic
-    axes.errorbar(x, seconds, yerr=spread, **style)
-    failed = [(at, p.seconds) for at, p in zip(x, own, strict=True) if not p.success]
-    if failed:
-        axes.plot(*np.transpose(failed), "o", ms=11, mfc="none", mec="black")
+    # from t/(1 + s/2) to t (1 + s/2): a factor either way, as the axis is logarithmic
+    below = seconds * (half / (1 + half))
+    above = seconds * half
+    axes.errorbar(x, seconds, yerr=[below, above], **style)
+    for place, point in zip(x, own, strict=True):
+        if not point.success:
+            axes.plot(place, point.seconds, "o", ms=11, mfc="none", mec="black")

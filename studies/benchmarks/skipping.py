@@ -28,12 +28,12 @@ from studies.shared.figures import BLUE, GREY, Figure, canvas
 from studies.shared.table import Columns
 from studies.shared.timing import seconds
 
-ROUNDING = 1e-12
+ROUNDING = 1e-12  # relative difference that sums of 1e5 terms in another order may have
 LAYER = ElasticLayer(3e3, 0.45, 50e-6)  # Pa, 1, m
-GAMMA1 = 0.07
-W = 3e-4
-RADIUS = 0.1
-DEPTH = 2e-6  # N/m, J/m², m, m
+GAMMA1 = 0.07  # N/m
+W = 3e-4  # J/m²
+RADIUS = 0.1  # m
+DEPTH = 2e-6  # m
 Numbers = Sequence[float]
 Route = Callable[[], Numbers]
 
@@ -134,9 +134,17 @@ QUICK = Parameters(pairs=5, patience=0.3)
 
 
 class Row(NamedTuple):
-    """Seconds with the skip and by the general route; their ratio with its quartiles; what changed.
+    """One thing that is left out, and what that saves and changes.
 
-    difference: largest of a, P and U, relative.
+    Attributes
+    ----------
+    name : str
+    seconds, general : float
+        Median times [s] of the call that skips, and by the general route.
+    factor, low, high : float
+        Median of the ratios of both in pairs, and its quartiles.
+    difference : float
+        Largest difference of a, P and U, relative to each.
     """
 
     name: str
@@ -163,13 +171,26 @@ def difference(found: Numbers, general: Numbers) -> float:
 
 def measure(parameters: Parameters, case: tuple[str, tuple[Route, Route]]) -> Row:
     """One row: calls of both routes in turn, the first not timed."""
-    (name, (skips, general)), times = case, list[tuple[float, float]]()
+    name, (skips, general) = case
     changed = difference(skips(), general())
-    while len(times) < parameters.pairs and np.sum(times) <= parameters.patience:
-        times.append((seconds(skips), seconds(general)))
-    one, other = np.transpose(times)
-    low, middle, high = np.percentile(other / one, [25, 50, 75]).tolist()
-    return Row(name, float(np.median(one)), float(np.median(other)), middle, low, high, changed)
+    of_skip: list[float] = []
+    of_general: list[float] = []
+    while len(of_skip) < parameters.pairs:
+        if sum(of_skip) + sum(of_general) > parameters.patience:
+            break
+        of_skip.append(seconds(skips))
+        of_general.append(seconds(general))
+    factors = np.divide(of_general, of_skip)
+    low, middle, high = np.percentile(factors, [25, 50, 75]).tolist()
+    return Row(
+        name=name,
+        seconds=float(np.median(of_skip)),
+        general=float(np.median(of_general)),
+        factor=middle,
+        low=low,
+        high=high,
+        difference=changed,
+    )
 
 
 def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:
@@ -196,7 +217,9 @@ def plot(rows: Sequence[Row]) -> Figure:
     rows = sorted(rows, key=lambda row: row.factor)
     figure, axes = canvas(9, 1.4 + 0.32 * len(rows))
     at = np.arange(len(rows))
-    factor, low, high = (np.array([getattr(r, n) for r in rows]) for n in ("factor", "low", "high"))
+    factor = np.array([row.factor for row in rows])
+    low = np.array([row.low for row in rows])
+    high = np.array([row.high for row in rows])
     spread = np.array([factor - low, high - factor])
     axes.barh(at, factor - 1, left=1, color=BLUE, xerr=spread, ecolor=GREY, capsize=3)
     axes.set(xscale="log", yticks=at, yticklabels=[row.name for row in rows])
@@ -216,8 +239,9 @@ def plot(rows: Sequence[Row]) -> Figure:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if a digit changed."""
-    given = "skipping", __doc__, argv, "few pairs, under 10 s", Parameters(), QUICK
-    parameters, _, out = command.start(*given)
+    parameters, _, out = command.start(
+        "skipping", __doc__, argv, "few pairs, under 10 s", Parameters(), QUICK
+    )
     rows = run(parameters, command.say)
     out.table("skipping.csv", parameters, Row._fields, rows)
     out.figure("skipping.png", plot(rows))

@@ -23,7 +23,7 @@ w = 0.5
 R = 4.0
 d = 0.5  # l = 1; cos θ = w/γ₁ - 1 gives 120°
 young = np.degrees(np.arccos(w / gamma1 - 1))
-WIDEST = 6.0  # half-widths that are tried end here; that of least energy is 1.6
+WIDEST = 6.0  # half-widths that are tried end here; that of least energy is 2.7
 FAR = 12.0  # the free surface ends so far from the line, where exp(-12) of it is left
 
 

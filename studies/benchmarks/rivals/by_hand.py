@@ -6,7 +6,9 @@ one node per iteration; the contact of a grid half as fine is a start from which
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import integrate
@@ -16,8 +18,8 @@ from discretization import NodalEnergy
 from energy import Scene
 from studies.benchmarks.rivals.problem import Answer, Array, Grid, Solve
 
-COARSEST = 65
-FAR = 30.0  # elastocapillary lengths of free surface for solve_bvp
+COARSEST = 65  # nodes of the coarsest grid, on which peeling takes few iterations
+FAR = 30.0  # elastocapillary lengths of free surface for solve_bvp: exp(-30) = 1e-13 is left
 Mask = np.ndarray
 
 
@@ -40,14 +42,15 @@ def nested(grid: Grid) -> Solve:
 
 def held_at(grid: Grid, held: Mask) -> tuple[Array, Array]:
     """u (n,) with u = g on the held nodes, the others free; and the forces on the nodes."""
-    diagonal, off = grid.bands()
+    diagonal, off_diagonal = grid.bands()
     heights = np.where(held, grid.g, 0.0)
-    right = heights.copy()
-    right[1:] -= np.where(held[1:], 0.0, off * heights[:-1])
-    right[:-1] -= np.where(held[:-1], 0.0, off * heights[1:])
+    right_hand_side = heights.copy()
+    right_hand_side[1:] -= np.where(held[1:], 0.0, off_diagonal * heights[:-1])
+    right_hand_side[:-1] -= np.where(held[:-1], 0.0, off_diagonal * heights[1:])
     diagonal[held] = 1
-    off[held[1:] | held[:-1]] = 0
-    u = np.asarray(lapack.dptsv(diagonal, off, right, 1, 1, 1)[2])
+    off_diagonal[held[1:] | held[:-1]] = 0
+    _, _, solution, _ = lapack.dptsv(diagonal, off_diagonal, right_hand_side, 1, 1, 1)
+    u = np.asarray(solution)
     return u, grid.pushed(u)
 
 
@@ -63,6 +66,14 @@ def solved(grid: Grid, held: Mask) -> tuple[Array, Array, Mask]:
     raise RuntimeError(f"no active set after {2 * grid.nodes} iterations")
 
 
+class Relaxed(NamedTuple):
+    """Energy, force and displacements (n,) of a contact whose free surface is relaxed."""
+
+    energy: float
+    force: float
+    u: Array
+
+
 def bisection(grid: Grid) -> Solve:
     """Energy of the contact |x| <= mΔx by a solve of all nodes; bisection: where it grows with m.
 
@@ -71,80 +82,127 @@ def bisection(grid: Grid) -> Solve:
     """
     middle = grid.nodes // 2
 
-    def state(m: int) -> tuple[float, float, Array]:
+    def state(m: int) -> Relaxed:
+        """Energy, force and displacements with the contact |x| <= mΔx."""
         held = np.zeros(grid.nodes, bool)
         held[middle - m : middle + m + 1] = True
-        inside = NodalEnergy(grid.lattice, held)
-        finite = grid.scene.slopes == "finite"
-        u = inside.relaxed(grid.g) if finite else held_at(grid, held)[0]
-        return inside.value(u), float(inside.gradient(u)[held].sum()), u
+        energy = NodalEnergy(grid.lattice, held)
+        if grid.scene.slopes == "finite":
+            u = energy.relaxed(grid.g)
+        else:
+            u, _ = held_at(grid, held)
+        force = float(energy.gradient(u)[held].sum())
+        return Relaxed(energy.value(u), force, u)
 
     def advances(m: int) -> bool:
-        energy, _, u = state(m)
+        here = state(m)
         beside = middle + m + 1
-        return bool(u[beside] < grid.g[beside]) or state(m + 1)[0] < energy
+        penetrates = bool(here.u[beside] < grid.g[beside])
+        return penetrates or state(m + 1).energy < here.energy
 
     def solve() -> Answer:
         low = 1
         high = middle - 4
         while high - low > 1:
             m = (low + high) // 2
-            low, high = (m, high) if advances(m) else (low, m)
-        near = [state(high + i) for i in (-1, 0, 1)]
-        energy, force = ([float(s[part]) for s in near] for part in (0, 1))
-        bend = energy[0] - 2 * energy[1] + energy[2]
-        at = (energy[0] - energy[2]) / (2 * bend)
-        a = float(high + at) * grid.spacing
-        m = middle + high + 2
-        angle = math.pi - grid.deficit(near[1][2][m : m + 3], m, a)
-        pull = float(force[1] + at * (force[2] - force[0]) / 2)
-        return Answer(a, pull, float(energy[1] - at * at * bend / 2), angle)
+            if advances(m):
+                low = m
+            else:
+                high = m
+        before = state(high - 1)
+        best = state(high)
+        after = state(high + 1)
+        # the lowest point of the parabola through three energies, in nodes from the middle one
+        bend = before.energy - 2 * best.energy + after.energy
+        offset = (before.energy - after.energy) / (2 * bend)
+        a = float(high + offset) * grid.spacing
+        force = float(best.force + offset * (after.force - before.force) / 2)
+        energy = float(best.energy - offset * offset * bend / 2)
+        first_free = middle + high + 2
+        beside = best.u[first_free : first_free + 3]
+        angle = math.pi - grid.deficit(beside, first_free, a)
+        return Answer(a, force, energy, angle)
 
     return solve
 
 
 def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Solve:
-    """scipy's solve_bvp for the free surface and a; Young's law has to be put in by hand."""
-    k = scene.stiffness
-    gamma1 = scene.gamma1
-    w = scene.work_of_adhesion
-    ell = scene.elastocapillary_length
-    finite = scene.slopes == "finite"
-    deficit = scene.surfaces.angle_deficit if finite else scene.surfaces.small_slope_deficit
-    length = FAR * ell
-    f = scene.indenter.height
-    f1 = scene.indenter.slope
+    """scipy's solve_bvp for the free surface and a; Young's law has to be put in by hand.
 
-    def surface(s: Array, y: Array, a: Array) -> Array:
-        bend = k / gamma1 * y[0]
-        return length * np.stack((y[1], bend * (1 + y[1] ** 2) ** 1.5 if finite else bend))
-
-    def ends(left: Array, right: Array, a: Array) -> Array:
-        angle = np.arctan(f1(a[0])) + np.arctan(left[1]) if finite else f1(a[0]) + left[1]
-        return np.array([left[0] - (depth - f(a[0])), angle - deficit, right[1] + right[0] / ell])
+    The unknowns are y = (u, u') over s = (x - a)/(30 l) from 0 to 1, and the half-width a.
+    """
+    problem = _FreeSurface(scene, depth)
 
     def solve() -> Answer:
         s = np.linspace(0, 1, 200) ** 2
-        u = (depth - f(guess)) * np.exp(-FAR * s)
-        start = np.stack((u, -u / ell))
-        found = integrate.solve_bvp(surface, ends, s, start, p=[guess], tol=rtol, max_nodes=10**5)
+        u = (depth - scene.indenter.height(guess)) * np.exp(-FAR * s)
+        start = np.stack((u, -u / scene.elastocapillary_length))
+        found = integrate.solve_bvp(
+            problem.rates, problem.ends, s, start, p=[guess], tol=rtol, max_nodes=10**5
+        )
         a = float(found.p[0])
         slope = float(found.y[1, 0])
-        sine = slope / math.hypot(1, slope) if finite else slope
-        x, weights = np.polynomial.legendre.leggauss(40)
-        x = a / 2 * (x + 1)
-        weights = a / 2 * weights
-        stretch = np.hypot(1, f1(x)) if finite else 1 + f1(x) ** 2 / 2
-        adhesive = stretch if finite else 1.0
-        inside = k / 2 * (depth - f(x)) ** 2 + gamma1 * (stretch - 1) - w * adhesive
-        force = 2 * k * float(weights @ (depth - f(x))) - 2 * gamma1 * sine
-        points, heights = np.polynomial.legendre.leggauss(8)
-        y = found.sol(s[:-1, None] + np.diff(s)[:, None] * (points + 1) / 2)
-        rise = np.hypot(1, y[1]) - 1 if finite else y[1] ** 2 / 2
-        outside = (k / 2 * y[0] ** 2 + gamma1 * rise) @ heights
-        outside = float(np.diff(s) @ outside) * length / 2
-        energy = 2 * (float(weights @ inside) + outside)
-        angle = math.atan(f1(a)) + math.atan(slope) if finite else float(f1(a)) + slope
-        return Answer(a, force, energy, math.pi - angle, bool(found.success))
+        force, inside = problem.of_contact(a, slope)
+        energy = 2 * (inside + problem.energy_outside(s, found.sol))
+        angle = math.pi - float(problem.deficit(a, slope))
+        return Answer(a, force, energy, angle, bool(found.success))
 
     return solve
+
+
+class _FreeSurface:
+    """The boundary value problem of a free surface beside a contact, in small or finite slopes."""
+
+    def __init__(self, scene: Scene, depth: float) -> None:
+        self.scene = scene
+        self.depth = depth
+        self.finite = scene.slopes == "finite"
+        self.length = FAR * scene.elastocapillary_length
+        surfaces = scene.surfaces
+        self.young = surfaces.angle_deficit if self.finite else surfaces.small_slope_deficit
+
+    def rates(self, s: Array, y: Array, a: Array) -> Array:
+        """dy/ds: the curvature of the surface is k u/γ₁."""
+        u, slope = y
+        bend = self.scene.stiffness / self.scene.gamma1 * u
+        if self.finite:
+            bend = bend * (1 + slope**2) ** 1.5
+        return self.length * np.stack((slope, bend))
+
+    def ends(self, left: Array, right: Array, a: Array) -> Array:
+        """At the line u = d - f and Young's angle; at the far end an exponential."""
+        height = self.depth - self.scene.indenter.height(a[0])
+        angle = self.deficit(a[0], left[1])
+        far = right[1] + right[0] / self.scene.elastocapillary_length
+        return np.array([left[0] - height, angle - self.young, far])
+
+    def deficit(self, a: float, slope: float) -> Any:
+        """π - θ at a line at a, where the surface has this slope."""
+        of_indenter = self.scene.indenter.slope(a)
+        if self.finite:
+            return np.arctan(of_indenter) + np.arctan(slope)
+        return of_indenter + slope
+
+    def of_contact(self, a: float, slope: float) -> tuple[float, float]:
+        """The force, and the energy of half of the contact."""
+        scene = self.scene
+        points, weights = np.polynomial.legendre.leggauss(40)
+        x = a / 2 * (points + 1)
+        weights = a / 2 * weights
+        displacement = self.depth - scene.indenter.height(x)
+        steep = scene.indenter.slope(x)
+        stretch = np.hypot(1, steep) if self.finite else 1 + steep**2 / 2
+        adhering = stretch if self.finite else 1.0
+        density = scene.stiffness / 2 * displacement**2 + scene.gamma1 * (stretch - 1)
+        density = density - scene.work_of_adhesion * adhering
+        sine = slope / math.hypot(1, slope) if self.finite else slope
+        springs = 2 * scene.stiffness * float(weights @ displacement)
+        return springs - 2 * scene.gamma1 * sine, float(weights @ density)
+
+    def energy_outside(self, s: Array, solution: Callable[[Array], Array]) -> float:
+        """The energy of one free surface, by Gauss-Legendre quadrature between these s."""
+        points, weights = np.polynomial.legendre.leggauss(8)
+        u, slope = solution(s[:-1, None] + np.diff(s)[:, None] * (points + 1) / 2)
+        rise = np.hypot(1, slope) - 1 if self.finite else slope**2 / 2
+        density = self.scene.stiffness / 2 * u**2 + self.scene.gamma1 * rise
+        return float(np.diff(s) @ (density @ weights)) * self.length / 2

@@ -22,8 +22,8 @@ from discretization import Lattice
 from energy import ElasticLayer, Parabola, Sampled, Scene, SurfaceEnergies
 from energy.arrays import Array
 
-RADIUS = 10.0
-WAVES_SPACING = 1 / 25  # in l
+RADIUS = 10.0  # of the parabolas, in l
+WAVES_SPACING = 1 / 25  # of the samples of wavy profiles, in l
 
 
 class Answer(NamedTuple):
@@ -44,14 +44,16 @@ def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
 
 def rough(n: int) -> tuple[Scene, dict[str, Any]]:
     """A parabola with four waves of random phase over 16 l, and options for n nodes on it."""
-    scene = elastic(0.05, RADIUS)
     rng = np.random.default_rng(5)
-    x = np.linspace(-8, 8, n // 2 * 2 + 1)
+    odd = n // 2 * 2 + 1
+    x = np.linspace(-8, 8, odd)
     z = x * x / (2 * RADIUS)
-    for j in (1, 2, 3, 5):
-        z -= 0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6))
-    options = {"branch": "global", "spacing": float(x[1] - x[0])}
-    return replace(scene, indenter=Sampled(x, z)), options
+    for waves_in_four in (1, 2, 3, 5):
+        phase = rng.uniform(0, 6)
+        height = 0.08 / waves_in_four
+        z -= height * np.sin(2 * math.pi * waves_in_four * x / 4 + phase)
+    scene = replace(elastic(0.05, RADIUS), indenter=Sampled(x, z))
+    return scene, {"branch": "global", "spacing": float(x[1] - x[0])}
 
 
 def waves(contacts: int) -> Scene:
@@ -60,12 +62,15 @@ def waves(contacts: int) -> Scene:
     Waves between 3 l and 12 l long of random phases, in a trough whose walls end the profile.
     """
     half = 4.0 * contacts + 20
+    last = round(half / WAVES_SPACING)
+    x = np.arange(-last, last + 1) * WAVES_SPACING
     rng = np.random.default_rng(1)
-    x = np.arange(-round(half / WAVES_SPACING), round(half / WAVES_SPACING) + 1) * WAVES_SPACING
-    z = np.zeros_like(x)
+    rough = np.zeros_like(x)
     for wave in np.linspace(3, 12, 30):
-        z += wave * np.cos(2 * math.pi * x / wave + rng.uniform(0, 2 * math.pi))
-    z = z / z.std() + 0.3 * np.maximum(np.abs(x) - half + 15, 0) ** 2
+        phase = rng.uniform(0, 2 * math.pi)
+        rough += wave * np.cos(2 * math.pi * x / wave + phase)
+    walls = 0.3 * np.maximum(np.abs(x) - half + 15, 0) ** 2
+    z = rough / rough.std() + walls
     return replace(elastic(0.3, RADIUS), indenter=Sampled(x, z - z.min(), kind="smooth"))
 
 
@@ -100,10 +105,12 @@ class Grid:
 
     def bands(self) -> tuple[Array, Array]:
         """Diagonal (n,) and off-diagonal (n-1,) of K."""
-        lat = self.lattice
-        diagonal = np.full(self.nodes, lat.spring_stiffness + 2 * lat.link_stiffness)
-        diagonal[[0, -1]] += lat.end_stiffness - lat.link_stiffness
-        return diagonal, np.full(self.nodes - 1, -lat.link_stiffness)
+        spring = self.lattice.spring_stiffness
+        link = self.lattice.link_stiffness
+        diagonal = np.full(self.nodes, spring + 2 * link)
+        diagonal[[0, -1]] += self.lattice.end_stiffness - link
+        off_diagonal = np.full(self.nodes - 1, -link)
+        return diagonal, off_diagonal
 
     def pushed(self, u: Array) -> Array:
         """Ku (n,): the forces that hold the nodes."""
@@ -114,26 +121,45 @@ class Grid:
         return force
 
     def read(self, u: Array, multipliers: Array, success: bool = True) -> Answer:
-        """w = 0: a between the nodes from the first gap v beyond the last contact node m.
+        """a, P, U and θ of a solution with w = 0.
 
-        Near the line v'' = c = u/l² + f'', on the lattice v_{m+j} = c(jΔx)²/2 + j(v_{m+1} -
-        cΔx²/2), so a = x_m + Δx/2 - v_{m+1}/(cΔx). Contact: multiplier in springs above the gap.
+        A node is in contact where its multiplier, in springs, is above its gap.
+
+        Parameters
+        ----------
+        u, multipliers : ndarray (n,)
+            Displacements, and forces on the nodes.
+        success : bool
+            As the solver claims.
+
+        Returns
+        -------
+        Answer
+            NaN without two contact nodes that have free ones beside them.
+        """
+        gap = np.maximum(u - self.g, 0)
+        held = np.flatnonzero(multipliers / self.lattice.spring_stiffness > gap)
+        if held.size < 2 or held[0] < 1 or held[-1] > self.nodes - 4:
+            return Answer(math.nan, math.nan, math.nan, math.nan, False)
+        first = int(held[0])
+        last = int(held[-1])
+        a = float(np.mean([self._line(u, first, -1), self._line(u, last, 1)]))
+        angle = math.pi - self.deficit(u[last + 1 : last + 4], last + 1, a)
+        energy = float(u @ self.pushed(u)) / 2
+        return Answer(a, float(multipliers.sum()), energy, angle, success)
+
+    def _line(self, u: Array, m: int, side: int) -> float:
+        """Distance from x = 0 of the line beside the last contact node m, between the nodes.
+
+        Near the line the gap v = u - g has v'' = c = u/l² + f'', on the lattice
+        v_{m+j} = c(jΔx)²/2 + j(v_{m+1} - cΔx²/2), so that a = x_m + Δx/2 - v_{m+1}/(cΔx).
         """
         g = self.g
         dx = self.spacing
-        n = self.nodes
-        held = np.flatnonzero(multipliers / self.lattice.spring_stiffness > np.maximum(u - g, 0))
-        if held.size < 2 or held[0] < 1 or held[-1] > n - 4:
-            return Answer(math.nan, math.nan, math.nan, math.nan, False)
-        ends = []
-        for m, side in ((int(held[0]), -1), (int(held[-1]), 1)):
-            bend = (g[m + 1] - 2 * g[m] + g[m - 1]) / dx**2
-            c = self.scene.stiffness / self.scene.gamma1 * u[m] - bend
-            ends.append(side * self.x[m] + dx / 2 - (u[m + side] - g[m + side]) / (c * dx))
-        a = float(np.mean(ends))
-        m = int(held[-1])
-        angle = math.pi - self.deficit(u[m + 1 : m + 4], m + 1, a)
-        return Answer(a, float(multipliers.sum()), float(u @ self.pushed(u)) / 2, angle, success)
+        bend = (g[m + 1] - 2 * g[m] + g[m - 1]) / dx**2
+        c = self.scene.stiffness / self.scene.gamma1 * u[m] - bend
+        gap = u[m + side] - g[m + side]
+        return float(side * self.x[m] + dx / 2 - gap / (c * dx))
 
     def deficit(self, u: Array, first: int, a: float) -> float:
         """π - θ [rad]: f'(a) plus the slope at a of the parabola through three free nodes."""
@@ -152,9 +178,21 @@ TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 
 @dataclass(frozen=True)
 class Method:
-    """Name, how to prepare it for a size (number of nodes, or rtol), packages it needs.
+    """A method that takes part.
 
-    largest: size; only: sizes of a method that can do few; tolerances: it is given rtol, not nodes.
+    Attributes
+    ----------
+    name : str
+    make : callable
+        Prepares it for a task and a size, and gives what solves and the number of unknowns.
+    largest : float
+        Largest size.
+    packages : tuple of str
+        What has to be installed.
+    only : tuple of int
+        The sizes of a method that can do few; else empty.
+    tolerances : bool
+        Whether a size is an rtol, not a number of nodes.
     """
 
     name: str
@@ -188,7 +226,8 @@ class Task:
 
     def errors(self, answer: Any) -> tuple[float, float, float, float]:
         """Largest relative errors of a, P, U and θ; for the rough profile of U alone."""
-        found = np.array([np.asarray(part, float).T for part in answer[:4]]).reshape(4, -1)
+        parts = [np.asarray(part, float).T for part in answer[:4]]
+        found = np.array(parts).reshape(4, -1)
         size = np.abs(self.exact).max(axis=1)
         a, force, energy, angle = np.abs(found - self.exact).max(axis=1) / size
         return float(a), float(force), float(energy), float(angle)

@@ -25,11 +25,12 @@ from studies.benchmarks.rivals.problem import (
 from studies.shared.random_cases import steep_totals
 
 Made = tuple[Solve, int]  # what solves, and its unknowns
+# Units are k = γ₁ = l = 1.
 DEPTH = 5.0
-WORK = 0.02  # k = γ₁ = 1
+WORK = 0.02  # √(2w/γ₁) = 0.2
 STEEP_RADIUS = 5.0
-STEEP_WIDTH = 2.0
-STEEP_WORK = 0.3
+STEEP_WIDTH = 2.0  # half-width of the contact
+STEEP_WORK = 0.3  # a contact angle of 134°
 ROUGH_NODES = (60, 200, 500, 1000, 2000, 4000, 10_000, 20_000, 40_000, 10**5)
 MARGIN = 15.0  # elastocapillary lengths of free surface that a rival's grid covers on each side
 SIMILAR = 50_000  # unknowns of a dptsv that takes about as long as a method without nodes
@@ -47,6 +48,7 @@ def default(task: Task, rtol: float) -> Made:
 
 
 def _answer(state: Equilibrium) -> Answer:
+    """What is compared of a state."""
     done = state.certificate.ok
     return Answer(state.half_width, state.force, state.energy, state.contact_angle, done)
 
@@ -70,6 +72,8 @@ def lattice_path(task: Task, size: float) -> Made:
 
 
 def _followed(task: Task, **options: Any) -> Solve:
+    """The whole path, by `load_path` with these options."""
+
     def solve() -> Answer:
         found = load_path(task.scene, depths=task.depths, **options)
         angle = np.full(task.depths.size, math.nan)
@@ -169,6 +173,7 @@ MANY = (
     Method("ours, minimise one by one", one_by_one, only=(SIMILAR,)),
 )
 BVP = Method("scipy solve_bvp, angle as boundary condition", boundary_value, tolerances=True)
+BY_HAND = Method("one line by hand, dptsv", on_grid(by_hand.bisection), 10**6)
 ROUGH = (
     Method("ours, shortest path (lattice)", shortest, only=ROUGH_NODES),
     Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(20, 30, 60)),
@@ -196,27 +201,33 @@ def convex() -> tuple[Method, ...]:
 
 def adhesive(name: str, methods: tuple[Method, ...], w: float = WORK, steps: int = 0) -> Task:
     """A parabola at DEPTH, or on 0 -> DEPTH -> just above where the contact detaches."""
-    card = cards.parabola
+    if steps:
+        detachment = -math.sqrt(2 * w)
+        loading = np.linspace(0, DEPTH, steps // 2)
+        unloading = np.linspace(DEPTH, 0.99 * detachment, steps - steps // 2)
+        depths = np.concatenate([loading, unloading])
+    else:
+        depths = np.array([DEPTH])
     given = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
-    loading = np.linspace(0, DEPTH, steps // 2)
-    half = steps - steps // 2
-    loop = np.r_[loading, np.linspace(DEPTH, -0.99 * math.sqrt(2 * w), half)]
-    depths = loop if steps else np.array([DEPTH])
-    known = [one(depths, **given) for one in (card.half_width, card.force, card.energy)]
-    exact = np.array([*known, np.full(depths.size, math.pi - math.sqrt(2 * w))])
+    half_width = cards.parabola.half_width(depths, **given)
+    force = cards.parabola.force(depths, **given)
+    energy = cards.parabola.energy(depths, **given)
+    angle = np.full(depths.size, math.pi - math.sqrt(2 * w))
+    exact = np.array([half_width, force, energy, angle])
     return Task(name, elastic(w, RADIUS), depths, exact, methods)
 
 
 def finite() -> Task:
     """A steep parabola with finite slopes."""
     a = STEEP_WIDTH
-    w = STEEP_WORK
-    scene = elastic(w, STEEP_RADIUS, "finite")
-    m = {"k": 1.0, "gamma1": 1.0, "w": w}
-    d = float(cards.finite.depth(a * a / 2 / STEEP_RADIUS, a / STEEP_RADIUS, **m))
-    exact = np.array([[a, *steep_totals(scene, d, a), scene.surfaces.contact_angle]]).T
+    scene = elastic(STEEP_WORK, STEEP_RADIUS, "finite")
+    height = a * a / 2 / STEEP_RADIUS
+    slope = a / STEEP_RADIUS
+    depth = float(cards.finite.depth(height, slope, k=1.0, gamma1=1.0, w=STEEP_WORK))
+    force, energy = steep_totals(scene, depth, a)
+    exact = np.array([[a], [force], [energy], [scene.surfaces.contact_angle]])
     hand = Method("one line by hand, Newton", on_grid(by_hand.bisection), 10**5)
-    return Task("finite", scene, np.array([d]), exact, (*OURS, hand, BVP))
+    return Task("finite", scene, np.array([depth]), exact, (*OURS, hand, BVP))
 
 
 def rough_loop(steps: int) -> Task:
@@ -229,10 +240,7 @@ def rough_loop(steps: int) -> Task:
 
 TASKS: dict[str, Callable[[int], Task]] = {
     "nonadhesive": lambda steps: adhesive("nonadhesive", (*OURS, *convex()), w=0.0),
-    "adhesive": lambda steps: adhesive(
-        "adhesive",
-        (*OURS, Method("one line by hand, dptsv", on_grid(by_hand.bisection), 10**6), BVP),
-    ),
+    "adhesive": lambda steps: adhesive("adhesive", (*OURS, BY_HAND, BVP)),
     "finite": lambda steps: finite(),
     "loop": lambda steps: adhesive("loop", PATHS, steps=steps),
     "many": lambda steps: adhesive("many", MANY, steps=steps),

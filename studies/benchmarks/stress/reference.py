@@ -20,6 +20,8 @@ from scipy.optimize import brentq
 from energy import FlatPunch, Parabola, PowerLaw, Scene
 
 DIGITS = 60
+# Relative change of an input by which its derivative is taken: a third of the digits, so that what
+# the difference loses, 1e-38, and what its second order leaves, 1e-22, are both small.
 _STEP = Decimal("1e-22")
 Inputs = Mapping[str, Decimal]
 
@@ -32,7 +34,7 @@ def precise() -> Iterator[None]:
 
 
 class Exact(NamedTuple):
-    """Half-width, force, energy."""
+    """Half-width, force and energy of a state."""
 
     half_width: Decimal
     force: Decimal
@@ -42,11 +44,12 @@ class Exact(NamedTuple):
 @precise()
 def inputs(scene: Scene, depth: float) -> dict[str, Decimal]:
     """k, γ₁, w, d and what the indenter is given by."""
-    E, nu, h = map(Decimal, (scene.layer.E, scene.layer.nu, scene.layer.h))
-    s = scene.surfaces
-    w = (Decimal(s.gamma1) - Decimal(s.gamma12)) + Decimal(s.gamma2)
-    k = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) / h
-    given = {"k": k, "gamma1": Decimal(s.gamma1), "w": w, "d": Decimal(depth)}
+    E = Decimal(scene.layer.E)
+    nu = Decimal(scene.layer.nu)
+    k = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) / Decimal(scene.layer.h)
+    gamma1 = Decimal(scene.surfaces.gamma1)
+    w = (gamma1 - Decimal(scene.surfaces.gamma12)) + Decimal(scene.surfaces.gamma2)
+    given = {"k": k, "gamma1": gamma1, "w": w, "d": Decimal(depth)}
     body = scene.indenter
     if isinstance(body, FlatPunch):
         return given | {"a": Decimal(body.half_width)}
@@ -59,19 +62,26 @@ def inputs(scene: Scene, depth: float) -> dict[str, Decimal]:
 
 @precise()
 def answer(given: Inputs, slopes: str) -> Exact | None:
-    """a, P, U of the adhered branch; None where it has detached."""
-    if slopes == "finite" and "a" not in given:
+    """a, P and U of the adhered branch.
+
+    Parameters
+    ----------
+    given : mapping
+        As `inputs` gives it.
+    slopes : {"small", "finite"}
+
+    Returns
+    -------
+    Exact or None
+        None where the contact has detached.
+    """
+    is_punch = "a" in given
+    if slopes == "finite" and not is_punch:
         return _finite(given)
-    k = given["k"]
-    w = given["w"]
-    d = given["d"]
-    if d < -(2 * w / k).sqrt():
+    critical = (2 * given["w"] / given["k"]).sqrt()
+    if given["d"] < -critical:
         return None
-    if "a" not in given:
-        return _power(given)
-    a = given["a"]
-    width = given["a"] + (given["gamma1"] / k).sqrt()
-    return Exact(a, 2 * k * d * width, k * d * d * width - 2 * w * a)
+    return _punch(given) if is_punch else _power(given)
 
 
 @precise()
@@ -81,20 +91,30 @@ def from_detachment(given: Inputs) -> float:
     return float(abs(given["d"] / critical + 1))
 
 
+def _punch(v: Inputs) -> Exact:
+    """A flat punch, whose line is pinned at its edge."""
+    k = v["k"]
+    d = v["d"]
+    a = v["a"]
+    width = a + (v["gamma1"] / k).sqrt()
+    return Exact(a, 2 * k * d * width, k * d * d * width - 2 * v["w"] * a)
+
+
 def _power(v: Inputs) -> Exact | None:
+    """A power law with small slopes."""
     k = v["k"]
     w = v["w"]
     d = v["d"]
     c = v["c"]
     n = v["n"]
     gamma1 = v["gamma1"]
-    ell = (v["gamma1"] / k).sqrt()
-    excess = d + (2 * w / k).sqrt()
-    a = _root(lambda x: c * x**n + ell * _slope(c, n, x) - excess)
-    if a is None and d > 0:  # a sharp wedge, pinned at its tip
-        a = Decimal(0)
-    if a is None:
+    ell = (gamma1 / k).sqrt()
+    level = d + (2 * w / k).sqrt()
+    a = _root(lambda x: c * x**n + ell * _slope(c, n, x) - level)
+    if a is None and d <= 0:
         return None
+    if a is None:  # a sharp wedge, pinned at its tip
+        a = Decimal(0)
     f = c * a**n
     force = 2 * k * (d * a - f * a / (n + 1)) + 2 * k * ell * (d - f)
     squares = d * d * a - 2 * d * f * a / (n + 1) + f * f * a / (2 * n + 1)
@@ -104,6 +124,7 @@ def _power(v: Inputs) -> Exact | None:
 
 
 def _slope(c: Decimal, n: Decimal, x: Decimal) -> Decimal:
+    """f'(x), for x >= 0."""
     return c if n == 1 else n * c * x ** (n - 1)
 
 
@@ -119,26 +140,33 @@ def _finite(v: Inputs) -> Exact | None:
 
     def lift(x: Decimal) -> Decimal:
         """-u(a)/2l = sin((π - θ - β)/2), tan β = x/R."""
-        t = x / R
-        cosine = Decimal(1) / (1 + t * t).sqrt()
-        half = t * cosine / (2 * (1 + cosine)).sqrt()  # sin(β/2)
-        return young * ((1 + cosine) / 2).sqrt() - (1 - young * young).sqrt() * half
+        slope = x / R
+        cosine = Decimal(1) / (1 + slope * slope).sqrt()
+        sine_of_half = slope * cosine / (2 * (1 + cosine)).sqrt()  # sin(β/2)
+        cosine_of_half = ((1 + cosine) / 2).sqrt()
+        return young * cosine_of_half - (1 - young * young).sqrt() * sine_of_half
 
     a = _root(lambda x: x * x / (2 * R) - d - 2 * ell * lift(x))
     if a is None:
         return None
-    t = a / R
-    s = -lift(a)
+    slope = a / R
+    s = -lift(a)  # sine and cosine of half the inclination of the surface at the line
     c = (1 - s * s).sqrt()
     force = 2 * k * (d * a - a**3 / (6 * R)) + 4 * gamma1 * s * c
-    arc = R / 2 * (t * (1 + t * t).sqrt() + (t + (1 + t * t).sqrt()).ln())
-    squares = d * d * a - d * a**3 / (3 * R) + a**5 / (20 * R * R)
+    stretch = (1 + slope * slope).sqrt()
+    arc = R / 2 * (slope * stretch + (slope + stretch).ln())
+    springs = k * (d * d * a - d * a**3 / (3 * R) + a**5 / (20 * R * R))
+    surface = 2 * (gamma1 - w) * arc - 2 * gamma1 * a
     tails = 8 * gamma1 * ell * (1 - c**3) / 3
-    return Exact(a, force, k * squares + 2 * (gamma1 - w) * arc - 2 * gamma1 * a + tails)
+    return Exact(a, force, springs + surface + tails)
 
 
 def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
-    """Zero of an increasing function on x >= 0: in floats, then by the secant rule."""
+    """Zero of an increasing function on x >= 0: in floats, then by the secant rule.
+
+    None where the function is positive from 0 on. Twelve steps of the secant rule take 15 digits
+    to 60 and more, as each adds those of the step before.
+    """
     if h(Decimal(0)) > 0:
         return None
     high = Decimal(1)
@@ -158,59 +186,111 @@ def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
 
 @precise()
 def conditions(given: Inputs, slopes: str, scales: Exact) -> tuple[float, float, float]:
-    """Σ |p ∂Q/∂p|/scale over the inputs p: by what an input's rounding is magnified."""
+    """By how much the rounding of the inputs p is magnified, Σ |p ∂Q/∂p|/scale.
+
+    Parameters
+    ----------
+    given : mapping
+        As `inputs` gives it.
+    slopes : {"small", "finite"}
+    scales : Exact
+        What errors of a, P and U are measured by.
+
+    Returns
+    -------
+    tuple of three floats
+        Of a, P and U; inf where the contact detaches within the rounding.
+    """
     base = answer(given, slopes)
-    total = [Decimal(0)] * 3
     assert base is not None
-    for name in (name for name in given if name != "n"):
-        near = (
-            answer({**given, name: given[name] * (1 + step)}, slopes) for step in (_STEP, -_STEP)
-        )
-        moved = next(filter(None, near), None)
+    totals = [Decimal(0)] * 3
+    for name in given:
+        if name == "n":
+            continue
+        moved = _moved(given, slopes, name)
         if moved is None:
             return (float("inf"),) * 3
         for i, (there, here, scale) in enumerate(zip(moved, base, scales, strict=True)):
-            total[i] += abs(there - here) / _STEP / abs(scale or Decimal(1))
-    a, force, energy = map(float, total)
+            totals[i] += abs(there - here) / _STEP / abs(scale or Decimal(1))
+    a, force, energy = map(float, totals)
     return a, force, energy
+
+
+def _moved(given: Inputs, slopes: str, name: str) -> Exact | None:
+    """The state with one input a little larger, or smaller where that has detached."""
+    larger = answer({**given, name: given[name] * (1 + _STEP)}, slopes)
+    if larger is not None:
+        return larger
+    return answer({**given, name: given[name] * (1 - _STEP)}, slopes)
 
 
 @precise()
 def on_nodes(v: Inputs, spacing: float, m: int) -> tuple[Decimal, Decimal]:
-    """Force and energy of the contact set -m..m of a parabola, with exact tails."""
+    """Force and energy of the contact set -m..m of a parabola, with exact tails.
+
+    Parameters
+    ----------
+    v : mapping
+        As `inputs` gives it.
+    spacing : float
+        Distance of the nodes Δx.
+    m : int
+        The last contact node.
+
+    Returns
+    -------
+    force, energy : Decimal
+    """
     k = v["k"]
     gamma1 = v["gamma1"]
-    w = v["w"]
     d = v["d"]
     dx = Decimal(spacing)
-    c = v["c"]
+    b = v["c"] * dx * dx  # f = b i² at node i
     lam = _decay(v, dx)
     N = Decimal(m)
-    squares = N * (N + 1) * (2 * N + 1) / 3
-    fourths = N * (N + 1) * (2 * N + 1) * (3 * N * N + 3 * N - 1) / 15
-    b = c * dx * dx
-    total = (2 * N + 1) * d - b * squares
-    quadratic = (2 * N + 1) * d * d - 2 * d * b * squares + b * b * fourths
-    odd = 2 * N * (4 * N * N - 1) / 3  # Σ (2i+1)² over the 2m links
-    g = d - b * N * N
-    energy = k * dx * quadratic / 2 + gamma1 / dx / 2 * b * b * odd - 2 * N * w * dx
-    energy += gamma1 / dx * (1 - lam) * g * g
-    return k * dx * total + 2 * k * dx * lam / (1 - lam) * g, energy
+    squares = N * (N + 1) * (2 * N + 1) / 3  # Σ i² over the nodes -m..m
+    fourths = N * (N + 1) * (2 * N + 1) * (3 * N * N + 3 * N - 1) / 15  # Σ i⁴
+    odd_squares = 2 * N * (4 * N * N - 1) / 3  # Σ (2i+1)² over the 2m links
+    displacements = (2 * N + 1) * d - b * squares
+    displacements2 = (2 * N + 1) * d * d - 2 * d * b * squares + b * b * fourths
+    at_line = d - b * N * N
+    force = k * dx * displacements + 2 * k * dx * lam / (1 - lam) * at_line
+    springs = k * dx * displacements2 / 2
+    surface = gamma1 / dx / 2 * b * b * odd_squares
+    adhesion = 2 * N * v["w"] * dx
+    tails = gamma1 / dx * (1 - lam) * at_line * at_line
+    return force, springs + surface - adhesion + tails
 
 
 def _decay(v: Inputs, dx: Decimal) -> Decimal:
+    """By how much a free surface decays from node to node, λ."""
     kappa = v["k"] * dx * dx / v["gamma1"]
     return 1 / (1 + kappa / 2 + (kappa + kappa * kappa / 4).sqrt())
 
 
 @precise()
 def resistance(v: Inputs, spacing: float, m: int) -> float:
-    """gap/critical gap - 1 of the link m -> m+1: the line advances over it iff that is <= 0."""
-    d = v["d"]
+    """The gap over the critical one, minus 1, of the link m -> m+1.
+
+    The line advances over the link where this is <= 0.
+
+    Parameters
+    ----------
+    v : mapping
+        As `inputs` gives it.
+    spacing : float
+        Distance of the nodes Δx.
+    m : int
+        The last contact node.
+
+    Returns
+    -------
+    float
+    """
     dx = Decimal(spacing)
-    c = v["c"]
     lam = _decay(v, dx)
-    f = c * (m * dx) ** 2
-    beyond = c * ((m + 1) * dx) ** 2
-    gap = beyond - f + (1 - lam) * (f - d)
-    return float(gap / (dx * (2 * v["w"] * lam / v["gamma1"]).sqrt()) - 1)
+    f = v["c"] * (m * dx) ** 2
+    f_beyond = v["c"] * ((m + 1) * dx) ** 2
+    gap = f_beyond - f + (1 - lam) * (f - v["d"])
+    critical = dx * (2 * v["w"] * lam / v["gamma1"]).sqrt()
+    return float(gap / critical - 1)

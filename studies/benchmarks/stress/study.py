@@ -156,13 +156,12 @@ def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
     tails = float(nodal.pulls @ g[[0, -1]])
     given = reference.inputs(scene, depth)
     force, energy = reference.on_nodes(given, spacing, last)
-    before, beyond = (reference.resistance(given, spacing, last - i) for i in (1, 0))
-    scales = [Decimal(state.scales[name]) for name in ("force", "energy")]
-    errors = [
-        max(0.0, before, -beyond),
-        float(abs(Decimal(float(lattice.spring_stiffness * g.sum() + tails)) - force) / scales[0]),
-        float(abs(Decimal(nodal.value(g)) - energy) / scales[1]),
-    ]
+    passed = reference.resistance(given, spacing, last - 1)
+    not_passed = reference.resistance(given, spacing, last)
+    own_force = float(lattice.spring_stiffness * g.sum() + tails)
+    of_force = abs(Decimal(own_force) - force) / Decimal(state.scales["force"])
+    of_energy = abs(Decimal(nodal.value(g)) - energy) / Decimal(state.scales["energy"])
+    errors = [max(0.0, passed, -not_passed), float(of_force), float(of_energy)]
     found = verdict(errors, (max(1.0, last), 10.0, 10.0), True)
     doubted = untrusted(scene, depth, state)
     return (*found[:2], "wrong", doubted) if doubted else found

@@ -23,14 +23,15 @@ from studies.shared import QUANTITIES
 from studies.shared.random_cases import Case
 
 EPS = float(np.finfo(float).eps)
-SLACK = 1000.0
-TOLERANCE = 1e-12
+SLACK = 1000.0  # errors may be so many times ε (1 + condition): sums of some hundred rounded terms
+TOLERANCE = 1e-12  # what the default method may miss at the rtol asked of it here
 TIE = 16 * EPS  # relative distance from -δ₀ within which both verdicts are right
 NAMES = ("kink", "double kink", "plateau", "jump", "noise", "smooth noise", "tilted", "edge")
-ALIKE = 1e-9
-CLOSE = 2e-3
-KEPT = 12.0  # digits
-RTOL = 1e-13
+ALIKE = 1e-9  # relative difference of a state in another unit
+CLOSE = 2e-3  # relative difference of nodes, of which 400 are in the unit, from the mesh
+KEPT = 12.0  # digits that are expected
+RTOL = 1e-13  # asked of states that are compared with 60 digits
+TRUSTED = 10.0  # an error estimate is trusted if the error is at most so many times it
 BAD = ("lost", "wrong", "crash", "floating point")
 NO_DIGITS = (math.nan,) * 3
 NEAR = {"mesh": 1e-15, "nodes": 1e-13}  # rounding over the sums of the terms of P and U
@@ -39,9 +40,18 @@ Work = Callable[[], Judgement]
 
 
 class Trial(NamedTuple):
-    """One point of a grid: x, y decades; digits of a, P, U; excess; verdict.
+    """One point of a grid.
 
-    excess: largest e/(ε(1 + c)); of a random scene the largest error over its estimate.
+    Attributes
+    ----------
+    grid, shape : str
+    x, y : float
+        Decades of what is varied.
+    digits : tuple of three floats
+        Those kept of a, P and U; NaN where there is nothing to compare with.
+    excess : float
+        Largest e/(ε(1 + c)); of a random scene the largest error over its estimate.
+    verdict, note : str
     """
 
     grid: str
@@ -93,6 +103,7 @@ def judged(grid: str, shape: str, x: float, y: float, work: Work) -> Trial:
 
 
 def _strictly(work: Work, underflow: Literal["raise", "ignore"]) -> Judgement:
+    """What the work returns, with warnings and floating-point problems as errors."""
     with np.errstate(all="raise", under=underflow), warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", AccuracyWarning)  # digits are judged here
@@ -104,23 +115,28 @@ def against_reference(scene: Scene, depth: float) -> Judgement:
     given = reference.inputs(scene, depth)
     exact = reference.answer(given, scene.slopes)
     state = minimise(scene, depth, rtol=RTOL)
+    if exact is None and not state.contacts.size:
+        return NO_DIGITS, 0.0, "ok", ""
     if exact is None or not state.contacts.size:
-        alike = exact is None and not state.contacts.size
         tied = state.label == "neutral" and reference.from_detachment(given) <= TIE
-        at = f"d/δ₀ = {depth / scene.critical_separation!r}"
-        note = "" if alike else f"contact or not differs from the reference at {at}"
-        return NO_DIGITS, 0.0, "ok" if alike or tied else "wrong", note
-    return verdict(*_errors(given, exact, state, float(exact.half_width)), state.certificate.ok)
+        ratio = depth / scene.critical_separation
+        note = f"contact or not differs from the reference at d/δ₀ = {ratio!r}"
+        return NO_DIGITS, 0.0, "ok" if tied else "wrong", note
+    errors, condition = _errors(given, exact, state, float(exact.half_width))
+    return verdict(errors, condition, state.certificate.ok)
 
 
 def _errors(
     given: reference.Inputs, exact: reference.Exact, state: Equilibrium, width: float
 ) -> tuple[list[float], tuple[float, ...]]:
     """Errors of a, P and U, that of a relative to this width, and the condition of each."""
-    found = state.half_width, state.force, state.energy
-    scales = reference.Exact(*map(Decimal, (width, *state.scales.values())))
-    pairs = zip(found, exact, scales, strict=True)
-    errors = [float(abs(Decimal(value) - true) / (scale or 1)) for value, true, scale in pairs]
+    found = (state.half_width, state.force, state.energy)
+    of_force, of_energy = state.scales.values()
+    scales = reference.Exact(Decimal(width), Decimal(of_force), Decimal(of_energy))
+    errors = []
+    for value, true, scale in zip(found, exact, scales, strict=True):
+        error = abs(Decimal(value) - true) / (scale or 1)
+        errors.append(float(error))
     return errors, reference.conditions(given, state.scene.slopes, scales)
 
 
@@ -130,26 +146,37 @@ def untrusted(scene: Scene, depth: float, state: Equilibrium) -> str:
     exact = reference.answer(given, scene.slopes)
     if exact is None:
         return ""
-    found = *_errors(given, exact, state, state.half_width), state.error_estimate.values()
-    short = [
-        f"{name} is off by {error:.1e}, estimated {estimate:.1e}"
-        for name, error, c, estimate in zip("aPU", *found, strict=True)
-        if error > 10 * estimate + SLACK * EPS * (1 + c)
-    ]
-    return "; ".join(short)
+    errors, conditions = _errors(given, exact, state, state.half_width)
+    estimates = state.error_estimate.values()
+    said = []
+    for name, error, c, estimate in zip("aPU", errors, conditions, estimates, strict=True):
+        rounding = SLACK * EPS * (1 + c)
+        if error > TRUSTED * estimate + rounding:
+            said.append(f"{name} is off by {error:.1e}, estimated {estimate:.1e}")
+    return "; ".join(said)
 
 
 def verdict(errors: Sequence[float], condition: Sequence[float], certified: bool) -> Judgement:
     """Digits, excess, and whether more was lost than the problem's condition explains."""
-    bounds = [max(SLACK * EPS * (1 + c), TOLERANCE) for c in condition]
-    excess = max(e / (EPS * (1 + c)) for e, c in zip(errors, condition, strict=True))
-    lost = [n for n, e, b in zip("aPU", errors, bounds, strict=True) if not e <= b]
-    own = digits(errors)
-    note = f"errors {', '.join(f'{e:.1e}' for e in errors)}, "
-    note += f"condition {', '.join(f'{c:.1e}' for c in condition)}"
-    word = "wrong" if not certified else "lost" if lost else "ok"
-    explained = not lost and min(own) >= KEPT
-    return own, excess, word, "" if explained else note
+    excess = 0.0
+    lost = False
+    for error, c in zip(errors, condition, strict=True):
+        rounding = EPS * (1 + c)
+        excess = max(excess, error / rounding)
+        lost = lost or not error <= max(SLACK * rounding, TOLERANCE)
+    kept = digits(errors)
+    word = "lost" if lost else "ok"
+    if not certified:
+        word = "wrong"
+    if not lost and min(kept) >= KEPT:
+        return kept, excess, word, ""
+    note = f"errors {_listed(errors)}, condition {_listed(condition)}"
+    return kept, excess, word, note
+
+
+def _listed(values: Sequence[float]) -> str:
+    """Numbers with two digits."""
+    return ", ".join(f"{value:.1e}" for value in values)
 
 
 def random_mesh(case: Case, rtol: float) -> Judgement:
@@ -177,14 +204,19 @@ def estimated(
     errors: Sequence[float], estimates: Sequence[float], where: str, rtol: float = math.inf
 ) -> Judgement:
     """Digits, the largest error over its estimate, and whether rtol and estimates were kept."""
-    least = NEAR[where] / 10
-    worst = max(e / max(own, least) for e, own in zip(errors, estimates, strict=True))
-    trusted = worst <= 10
+    least = NEAR[where] / TRUSTED
+    worst = max(
+        error / max(estimate, least) for error, estimate in zip(errors, estimates, strict=True)
+    )
     honoured = max(errors) <= max(rtol, TOLERANCE)
-    word = "ok" if trusted and honoured else "lost" if trusted else "wrong"
-    told = f"errors {', '.join(f'{e:.1e}' for e in errors)} for rtol = {rtol:.1e}"
-    told += f", estimated {', '.join(f'{e:.1e}' for e in estimates)}"
-    return digits(errors), worst, word, "" if word == "ok" else told
+    if not worst <= TRUSTED:
+        word = "wrong"
+    elif not honoured:
+        word = "lost"
+    else:
+        return digits(errors), worst, "ok", ""
+    note = f"errors {_listed(errors)} for rtol = {rtol:.1e}, estimated {_listed(estimates)}"
+    return digits(errors), worst, word, note
 
 
 def digits(errors: Sequence[float]) -> tuple[float, float, float]:
@@ -221,27 +253,38 @@ def scene(name: str, unit: float) -> Scene:
 
 
 def _numbers(state: Equilibrium, unit: float) -> np.ndarray:
+    """Ends of the contacts, force and energy, as they are in the unit 1; NaN without contact."""
     ends = (state.contacts / unit).ravel() if state.contacts.size else np.full(2, math.nan)
     return np.array([*ends, state.force / unit**2, state.energy / unit**3])
 
 
 @functools.lru_cache(maxsize=64)
-def _plain(name: str, depth: float) -> tuple[Equilibrium, Equilibrium]:
+def _in_unit_1(name: str, depth: float) -> tuple[Equilibrium, Equilibrium]:
+    """The state on the mesh and on nodes."""
     own = scene(name, 1.0)
-    return minimise(own, depth), minimise(own, depth, method="lattice", spacing=1 / 400)
+    on_mesh = minimise(own, depth)
+    on_nodes = minimise(own, depth, method="lattice", spacing=1 / 400)
+    return on_mesh, on_nodes
 
 
 def compare(name: str, depth: float, unit: float) -> Judgement:
     """Digits on which two units agree; the lattice close to the default method."""
-    here, nodes = _plain(name, depth)
-    there = minimise(scene(name, unit), depth * unit)
-    size = max(1.0, np.abs(np.nan_to_num(_numbers(here, 1.0))).max())
-    apart = np.abs(np.nan_to_num(_numbers(there, unit) - _numbers(here, 1.0))) / size
-    if here.contacts.shape != there.contacts.shape:
+    on_mesh, on_nodes = _in_unit_1(name, depth)
+    scaled = minimise(scene(name, unit), depth * unit)
+    expected = _numbers(on_mesh, 1.0)
+    size = max(1.0, np.abs(np.nan_to_num(expected)).max())
+    apart = np.abs(np.nan_to_num(_numbers(scaled, unit) - expected)) / size
+    if on_mesh.contacts.shape != scaled.contacts.shape:
         apart[:] = 1.0
-    off = float(np.nan_to_num(np.abs(_numbers(nodes, 1.0) - _numbers(here, 1.0))).max() / size)
-    certified = here.certificate.ok and there.certificate.ok and nodes.certificate.ok
-    a, force, energy = (-math.log10(max(e, 1e-16)) for e in (apart[:2].max(), *apart[2:]))
-    word = "ok" if apart.max() <= ALIKE and off <= CLOSE and certified else "lost"
-    note = "" if word == "ok" else f"units differ by {apart.max():.1e}, lattice by {off:.1e}"
-    return (a, force, energy), float(apart.max()), word, note
+    of_nodes = np.nan_to_num(np.abs(_numbers(on_nodes, 1.0) - expected))
+    off = float(of_nodes.max() / size)
+    certified = all(state.certificate.ok for state in (on_mesh, scaled, on_nodes))
+
+    def kept(error: float) -> float:
+        return -math.log10(max(error, 1e-16))
+
+    found = (kept(apart[:-2].max()), kept(apart[-2]), kept(apart[-1]))
+    largest = float(apart.max())
+    if largest <= ALIKE and off <= CLOSE and certified:
+        return found, largest, "ok", ""
+    return found, largest, "lost", f"units differ by {largest:.1e}, lattice by {off:.1e}"
