@@ -18,7 +18,7 @@ from studies.scenes.fit.model import scene_with
 from studies.scenes.sweep.store import Record
 from studies.scenes.sweep.study import sweep, table
 from studies.shared.batches import tell
-from studies.shared.command import Output
+from studies.shared.command import Output, answer
 from studies.shared.figures import BLUE, Figure, canvas
 
 NORMAL = 1.96  # standard deviations, of intervals at 95 %
@@ -196,7 +196,6 @@ def report(
         name = f"{name}_shared_{shared}"
         record = fitted([str(found)])
     fits = record.column("fits") == 1
-    print(f"{int(fits.sum())} of {len(files)} curves are described by the model")
     for line in failures(record, files):
         print(line)
     if fits.any() and shown:
@@ -206,4 +205,5 @@ def report(
             print(f"{median}, 68 % of curves in [{low:.4g}, {high:.4g}]")
         written += out.figure(f"{name}.png", plot(record, shown, title))
     print(f"written: {', '.join(map(str, written))}")
+    answer(f"{int(fits.sum())} of {len(files)} curves are described by the model")
     return 0 if fits.all() else 1

@@ -139,13 +139,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(f"written: {out.table(f'{options.scene.stem}_plan.csv', vars(options), columns, rows)}")
     count = (5 if options.preset == "quick" else 20) if options.checks is None else options.checks
     if count < 2:
+        command.answer(f"this experiment {rows[0][-1]} to {100 * DETERMINED:.0f} %")
         return 0
     found = list(each(partial(checked, one), range(1, count + 1), options.jobs))
     off = 1.96 * np.sqrt(np.mean(np.square(found), axis=0)) / np.array(rows[0][1:3], float)
     failed = bool((off > FACTOR * (1 + math.sqrt(2 / count))).any())
     scatter = f"{off[0]:.2g} (w) and {off[1]:.2g} (gamma1) times the prediction"
     verdict = "failed" if failed else "passed"
-    print(f"the scatter of {count} simulated fits is {scatter}: {verdict}")
+    command.answer(f"the scatter of {count} simulated fits is {scatter}: {verdict}")
     return int(failed)
 
 

@@ -109,14 +109,20 @@ def plot(found: Fit, title: str) -> Figure:
     bottom.margins(y=0.25)
     top.set_ylabel(f"force P in {y.symbol}")
     top.legend(ncols=2)
-    values = ", ".join(_result(found, e) for e in found.estimates if e.name in NAMES)
-    verdict = "the model fits with" if found.quality.fits else "the model does NOT fit, nearest at"
-    figure.suptitle(f"{title}: {verdict}\n{values}", fontsize=11, wrap=True)
+    figure.suptitle(f"{title}\n{result(found)}", fontsize=11, wrap=True)
     return figure
 
 
-def _result(found: Fit, estimate: Estimate) -> str:
-    """A parameter as a figure shows it: its symbol, value and half the interval, with a unit."""
+def result(found: Fit) -> str:
+    """Whether the model fits, and the parameters, in a sentence."""
+    values = ", ".join(_value(found, e) for e in found.estimates if e.name in NAMES)
+    if found.quality.fits:
+        return f"the model fits with {values} (95 %)"
+    return f"the model does not fit; nearest are {values}"
+
+
+def _value(found: Fit, estimate: Estimate) -> str:
+    """A parameter as a sentence shows it: its symbol, value and half the interval, with a unit."""
     name = SYMBOLS.get(estimate.name, estimate.name)
     size, unit = prefixed(estimate.value, found.unit(estimate.name))
     value = estimate.value / size
@@ -254,4 +260,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
     written += out.figure(f"{name}.png", plot(found, given.title))
     print(f"written: {', '.join(map(str, written))}")
+    command.answer(result(found))
     return 0 if found.quality.fits else 1

@@ -39,7 +39,7 @@ from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import astray
 from studies.shared.batches import Progress, each, tell
-from studies.shared.command import Output
+from studies.shared.command import Output, answer
 from studies.shared.table import Columns, Table
 
 SPRINGS = {"rigid": math.inf, "k_c = 0.3": 0.3, "k_c = 0.08": 0.08, "k_c = 0.03": 0.03}  # N/m
@@ -351,4 +351,5 @@ def report(count: int, jobs: int, out: Output) -> int:
     written = out.table("fit_self_test.csv", params, *table(record))
     print(summary(record))
     print(f"written: {written}")
+    answer(f"the self-test {'passed' if record.passed else 'failed'}")
     return 0 if record.passed else 1

@@ -359,3 +359,22 @@ def test_legs_of_springs_without_tension_are_those_of_a_path(geometry, opening):
 def test_legs_of_springs_below_a_corner_are_followed():
     scene = replace(SCENE, surfaces=SurfaceEnergies.from_work(0.0, 1e-4), indenter=FlatPunch(1e-6))
     assert branches._slack_leg(scene, [0.0], 1e-7) is None
+
+
+def test_a_result_in_a_sentence():
+    """Values with units and half their intervals; none where the model does not fit."""
+    curve = sphere(0.08)
+    number = r"\d+\.\d+ ± \d+\.\d+"
+    fits = rf"the model fits with w = {number} µJ/m², γ₁ = {number} mJ/m², D₀ = \S+ ± \S+ [np]m "
+    assert re.fullmatch(fits + r"\(95 %\)", fit_study.result(fit(START, curve, **FAST)))
+    reversed_force = curve._replace(force=-curve.force)
+    said = fit_study.result(fit(START, reversed_force, **FAST))
+    assert said.startswith("the model does not fit; nearest are w = ") and "±" not in said
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [(1e-5, "0.0010 %"), (0.0182, "   1.8 %"), (0.02, "   2.0 %"), (3.456, "   346 %")],
+)
+def test_half_widths_are_shown_with_two_digits(share, shown):
+    assert plan._percent(share) == shown
