@@ -313,10 +313,9 @@ def test_the_tutorial_shows_what_is_so(tmp_path, capsys, monkeypatch):
     assert command_line.main([*command, "--out", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     lines = [line[4:].removesuffix("...").rstrip("; ") for line in shown.splitlines()]
-    told = [
-        line for line in lines if line.startswith(("w ", "gamma1 ", "offset ", "WARNING", "70"))
-    ]
-    assert len(told) == 6
+    beginnings = ("w ", "gamma1 ", "offset ", "WARNING", "70", "springs fit", "answer: ")
+    told = [line for line in lines if line.startswith(beginnings)]
+    assert len(told) == 8
     for line in told:
         assert any(alike(line, row) for row in said.splitlines()), line
     data = (ROOT / "studies" / "scenes" / "sphere_curve.csv").read_text("utf-8").splitlines()
