@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.many_lines import States
-from discretization.fitted.many_states import ManyFound, solved
+from discretization.fitted.many_states import ManyStates, solved
 from discretization.fitted.rest_depths import surfaces_of
 from discretization.fitted.single_contact import SingleContact, lowest_point
 from discretization.fitted.states import on_one_contact
@@ -197,12 +197,12 @@ def _check_angles(states: States, shape: tuple[int, ...]) -> None:
         )
 
 
-def _found(scene: Scene, states: States, shape: tuple[int, ...]) -> ManyFound:
+def _found(scene: Scene, states: States, shape: tuple[int, ...]) -> ManyStates:
     """All states, certified, in parts of some thousand."""
     apex, touch = _lowest(scene)
     contact = SingleContact(scene, surfaces_of(scene), apex, touch)
     count, together = states.depth.size, _TOGETHER[scene.slopes]
-    found = ManyFound.detached(count)
+    found = ManyStates.detached(count)
     for start in range(0, count, together):
         own = np.arange(start, min(start + together, count))
         part = solved(contact, states.of(own))

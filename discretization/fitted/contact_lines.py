@@ -3,9 +3,9 @@
 A state is the tuple of its lines from left to right, (left, right, left, right, ...); () is
 detached. In contact u = d - f is prescribed, so the free surfaces (two tails, and a gap between
 neighbouring contacts) do not feel each other, and each is followed by itself. Pressed
-(free_part.py), lines advance to the first place where they rest, a contact begins where the free
-surface touches the profile, and lines that meet close their gap. Retracted, lines recede to the
-first place where they rest, and contacts whose lines meet are gone.
+(pressed_surface.py), lines advance to the first place where they rest, a contact begins where the
+free surface touches the profile, and lines that meet close their gap. Retracted, lines recede to
+the first place where they rest, and contacts whose lines meet are gone.
 """
 
 from __future__ import annotations
@@ -20,16 +20,13 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.certificate import NotCertifiedError, worst
-from discretization.fitted.free_part import FreePart, Lines, pairs
 from discretization.fitted.line_search import MET, EquilibriumFinder, Pair
+from discretization.fitted.pressed_surface import MOST_CHANGES, Lines, PressedSurface, pairs
 from discretization.fitted.rest_depths import SIDES, TIE, ULPS, RestDepths, surfaces_of
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import LineState, Surfaces
 from energy import Scene
 from energy.arrays import Array, Mask
-
-# Gaps that open one after the other at a depth, at most: a profile has fewer samples (profile.py).
-_MOST = 100_000
 
 
 class LineStateRows(NamedTuple):
@@ -86,9 +83,9 @@ class ContactLines:
         return scene.indenter.convex and not scene.axisymmetric and scene.pattern is None
 
     @functools.cached_property
-    def free_part(self) -> FreePart:
+    def pressed_surface(self) -> PressedSurface:
         """What moves the lines of one free surface."""
-        return FreePart(EquilibriumFinder(self.rests))
+        return PressedSurface(EquilibriumFinder(self.rests))
 
     def adhered(self, depth: float) -> Lines:
         """The state of the path that touches first and then moves to this depth.
@@ -126,7 +123,9 @@ class ContactLines:
     def penetration(self, lines: Lines, depth: float) -> float:
         """How far the profile sticks through the free surfaces, at worst [length]."""
         parts = free_parts(lines)
-        clearances = [self.free_part.least(pair, depth, exact=True)[0] for pair in parts]
+        clearances = [
+            self.pressed_surface.least_clearance(pair, depth, exact=True)[0] for pair in parts
+        ]
         return worst(*(-clearance for clearance in clearances))
 
     def pointed(self, x: float) -> bool:
@@ -221,7 +220,7 @@ class ContactLines:
     def opening(self, lines: Lines, depth: float) -> list[float]:
         """Forces that would open contacts: where they do not adhere, and at corners."""
         scene = self.scene
-        search = self.free_part.search
+        search = self.pressed_surface.search
         ends = np.array(lines)
         unit = scene.stiffness * scene.elastocapillary_length
         without_adhesion = self.bare(ends.reshape(-1, 2))
@@ -243,12 +242,12 @@ class ContactLines:
     def pressed(self, lines: Lines, start: float, end: float) -> Lines:
         """Lines at rest at the depth `start`, taken to the depth `end` >= start.
 
-        Where a contact begins is known to a tolerance (free_part.py): lines that went too far for
-        it recede.
+        Where a contact begins is known to a tolerance (pressed_surface.py): lines that went too far
+        for it recede.
         """
         found: list[float] = []
         for pair in free_parts(lines):
-            found += self.free_part.advance(*pair, start, end)
+            found += self.pressed_surface.advance(*pair, start, end)
         return self.relaxed(tuple(found[1:-1]), end)
 
     def relaxed(self, lines: Lines, depth: float) -> Lines:
@@ -258,7 +257,7 @@ class ContactLines:
         than two lines hold, and without adhesion where the profile would pull at the surface.
         """
         lines = self.retracted(lines, depth)
-        for _ in range(_MOST):
+        for _ in range(MOST_CHANGES):
             gaps = {pair: self._opening_gap(*pair, depth) for pair in pairs(lines)}
             if not any(gaps.values()):
                 return lines
@@ -270,7 +269,7 @@ class ContactLines:
 
     def _opening_gap(self, left: float, right: float, depth: float) -> Lines:
         """The lines of a gap that opens in a contact by itself; () if nowhere."""
-        search = self.free_part.search
+        search = self.pressed_surface.search
         torn = search.opening_corners(left, right, depth, self.holds(self.profile.corners))
         if torn.size:
             corner = float(torn[0])
@@ -331,7 +330,7 @@ class ContactLines:
         for i in np.flatnonzero(recedes).tolist():
             least, q = contacts[i]
             p, most = contacts[i + 1]
-            surfaces[i] = self.free_part.search.recede(q, p, least, most, depth)
+            surfaces[i] = self.pressed_surface.search.recede(q, p, least, most, depth)
         return tuple(surfaces.ravel().tolist()[1:-1])
 
     def _closed(self, lines: Lines) -> Lines:

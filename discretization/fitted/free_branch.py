@@ -10,6 +10,7 @@ about an axis it falls to its least value, where the contact is lost, and grows 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,17 +18,39 @@ from scipy.interpolate import CubicSpline
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.many_lines import ManyLines, States
-from discretization.fitted.many_states import ManyContacts, ManyFound
+from discretization.fitted.many_states import ManyContacts, ManyStates
 from discretization.fitted.single_contact import SingleContact
 from discretization.routes import vectorised
 from energy import Scene
 from energy.arrays import Array
 
 _LOOKED_AT = np.exp2(np.arange(-30.0, 31.0, 0.5))  # of l: half-widths among which the ends are
-_PLACES = 33  # among which both ends are looked for, each time 16 times as close
-_ROUNDS = 3  # of that, after which a parabola and a straight line are exact to rounding of D
-_COARSE = 33  # half-widths from which it is known how far apart others have to be
-_UNEVEN = 3.0  # times the mean: how far apart roots of the distance from the end may be at most
+
+
+@dataclass(frozen=True)
+class SpreadRules:
+    """How half-widths are spread between the loss of contact and a depth.
+
+    Attributes
+    ----------
+    places : int
+        Places among which both ends are looked for, each time 16 times as close,
+    rounds : int
+        this many times; after that a parabola and a straight line are exact to rounding of D.
+    coarse : int
+        Half-widths from which it is known how far apart others have to be.
+    uneven : float
+        Times the mean: how far apart roots of the distance from the end may be at most.
+    """
+
+    places: int = 33
+    rounds: int = 3
+    coarse: int = 33
+    uneven: float = 3.0
+
+
+_SPREAD = SpreadRules()
+
 
 RestDepths = Callable[[Array], Array]
 
@@ -141,7 +164,7 @@ def spread_evenly(
     if ends is None:
         return None
     lost, largest = ends
-    a = lost + (largest - lost) * np.linspace(0.0, 1.0, _COARSE) ** 2
+    a = lost + (largest - lost) * np.linspace(0.0, 1.0, _SPREAD.coarse) ** 2
     root = _roots(rest_depth(a))
     if not (np.diff(root) > 0).all():
         return None
@@ -151,7 +174,7 @@ def spread_evenly(
         return None
     depth = rest_depth(a)
     steps = np.diff(_roots(depth))
-    if not (steps > 0).all() or steps.max() > _UNEVEN * steps.mean():
+    if not (steps > 0).all() or steps.max() > _SPREAD.uneven * steps.mean():
         return None
     return a, depth
 
@@ -181,14 +204,14 @@ def _ends(
         return None
     around = (float(places[max(least - 1, 0)]), float(places[least + 1]))
     between = (float(places[outer - 1]), float(places[outer]))
-    for _ in range(_ROUNDS):
-        around_least = np.linspace(*around, _PLACES)
-        around_end = np.linspace(*between, _PLACES)
+    for _ in range(_SPREAD.rounds):
+        around_least = np.linspace(*around, _SPREAD.places)
+        around_end = np.linspace(*between, _SPREAD.places)
         rest = rest_depth(np.append(around_least, around_end))
-        fall = rest[:_PLACES]
-        rise = rest[_PLACES:] - deepest
-        i = int(np.clip(np.argmin(fall), 1, _PLACES - 2))
-        j = int(np.clip(np.argmax(rise > 0), 1, _PLACES - 1))
+        fall = rest[: _SPREAD.places]
+        rise = rest[_SPREAD.places :] - deepest
+        i = int(np.clip(np.argmin(fall), 1, _SPREAD.places - 2))
+        j = int(np.clip(np.argmax(rise > 0), 1, _SPREAD.places - 1))
         around = (float(around_least[i - 1]), float(around_least[i + 1]))
         between = (float(around_end[j - 1]), float(around_end[j]))
     largest = _zero_of_line(between, rise[j - 1 : j + 1].tolist())
@@ -213,7 +236,7 @@ def _least_of_parabola(places: tuple[float, float], values: list[float]) -> floa
     return (inner + outer) / 2 + shift * (outer - inner) / 2
 
 
-def _states(contact: SingleContact, a: Array, depth: Array) -> ManyFound:
+def _states(contact: SingleContact, a: Array, depth: Array) -> ManyStates:
     """The states of these half-widths and depths, and what judges their lines."""
     states = _of_scene(contact.scene, depth)
     left = np.zeros_like(a) if contact.scene.axisymmetric else -a

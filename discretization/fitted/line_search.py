@@ -1,9 +1,10 @@
 """Where the two lines of a free surface come to rest at a fixed depth.
 
-Lines q < p of a gap between two contacts, or one of them at infinity: a tail. Advancing (way 1)
-they go to the first places where D >= d, receding (way -1) to the first where D <= d, D that of
-../surfaces. In a gap each feels the other: they take turns, and close to their resting places both
-are found at once by Newton's method, which is tried in every other sweep.
+The lines q < p are those of a gap between two contacts, or one of them is at infinity: a tail.
+Advancing (direction 1) they go to the first places where D >= d, receding (direction -1) to the
+first where D <= d, D that of ../surfaces. In a gap each feels the other: they move one after the
+other, and close to where they rest both are found at once by Newton's method, which is tried in
+every other sweep.
 """
 
 import functools
@@ -22,10 +23,33 @@ from energy.arrays import Array
 Pair = tuple[float, float]
 MET = 1e-9  # of l: lines closer than that have met
 PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap, and passes the certificate
-_SHUT = 1 / 4  # of that: what still keeps a gap open
-_SWEEPS = 1000  # over both lines at most; each is a contraction
-_STILL = 4e-16  # of the positions, two roundings: a line that moves less has come to rest
-_FURTHER = 4  # times the last step of lines that move on alike
+
+
+@dataclass(frozen=True)
+class TurnRules:
+    """When the two lines of a gap, which move one after the other, have come to rest.
+
+    Attributes
+    ----------
+    most_sweeps : int
+        Sweeps over both lines at most; each is a contraction.
+    still : float
+        Of the positions, two roundings: a line that moves less has come to rest.
+    further : int
+        The next step of lines that move on alike, over the last one.
+    still_open : float
+        Of PULLED: a pull that keeps a gap open.
+    """
+
+    most_sweeps: int = 1000
+    still: float = 4e-16
+    further: int = 4
+    still_open: float = 1 / 4
+
+
+_RULES = TurnRules()
+
+
 _ALONG = np.arange(1, 9) / 8  # parts of a step where it is read whether a line rests
 
 
@@ -46,7 +70,7 @@ class EquilibriumFinder:
         One closes at clearly less than opens one, or it would open and close for ever.
         """
         profile = self.rests.profile
-        least = _SHUT * self.least_pull(depth)
+        least = _RULES.still_open * self.least_pull(depth)
         own = profile.beyond(one, other)
         least_pulls = self._bounds[0, own.start : own.stop - 1] - depth
         between_samples = least_pulls * np.diff(profile.x[own])
@@ -146,7 +170,7 @@ class EquilibriumFinder:
     ) -> Pair | None:
         """Both lines move in turns until they rest; limits: of lines that recede."""
         least, most = limits
-        for sweep in range(_SWEEPS):
+        for sweep in range(_RULES.most_sweeps):
             if direction > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
             try_newton = not (math.isinf(q - p) or sweep % 2)
@@ -164,7 +188,7 @@ class EquilibriumFinder:
             a, b = ends
             lost = a < least or b > most
             # where an equilibrium is about to disappear lines tremble for ever: more is rounding
-            least_step = _STILL * (1 + sweep * sweep)
+            least_step = _RULES.still * (1 + sweep * sweep)
             rests = abs(a - q) <= least_step * abs(q) and abs(b - p) <= least_step * abs(p)
             if rests or math.isinf(a - b) or lost:
                 return ends
@@ -207,7 +231,7 @@ class EquilibriumFinder:
             The line beyond its free surface, infinite if there is none [length].
         depth : float
             [length].
-        way : {1, -1}
+        direction : {1, -1}
             1 where it advances, -1 where it recedes.
         exact : bool
             Whether the place itself is needed; otherwise it may be one just before it.
@@ -284,7 +308,7 @@ class EquilibriumFinder:
         own, other = (q, p) if side > 0 else (p, q)
         move = step[0] if side > 0 else step[1]
         while move:
-            move = _FURTHER * move
+            move = _RULES.further * move
             x = own + move
             passed = self.rests.profile.beyond(own, x)
             if passed.stop > passed.start or side * (other - x) <= 0:

@@ -14,22 +14,33 @@ from typing import Any
 import numpy as np
 
 from discretization.certificate import ROUNDING
-from discretization.fitted.single_contact import SingleContact
+from discretization.fitted.single_contact import DEEPEST_POWER, SingleContact
 from discretization.profile import past_wall
 from discretization.roots import EIGHTHS, MOST_STEPS, NARROWINGS, crossings
 from energy.arrays import Array, Indices, Mask
 
-# Of the size of displacements: D - d within the rounding of its terms, where moving a line costs
-# nothing.
-_TIE = ROUNDING
-# Each place at which the outer end of a bracket is looked for, over the one before.
-_FARTHER = 4.0
-# Of the size of displacements: from a larger D - d secants would not move. They are halved first.
-_STEEP = 30.0
-# Powers of e inwards of a radius in which the least D about an axis is looked for: down to 1e-13.
-_DEEP = 30.0
-# Of δ₀: so far below touching nothing holds; with a margin for rounding.
-_HOLDS = 1 + 1e-9
+
+@dataclass(frozen=True)
+class BracketRules:
+    """Where both ends of brackets of D = d are looked for.
+
+    Attributes
+    ----------
+    farther : float
+        Each place at which the outer end is looked for, over the one before.
+    steep : float
+        Of the size of displacements: from a larger D - d secants would not move, so that brackets
+        are halved first.
+    holds : float
+        Of δ₀: so far below touching no line holds; with a margin for rounding.
+    """
+
+    farther: float = 4.0
+    steep: float = 30.0
+    holds: float = 1 + 1e-9
+
+
+_BRACKET = BracketRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +91,7 @@ class ManyLines:
 
     Attributes
     ----------
-    alone : Alone
+    contact : SingleContact
         Their indenter and free surfaces.
     goal : ndarray (n,)
         The depth at which each line would rest, D = goal [length]. With tension it is the depth of
@@ -115,7 +126,7 @@ class ManyLines:
         ratio = states.work / states.gamma1
         lowest = np.full_like(size, -math.inf)
         if contact.scene.axisymmetric:
-            lowest = contact.touch - _HOLDS * separation
+            lowest = contact.touch - _BRACKET.holds * separation
         return cls(contact, states.depth, length, ratio, size, length, lowest)
 
     @classmethod
@@ -129,7 +140,7 @@ class ManyLines:
         level = np.minimum(np.maximum(depth, contact.touch), depth + separation)
         size = np.maximum(np.abs(depth), abs(contact.touch)) + separation
         size[size == 0] = 1.0  # a touch without adhesion: nothing is displaced
-        attached = level >= contact.touch - _TIE * size
+        attached = level >= contact.touch - ROUNDING * size
         goal = np.where(attached, np.maximum(level, contact.touch), level)
         none = np.zeros_like(depth)
         step = np.maximum(size, contact.scene.layer.h)
@@ -246,7 +257,7 @@ class ManyLines:
         """
         x = outer.copy()
         behind = self.off(side, outer, own, -1)
-        free = np.flatnonzero(behind > _TIE)
+        free = np.flatnonzero(behind > ROUNDING)
         x[free] = inner[free]
         ahead = self.off(side, inner[free], own[free], 1)
         free = free[ahead < 0]
@@ -277,7 +288,7 @@ class ManyLines:
         high = np.full(own.size, places.size)
         while (undecided := np.flatnonzero(low < high)).size:
             middle = (low[undecided] + high[undecided]) // 2
-            pins = self.off(side, places[middle], own[undecided], 1) > _TIE
+            pins = self.off(side, places[middle], own[undecided], 1) > ROUNDING
             high[undecided] = np.where(pins, middle, high[undecided])
             low[undecided] = np.where(pins, low[undecided], middle + 1)
         return low
@@ -308,7 +319,7 @@ class ManyLines:
             x = x[below]
             inner[left] = x
             low[left] = found[below]
-            span[left] *= _FARTHER
+            span[left] *= _BRACKET.farther
             ended = (x == limit) | ~np.isfinite(span[left])
             gone[left[ended]] = True
             left = left[~ended]
@@ -356,7 +367,7 @@ class ManyLines:
         outer = outer.copy()
         low = low.copy()
         high = high.copy()
-        steep = np.flatnonzero(~(high <= _STEEP))
+        steep = np.flatnonzero(~(high <= _BRACKET.steep))
         for _ in range(MOST_STEPS):
             if not steep.size:
                 break
@@ -367,7 +378,7 @@ class ManyLines:
             high[steep[above]] = value[above]
             inner[steep[~above]] = middle[~above]
             low[steep[~above]] = value[~above]
-            steep = steep[~(high[steep] <= _STEEP)]
+            steep = steep[~(high[steep] <= _BRACKET.steep)]
         return inner, outer, low, high
 
     def _pulled(self, side: int, own: Indices) -> tuple[Array, Mask]:
@@ -380,7 +391,7 @@ class ManyLines:
         edges = self._places(side)[1:]
         if edges.size:  # of these shapes only a flat punch has one: D falls up to it
             edge = np.full(own.size, edges[-1])
-            pinned = self.off(side, edge, own, -1) <= _TIE
+            pinned = self.off(side, edge, own, -1) <= ROUNDING
             found[pinned] = edge[pinned]
             return found, np.zeros(own.size, bool)
         touch = np.full(own.size, self.contact.touch)
@@ -416,7 +427,7 @@ class ManyLines:
             value = self.off(side, x, own[left])
             least = value.argmin(axis=1)
             lowest = value[np.arange(left.size), least]
-            below = lowest <= _TIE
+            below = lowest <= ROUNDING
             reached = np.where(lowest <= 0, (value <= 0).argmax(axis=1), least)
 
             # The place before the one that was reached is on the other side of the line.
@@ -459,7 +470,7 @@ class _LeastSearch:
     def inwards(cls, start: Array, value: Array) -> _LeastSearch:
         """From radii with these (D - d)/size almost to the axis."""
         first = np.zeros(start.size)
-        last = np.full(start.size, _DEEP)
+        last = np.full(start.size, DEEPEST_POWER)
         return cls(start, first, last, start.copy(), value.copy())
 
     def places(self, own: Indices) -> tuple[Array, Array]:

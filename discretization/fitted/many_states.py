@@ -16,8 +16,8 @@ import numpy as np
 
 from discretization.certificate import ROUNDING
 from discretization.fitted.many_lines import ManyLines, States
-from discretization.fitted.rest_depths import DIFFERENCE, DIFFERENCE_ULPS, FLAT, LEAST
-from discretization.fitted.single_contact import SingleContact
+from discretization.fitted.rest_depths import DIFFERENCES, FLAT
+from discretization.fitted.single_contact import UNDECIDED, SingleContact
 from discretization.quadrature import densities, summed_each
 from discretization.surfaces import menisci
 from discretization.surfaces.menisci import MeniscusSurfaces
@@ -27,12 +27,10 @@ from energy.arrays import Array, Indices, Mask
 
 # Of the sizes of the terms that a result is summed from: of the integrals and their sum.
 _SUMMED = 4 * ROUNDING
-# Of the size of depths: letting go and turning over at once, as for one state (states.py).
-_UNDECIDED = 1e-7
 
 
-class ManyFound(NamedTuple):
-    """What is known of many states; without contact all is 0, and there is no angle.
+class ManyStates(NamedTuple):
+    """Many states as arrays; without contact all is 0, and there is no angle.
 
     Attributes
     ----------
@@ -64,7 +62,7 @@ class ManyFound(NamedTuple):
     lost: Mask
 
     @classmethod
-    def detached(cls, count: int) -> ManyFound:
+    def detached(cls, count: int) -> ManyStates:
         """The flat surface without contact."""
         return cls(
             half_width=np.zeros(count),
@@ -80,26 +78,26 @@ class ManyFound(NamedTuple):
             lost=np.zeros(count, bool),
         )
 
-    def put(self, own: Indices, other: ManyFound) -> None:
+    def put(self, own: Indices, other: ManyStates) -> None:
         """Set the states of these numbers."""
         for mine, values in zip(self, other, strict=True):
             mine[own] = values
 
 
-def solved(contact: SingleContact, states: States) -> ManyFound:
+def solved(contact: SingleContact, states: States) -> ManyStates:
     """States at all depths, those with surface tension and those without each by themselves.
 
     Parameters
     ----------
-    alone : Alone
+    contact : SingleContact
         The contact of the scene that they share.
     states : States
 
     Returns
     -------
-    ManyFound
+    ManyStates
     """
-    found = ManyFound.detached(states.depth.size)
+    found = ManyStates.detached(states.depth.size)
     tense = states.gamma1 > 0
     for which, lines_of in ((tense, ManyLines.tense), (~tense, ManyLines.slack)):
         own = np.flatnonzero(which)
@@ -109,13 +107,13 @@ def solved(contact: SingleContact, states: States) -> ManyFound:
     return found
 
 
-def _of_lines(lines: ManyLines, states: States) -> ManyFound:
+def _of_lines(lines: ManyLines, states: States) -> ManyStates:
     """States with their contact lines brought to rest."""
     contact = lines.contact
     left, right, lost = _both(lines)
     touches = (left < right) | ((left == right) & (lines.goal >= contact.touch))
     touches &= ~lost
-    found = ManyFound.detached(states.depth.size)
+    found = ManyStates.detached(states.depth.size)
     own = np.flatnonzero(touches)
     if own.size:
         contacts = ManyContacts(lines.of(own), states.of(own), left[own], right[own])
@@ -126,7 +124,7 @@ def _of_lines(lines: ManyLines, states: States) -> ManyFound:
     found.residual[detached_states] = _penetration(contact, states, detached_states)
     if contact.scene.slopes == "finite" and not contact.scene.axisymmetric and lines.length.any():
         apex = np.full(detached_states.size, contact.apex)
-        near = detached_states[np.abs(lines.off(1, apex, detached_states)) <= _UNDECIDED]
+        near = detached_states[np.abs(lines.off(1, apex, detached_states)) <= UNDECIDED]
         u = (states.depth[near] - contact.touch) / lines.length[near]
         found.lost[near] = _turned(contact.surfaces, np.zeros(near.size), u)
     return found
@@ -164,7 +162,7 @@ def _turned(surfaces: Surfaces, s: Array, u: Array) -> Mask:
     return np.concatenate([first, second])
 
 
-class Beside(NamedTuple):
+class Contribution(NamedTuple):
     """What one line and its free surface contribute to a state, and what judges the line.
 
     Attributes
@@ -205,21 +203,21 @@ class ManyContacts:
     right: Array
 
     @functools.cached_property
-    def lone(self) -> Mask:
+    def pointed(self) -> Mask:
         """Which contacts are of one point."""
         return self.left == self.right
 
     @property
-    def found(self) -> ManyFound:
+    def found(self) -> ManyStates:
         """Energies, forces, angles and what judges the lines."""
         scene = self.lines.contact.scene
-        sides = [self._beside(1, self.right)]
+        sides = [self._contribution(1, self.right)]
         if not scene.axisymmetric:
             mirrored = scene.indenter.symmetric and self.lines.contact.apex == 0
-            sides.append(sides[0] if mirrored else self._beside(-1, self.left))
+            sides.append(sides[0] if mirrored else self._contribution(-1, self.left))
         deficit = np.mean([side.deficit for side in sides], axis=0)
         width = self.right - self.left
-        return ManyFound(
+        return ManyStates(
             half_width=self.right if scene.axisymmetric else width / 2,
             force=np.sum([side.force for side in sides], axis=0),
             energy=np.sum([side.energy for side in sides], axis=0),
@@ -233,7 +231,7 @@ class ManyContacts:
             lost=np.any([side.lost for side in sides], axis=0),
         )
 
-    def _beside(self, side: int, x: Array) -> Beside:
+    def _contribution(self, side: int, x: Array) -> Contribution:
         """The contact from the apex to a line, and the free surface beyond it."""
         scene = self.lines.contact.scene
         states = self.states
@@ -257,7 +255,7 @@ class ManyContacts:
             energy_size = energy_size + surface_energy
             force_size = force_size + unit * np.abs(pull)
         moves = self._moves(x, pinned, rate)
-        return Beside(
+        return Contribution(
             energy,
             force,
             deficit,
@@ -329,7 +327,7 @@ class ManyContacts:
         or with finite slopes the sine of the inclination, per length of the line.
         """
         scene = self.lines.contact.scene
-        own = np.where(pinned, np.where(self.lone, side, -side), 0)
+        own = np.where(pinned, np.where(self.pointed, side, -side), 0)
         slope_there = side * np.asarray(scene.indenter.slope_beside(x, own), float)
         if scene.axisymmetric:
             pull = np.divide(pull, s, out=np.zeros_like(s), where=s > 0)
@@ -348,13 +346,11 @@ class ManyContacts:
         off = np.abs(rest - lines.goal)
         pinned_lines = np.flatnonzero(pinned)
         if pinned_lines.size:
-            ahead = lines.goal[pinned_lines] - lines.rest_depth(
-                side, x[pinned_lines], pinned_lines, 1
-            )
-            behind = (
-                lines.rest_depth(side, x[pinned_lines], pinned_lines, -1) - lines.goal[pinned_lines]
-            )
-            behind = np.where(self.lone[pinned_lines], 0.0, behind)
+            at = x[pinned_lines]
+            goal = lines.goal[pinned_lines]
+            ahead = goal - lines.rest_depth(side, at, pinned_lines, 1)
+            behind = lines.rest_depth(side, at, pinned_lines, -1) - goal
+            behind = np.where(self.pointed[pinned_lines], 0.0, behind)
             off[pinned_lines] = np.maximum(np.maximum(ahead, behind), 0.0)
         size = lines.size + lines.length * self._steepest(x)
         return np.asarray(off / size)
@@ -381,7 +377,7 @@ class ManyContacts:
             return np.nan_to_num(rate), np.ones(x.size, bool)
         span = self.states.length
         if scene.axisymmetric:
-            span = np.minimum(np.maximum(x, LEAST * span), span)
+            span = np.minimum(np.maximum(x, DIFFERENCES.least_radius * span), span)
         low, high = self._difference(x, span)
         own = np.arange(x.size)
         rise = lines.rest_depth(side, high, own) - lines.rest_depth(side, low, own)
@@ -396,7 +392,7 @@ class ManyContacts:
         span: the length over which D varies.
         """
         indenter = self.lines.contact.scene.indenter
-        step = np.maximum(DIFFERENCE * span, DIFFERENCE_ULPS * np.spacing(np.abs(x)))
+        step = np.maximum(DIFFERENCES.step * span, DIFFERENCES.least_ulps * np.spacing(np.abs(x)))
         low = x - step
         high = x + step
         corners = np.asarray(indenter.corners, float)
@@ -417,7 +413,7 @@ def integrals(contact: SingleContact, side: int, x: Array) -> Array:
 
     Parameters
     ----------
-    alone : Alone
+    contact : SingleContact
     side : {1, -1}
         1 for right lines.
     x : ndarray (n,)

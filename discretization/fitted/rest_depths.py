@@ -28,12 +28,35 @@ TIE = 1e-13
 ULPS = 4.0
 SIDES = np.array([1, -1])  # of the left and the right line of a free surface
 
-# Central differences of D.
-DIFFERENCE = 1e-6  # of the room between two lines, or of l: near the cube root of rounding
-_WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
-DIFFERENCE_ULPS = 2.0**10  # roundings of a position: a step that is off by a thousandth at most
-LEAST = 1e-9  # of l: about an axis smaller radii have the step of this one
-_SMALL = 1e-6  # of l: the rounding of positions beside 0 is that of this one
+
+@dataclass(frozen=True)
+class DifferenceRules:
+    """Steps of the central differences of D by the lines.
+
+    Attributes
+    ----------
+    step : float
+        Of the width of a gap, or of l: near the cube root of rounding, at which a central
+        difference is best.
+    widest : float
+        The same for a gap that is so narrow that D is hardly known, at most.
+    least_ulps : float
+        Roundings of a position, at least: then the step itself is off by a thousandth at most.
+    least_radius : float
+        Of l: about an axis lines at smaller radii have the step of this one.
+    least_position : float
+        Of l: the rounding of positions beside 0 is that of this one.
+    """
+
+    step: float = 1e-6
+    widest: float = 1e-2
+    least_ulps: float = 2.0**10
+    least_radius: float = 1e-9
+    least_position: float = 1e-6
+
+
+DIFFERENCES = DifferenceRules()
+
 
 # When a line is stable.
 # Of the size of depths over l, or over the radius of a single contact about an axis if that is less
@@ -107,8 +130,8 @@ class RestDepths:
         q = lines[..., 0]
         p = lines[..., 1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            steep = self.length / np.maximum(p - q, 0.0)
-        found = np.asarray(self.size * steep**2)
+            length_ratio = self.length / np.maximum(p - q, 0.0)  # l/L
+        found = np.asarray(self.size * length_ratio**2)
         near = self._narrow(q, p)
         if near.any():
             ends = lines[near]
@@ -116,7 +139,7 @@ class RestDepths:
             slope = slope.reshape(ends.shape)
             bend = np.abs(np.diff(slope) / np.diff(ends))[..., 0]
             terms = np.abs(slope).sum(axis=-1) + np.abs(ends).max(axis=-1) * bend
-            found[near] = _ROUNDED * self.length * terms * steep[near]
+            found[near] = _ROUNDED * self.length * terms * length_ratio[near]
         return np.asarray(EPSILON * found)
 
     def _narrow(self, q: Any, p: Any) -> Mask:
@@ -184,14 +207,12 @@ class RestDepths:
         return LinePosition(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
 
     def w(self, direction: Any) -> Any:
-        """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
+        """The work of adhesion of contacts that close (direction 1), and that open (-1)."""
         closing = self.scene.work_of_adhesion
         opening = self.scene.opened.work_of_adhesion
-        return (
-            closing
-            if closing == opening
-            else np.where(np.greater(direction, 0), closing, opening)[()]
-        )
+        if closing == opening:
+            return closing
+        return np.where(np.greater(direction, 0), closing, opening)[()]
 
     def between_corners(self, lines: Array, direction: int) -> Array:
         """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
@@ -208,7 +229,7 @@ class RestDepths:
 
     def _spacing(self, x: Array) -> Array:
         """Rounding of positions, at 0 of a small part of l: an indenter may divide them by that."""
-        return np.spacing(np.maximum(np.abs(x), _SMALL * self.length))
+        return np.spacing(np.maximum(np.abs(x), DIFFERENCES.least_position * self.length))
 
     def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: LinePosition, w: Any) -> Array:
         """D of lines with heights and slopes that face others, infinite if there is none.
@@ -247,7 +268,7 @@ class RestDepths:
             Those of the lines beyond their free surfaces, infinite where there is none [length].
         aside : {1, -1}
             Whether D is read just outwards (1) or inwards (-1) of the contact.
-        way : {1, -1}
+        direction : {1, -1}
             1 with the adhesion of a contact that closes, -1 of one that opens.
         adheres : bool
             False for D without adhesion.
@@ -260,12 +281,12 @@ class RestDepths:
         """
         side = np.asarray(side)
         indenter = self.profile.indenter
-        outwards = side * aside
+        towards = side * aside  # 1 to the right, -1 to the left
         z = np.array([x, facing])
         known, other = np.where(np.isfinite(z), z, self.profile.x[0])
-        f, f1 = self.profile.one_sided(known, outwards)
+        f, f1 = self.profile.one_sided(known, towards)
         beyond = LinePosition(facing, np.asarray(indenter.height(other), float))
-        place = self.profile.past(x, outwards)
+        place = self.profile.past(x, towards)
         rest = self._of(side, place, f, f1, beyond, self.w(direction) * adheres)
         if indenter.walls:
             past = past_wall(indenter, x, side, aside)
@@ -273,7 +294,7 @@ class RestDepths:
         return rest
 
     def ahead(self, lines: Array, direction: int) -> Array:
-        """D just ahead of lines (.., 2) that move outwards of contacts (way 1) or inwards (-1)."""
+        """D just ahead of lines (.., 2) that advance (direction 1) or recede (-1)."""
         return self.one_sided(SIDES, lines, lines[..., ::-1], direction, direction)
 
     def depths(self, lines: Array, direction: int) -> Array:
@@ -292,7 +313,7 @@ class RestDepths:
             Positions of the left and right line [length], infinite where there is none.
         room : ndarray (2, n, 2)
             The places between which they move without passing a corner [length].
-        way : {1, -1}
+        direction : {1, -1}
             1 where contacts close, -1 where they open.
         """
         inner = np.isfinite(lines)
@@ -330,10 +351,26 @@ class RestDepths:
         return self._of(SIDES, lines, f, f1, beyond, self.w(direction))
 
     def condition(self, rate: Array, free: Mask, *, single: bool) -> tuple[Array, Mask]:
-        """How far lines move over what D is off by (n, 2), and whether they are stable (n,).
+        """How far lines move if D is off, and whether they are stable.
 
-        D of both lines may be off alike or oppositely. Where D is least the line of a lone contact
-        is found to the root of its rounding.
+        D of both lines may be off alike or oppositely. Where D is least, the line of a single
+        contact is found to the root of its rounding: there dD/dx may be 0 but for FLAT.
+
+        Parameters
+        ----------
+        rate : ndarray (n, 2, 2)
+            Changes of D of both lines (rows) with both.
+        free : ndarray of bool (n, 2)
+            Which lines are not pinned.
+        single : bool
+            Whether they are the lines of the only contact.
+
+        Returns
+        -------
+        moved : ndarray (n, 2)
+            How far lines move over what D is off by.
+        stable : ndarray of bool (n,)
+            Whether both lines together are stable.
         """
         ones = np.ones(free.shape)
         alike = np.abs(solved(rate, ones, free))
@@ -343,22 +380,31 @@ class RestDepths:
         return np.maximum(alike, oppositely), stable(rate + _GROWING * slack, free)
 
     def step(self, lines: Array) -> Array:
-        """Steps (..) of central differences of D by lines (.., 2) of surfaces.
+        """Steps of the central differences of D by the lines of surfaces.
 
         They are parts of l, of the width of a gap, or about an axis of the radius. In a narrow gap
         of width L, D varies by (L/l)² of the size of depths and is known to ε (l/L)² of it: the
         part is the cube root of the ratio ε (l/L)⁴.
+
+        Parameters
+        ----------
+        lines : ndarray (.., 2)
+            Positions [length].
+
+        Returns
+        -------
+        ndarray (..)
+            One step for both lines [length].
         """
         width = lines[..., 1] - lines[..., 0]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            steep = np.maximum(self.length / width, 0.0)
-            part = np.clip(np.cbrt(EPSILON * steep**4), DIFFERENCE, _WIDEST)
+            length_ratio = np.maximum(self.length / width, 0.0)  # l/L
+            part = np.clip(np.cbrt(EPSILON * length_ratio**4), DIFFERENCES.step, DIFFERENCES.widest)
         furthest = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
         if self.scene.axisymmetric:
-            width = np.minimum(width, np.maximum(furthest, LEAST * self.length))
-        least = np.minimum(
-            DIFFERENCE_ULPS * np.spacing(furthest), width / 4
-        )  # where l is none beside x
+            width = np.minimum(width, np.maximum(furthest, DIFFERENCES.least_radius * self.length))
+        # Where l is rounding beside x, a step of a part of l would move nothing.
+        least = np.minimum(DIFFERENCES.least_ulps * np.spacing(furthest), width / 4)
         return np.asarray(np.maximum(part * np.minimum(width, self.length), least))
 
 

@@ -29,41 +29,74 @@ import numpy as np
 
 from discretization.certificate import ROUNDING
 from discretization.fitted.line_search import Pair
-from discretization.fitted.rest_depths import (
-    DIFFERENCE,
-    DIFFERENCE_ULPS,
-    FLAT,
-    LEAST,
-    ULPS,
-    surfaces_of,
-)
+from discretization.fitted.rest_depths import DIFFERENCES, FLAT, ULPS, surfaces_of
 from discretization.profile import past_wall, unknown
 from discretization.roots import bracketed, bracketed_minimum
 from discretization.surfaces.protocol import Free, LinePosition, LineState, Surfaces
 from energy import Indenter, Scene
 from energy.arrays import Array
 
-# Of the size of depths: D - d within the rounding of its terms, where moving a line costs nothing.
-_NEUTRAL = ROUNDING
-# Distance from an apex at 0, in any unit of length: products of smaller numbers are subnormal and
-# lose digits.
-_TIP = 2.0**-1000
-# Of the slope beside the apex: if it falls by less over half of the orders of magnitude down to the
-# nearest place, it does not fall towards 0, and the apex is a kink that nobody declared.
-_ROUNDED = 1e-6
-# Of the size of depths: D - d of a line that has been found, above the rounding of a root finder.
-_RESTS = 1e-11
-# Of l: half the width of contacts in which a difference of two steps would look beyond the apex.
-_NARROW = 8 * DIFFERENCE
-# Of LEAST: beside the axis D is next to nothing whether a line rests or not.
-_TOUCHING = 2.0**-100
+
+@dataclass(frozen=True)
+class ApexRules:
+    """Lines so near to an apex that their distance from it is found by its logarithm.
+
+    Attributes
+    ----------
+    tip : float
+        Distance from an apex at 0, in any unit of length: products of smaller numbers are subnormal
+        and lose digits.
+    flatter : float
+        Of the slope beside the apex: if it falls by less over half of the orders of magnitude down
+        to the nearest place, it does not fall towards 0, and the apex is a kink that nobody
+        declared.
+    rests : float
+        Of the size of depths: D - d of a line that has been found, above the rounding of a root
+        finder.
+    narrow : float
+        Of l: half the width of contacts in which a difference of two steps would look beyond the
+        apex.
+    touching : float
+        Of the least radius of a difference: beside the axis D is next to nothing whether a line
+        rests or not.
+    """
+
+    tip: float = 2.0**-1000
+    flatter: float = 1e-6
+    rests: float = 1e-11
+    narrow: float = 8 * DIFFERENCES.step
+    touching: float = 2.0**-100
+
+
+_APEX = ApexRules()
+
+
+@dataclass(frozen=True)
+class LowestPoint:
+    """Where the lowest point of a profile is looked for.
+
+    Attributes
+    ----------
+    within : float
+        Of a length of the scene: a lowest point further away is where the slope of a profile that
+        falls for ever has become too small for doubles.
+    at_corner : float
+        Of the same: a corner so near to where the slope changes its sign is the lowest point
+        itself.
+    """
+
+    within: float = 1e30
+    at_corner: float = 1e-12
+
+
+_LOWEST = LowestPoint()
+
+
 # Powers of e inwards of a radius in which the least D about an axis is looked for: down to 1e-13.
-_DEEP = 30.0
-# Of a length of the scene: a lowest point further away is where the slope of a profile that falls
-# for ever has become too small for doubles.
-_LOWEST_WITHIN = 1e30
-# Of the same: a corner so near to where the slope changes its sign is the lowest point itself.
-_AT_CORNER = 1e-12
+DEEPEST_POWER = 30.0
+# Of the size of depths: so close to the depth at which a contact is lost the surface beside it may
+# turn over at once, and a state without contact is not known to exist.
+UNDECIDED = 1e-7
 
 Excess = Callable[[float], float]  # D - d of a line at a position
 
@@ -188,12 +221,14 @@ class SingleContact:
         apex = self.apex
         if scene.axisymmetric or apex in indenter.corners or apex in indenter.extent:
             return 0.0
-        least = max(_TIP, ULPS * math.ulp(apex)) if apex else _TIP
-        middle = max(least, math.sqrt(least * LEAST * scene.elastocapillary_length))
+        least = max(_APEX.tip, ULPS * math.ulp(apex)) if apex else _APEX.tip
+        middle = max(
+            least, math.sqrt(least * DIFFERENCES.least_radius * scene.elastocapillary_length)
+        )
         sides = np.array(self.sides)
         near = sides * indenter.slope(apex + sides * least)
         far = sides * indenter.slope(apex + sides * middle)
-        falls_to_zero = (near < (1 - _ROUNDED) * far).all()
+        falls_to_zero = (near < (1 - _APEX.flatter) * far).all()
         return least if falls_to_zero else 0.0
 
     def line_states(self, lines: Sequence[float], depth: float) -> list[LineState]:
@@ -264,8 +299,8 @@ class SingleContact:
         In a contact of a small width it does not look beyond the apex either.
         """
         corners = self.scene.indenter.corners
-        step = max(DIFFERENCE * self._span(x), DIFFERENCE_ULPS * math.ulp(x))
-        if width <= _NARROW * self.scene.elastocapillary_length and x != self.apex:
+        step = max(DIFFERENCES.step * self._span(x), DIFFERENCES.least_ulps * math.ulp(x))
+        if width <= _APEX.narrow * self.scene.elastocapillary_length and x != self.apex:
             step = min(step, abs(x - self.apex) / 2)
         before = max((corner for corner in corners if corner < x), default=-math.inf)
         after = min((corner for corner in corners if corner > x), default=math.inf)
@@ -276,7 +311,11 @@ class SingleContact:
     def _span(self, x: float) -> float:
         """The length over which D of a line varies: l, or about an axis a smaller radius."""
         length = self.scene.elastocapillary_length
-        return min(max(x, LEAST * length), length) if self.scene.axisymmetric else length
+        return (
+            min(max(x, DIFFERENCES.least_radius * length), length)
+            if self.scene.axisymmetric
+            else length
+        )
 
     def _within(self, x: float) -> float:
         """The position, or the end of the known profile if that is nearer."""
@@ -314,7 +353,7 @@ class SingleContact:
             return np.asarray(self.rest_depth(1, outer * np.exp(-powers)))
 
         depth_at_outer = float(self.rest_depth(1, outer, -1))
-        power, least_depth = bracketed_minimum(inwards, 0.0, _DEEP, -math.inf)
+        power, least_depth = bracketed_minimum(inwards, 0.0, DEEPEST_POWER, -math.inf)
         inner = outer * math.exp(-power)
         places = (inner, least_depth), (outer, depth_at_outer), (0.0, self.touch)
         return min(places, key=lambda place: place[1])
@@ -356,7 +395,7 @@ class SingleContact:
         places = [start, *outer_corners[::side]]
         positions = np.array(places) if outer_corners else start
         ahead = np.atleast_1d(self.rest_depth(side, positions, 1) - depth)
-        tie = _NEUTRAL * self.size(depth, self.touch)
+        tie = ROUNDING * self.size(depth, self.touch)
         inside = start
         for x, excess_ahead in zip(places, ahead.tolist(), strict=True):
             if excess_ahead > tie:
@@ -371,11 +410,11 @@ class SingleContact:
     def _beyond_corners(self, excess: Excess, side: int, last: float, depth: float) -> float:
         """A line that rests beyond the last corner, or beyond the apex if there is none."""
         found = bracketed(excess, *self._around(excess, side, last, depth))
-        near = LEAST * self.scene.elastocapillary_length
+        near = DIFFERENCES.least_radius * self.scene.elastocapillary_length
         if last != self.apex or abs(found - last) > near:
             return found
-        rests = abs(excess(found)) <= _RESTS * self.size(depth, self.touch)
-        if rests and not (self.scene.axisymmetric and found < _TOUCHING * near):
+        rests = abs(excess(found)) <= _APEX.rests * self.size(depth, self.touch)
+        if rests and not (self.scene.axisymmetric and found < _APEX.touching * near):
             return found
         return self._beside_apex(excess, side, found)
 
@@ -385,7 +424,7 @@ class SingleContact:
         found: by the distance itself, if this does not find it.
         """
         apex = self.apex
-        tip = _TIP if self.scene.axisymmetric else self.tip
+        tip = _APEX.tip if self.scene.axisymmetric else self.tip
         if not tip:
             return found
         if excess(apex + side * tip) >= 0:
@@ -395,7 +434,7 @@ class SingleContact:
             return excess(apex + side * math.exp(t))
 
         nearest = math.log(tip)
-        furthest = math.log(LEAST * self.scene.elastocapillary_length)
+        furthest = math.log(DIFFERENCES.least_radius * self.scene.elastocapillary_length)
         return apex + side * math.exp(bracketed(excess_by_logarithm, nearest, furthest))
 
     def _around(self, excess: Excess, side: int, start: float, depth: float) -> Pair:
@@ -452,10 +491,10 @@ def lowest_point(indenter: Indenter, size: float) -> float:
     x = start
     if rise(start):
         x = next((x for _, x in _further(start, side * size, limit) if rise(x) >= 0), limit)
-    if not math.isfinite(x) or abs(x - start) > _LOWEST_WITHIN * size:
+    if not math.isfinite(x) or abs(x - start) > _LOWEST.within * size:
         raise ValueError(f"indenter = {indenter!r} has no lowest point; give it a finite extent")
     if rise(x) > 0 and x != start:
         x = bracketed(rise, start, x)
     corners = np.asarray(indenter.corners, float)
-    near = corners[np.abs(corners - x) <= _AT_CORNER * size].tolist()
+    near = corners[np.abs(corners - x) <= _LOWEST.at_corner * size].tolist()
     return min([*near, x], key=lambda z: float(indenter.height(z)))

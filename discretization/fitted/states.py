@@ -12,6 +12,7 @@ same state.
 import math
 import warnings
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from discretization.certificate import AccuracyWarning, Certificate, NotCertifie
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contact_lines import ContactLines, Lines
 from discretization.fitted.contacts import Contacts, certify, errors
-from discretization.fitted.single_contact import SingleContact
+from discretization.fitted.single_contact import UNDECIDED, SingleContact
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
 from discretization.profile import LOOKS, resolve, warn_hidden
@@ -27,20 +28,40 @@ from discretization.refine.nodes import slope_turns
 from energy import Scene
 from energy.arrays import Array
 
-_PER_LENGTH = 16  # nodes per l of the first lattice
-_PER_WAVE = (
-    16  # nodes of it per wave: from where the slope turns round to where it does so likewise
-)
-_NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count as a wave
-_LATTICES = 4  # at most, each with half the spacing of the last
-_BESIDE = 1 / 64  # of δ₀: depths beside the one asked for, whose lowest states are tried as well
-_MOST_RINGS = 6000  # of a lattice of which only the topology is needed: what takes some seconds
-# Of the energy's scale: energies of the same state, far above rounding and as far below what two
-# states differ by that a lattice tells apart.
-_SAME = 1e-9
-# Of the size of depths: so close to the depth at which a contact is lost the surface beside it may
-# turn over at once, and a state without contact is not known to exist.
-_UNDECIDED = 1e-7
+
+@dataclass(frozen=True)
+class LatticeSearch:
+    """Lattices on which the state of least energy is looked for.
+
+    Attributes
+    ----------
+    per_length : int
+        Nodes in l of the first one.
+    per_wave : int
+        Nodes of it in a wave: from where the slope turns round to where it does so likewise.
+    noticed : float
+        Of √(2w/γ₁): changes of the slope that count as a wave.
+    most_lattices : int
+        Lattices at most, each with half the spacing of the last.
+    aside : float
+        Of δ₀: depths on both sides of that of the state, whose lowest contacts are tried as well.
+    most_nodes : int
+        Nodes at most, as only the contacts are needed: what takes some seconds.
+    same_energy : float
+        Of the energy's scale: energies of the same state, far above rounding and as far below what
+        two states differ by that a lattice tells apart.
+    """
+
+    per_length: int = 16
+    per_wave: int = 16
+    noticed: float = 1 / 4
+    most_lattices: int = 4
+    aside: float = 1 / 64
+    most_nodes: int = 6000
+    same_energy: float = 1e-9
+
+
+_SEARCH = LatticeSearch()
 
 
 def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
@@ -77,7 +98,7 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     else:
         size = contact.size(depth) or 1.0
         distance = abs(float(contact.rest_depth(1, contact.apex)) - depth)
-        if distance <= _UNDECIDED * size:
+        if distance <= UNDECIDED * size:
             contact.solve(1, contact.apex, depth)  # raises where the surface would turn over
     return state_of(contact, (), depth, branch)
 
@@ -149,17 +170,17 @@ def _lowest_of_discs(contact_lines: ContactLines, adhered: Equilibrium) -> Equil
 def _lowest_on_lattices(contact_lines: ContactLines, adhered: Equilibrium) -> Equilibrium:
     """The state of least energy to which finer and finer lattices lead.
 
-    They are halved until two of them lead to the same state, with as many contacts as the lattice
-    itself has. A warning says that this has not happened.
+    The spacing is halved until two lattices lead to the same state, with as many contacts as the
+    finer one has itself. A warning says that this has not happened.
     """
     found: list[Equilibrium] = []
-    same = False
-    for candidates, contacts_on_lattice in _lowest(contact_lines, adhered.depth):
+    is_confirmed = False
+    for candidates, contacts_on_lattice in _lattice_candidates(contact_lines, adhered.depth):
         found.append(_lowest_of(contact_lines, candidates, adhered))
-        same = len(found) > 1 and _alike(*found[-2:])
-        if same and len(found[-2].contacts) == contacts_on_lattice:
+        is_confirmed = len(found) > 1 and _alike(*found[-2:])
+        if is_confirmed and len(found[-2].contacts) == contacts_on_lattice:
             break
-    if not same:
+    if not is_confirmed:
         warnings.warn(
             f"the lowest energy at depth = {adhered.depth!r} is not the same on lattices each with "
             "half the spacing of the last: the state found may not be the lowest; give a spacing, "
@@ -174,32 +195,49 @@ def _alike(one: Equilibrium, other: Equilibrium) -> bool:
     """Whether two states are the same, by their energies and the number of their contacts."""
     if len(one.contacts) != len(other.contacts):
         return False
-    return abs(one.energy - other.energy) <= _SAME * other.scales["energy"]
+    return abs(one.energy - other.energy) <= _SEARCH.same_energy * other.scales["energy"]
 
 
-def _lowest(contact_lines: ContactLines, depth: float) -> Iterator[tuple[set[Lines], int]]:
-    """The lowest rings of finer and finer lattices, moved to rest, and how many there were.
+def _lattice_candidates(
+    contact_lines: ContactLines, depth: float
+) -> Iterator[tuple[set[Lines], int]]:
+    """Contacts of least energy on finer and finer lattices, moved to rest on the mesh.
 
     Those of depths a little less and more are among them: two states may have so nearly the same
     energy that a lattice takes one for the other.
+
+    Yields
+    ------
+    candidates : set of tuple of float
+        Lines at rest at the depth [length]; () without contact.
+    contacts : int
+        How many contacts the lattice itself has at the depth.
     """
     scene = contact_lines.scene
+    aside = _SEARCH.aside * scene.critical_separation
+    for spacing in _spacings(contact_lines):
+        lattice = Lattice.of(scene, spacing)
+        candidates: set[Lines] = {()}
+        for lattice_depth in (depth - aside, depth + aside, depth):
+            nodes = lowest_contacts(lattice.scene_on_nodes(scene), lattice_depth, lattice)
+            x = lattice.x(nodes.astype(float).ravel())
+            lines = np.clip(x, *scene.indenter.extent)
+            candidates.add(contact_lines.settled(tuple(lines.tolist()), depth))
+        yield candidates, len(nodes)
+
+
+def _spacings(contact_lines: ContactLines) -> list[float]:
+    """Spacings of the lattices [length], by the shortest wave of the profile and l."""
+    scene = contact_lines.scene
     profile = contact_lines.profile
-    noticed = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-    turns = slope_turns(profile.x, profile.slope, noticed)
+    kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+    turns = slope_turns(profile.x, profile.slope, _SEARCH.noticed * kink)
     waves = turns[2:] - turns[:-2]
-    of_length = scene.elastocapillary_length / _PER_LENGTH
-    first_spacing = min([of_length, *(waves / _PER_WAVE).tolist()])
-    least_spacing = scene.indenter.extent[1] / (_MOST_RINGS - 1)
-    aside = _BESIDE * scene.critical_separation
-    for i in range(_LATTICES):
-        lattice = Lattice.of(scene, max(first_spacing / 2**i, least_spacing))
-        found: set[Lines] = {()}
-        for at in (depth - aside, depth + aside, depth):
-            nodes = lowest_contacts(lattice.scene_on_nodes(scene), at, lattice)
-            lines = np.clip(lattice.x(nodes.astype(float).ravel()), *scene.indenter.extent)
-            found.add(contact_lines.settled(tuple(lines.tolist()), depth))
-        yield found, len(nodes)
+    of_length = scene.elastocapillary_length / _SEARCH.per_length
+    of_waves = (waves / _SEARCH.per_wave).tolist()
+    first = min([of_length, *of_waves])
+    least = scene.indenter.extent[1] / (_SEARCH.most_nodes - 1)
+    return [max(first / 2**i, least) for i in range(_SEARCH.most_lattices)]
 
 
 def _discs(contact_lines: ContactLines, depth: float) -> set[Lines]:

@@ -6,6 +6,7 @@ there is no gap where nothing pulls, and one around every place that does.
 """
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +17,36 @@ from discretization.surfaces.protocol import ANY
 from energy import Scene
 from energy.arrays import Array
 
-_PARTS = 8  # of an interval between samples, of each of which the mean pull is taken
-_CLOSER = 2  # times the parts around the largest pull are divided again
-# Times what the pull differs beside its largest value: if it falls short of 0 by more, it is less
-# than 0 between the parts, too.
-_RISES = 4.0
-_SHORT = 1e-9  # of l: in shorter intervals f' is not known well enough
-_ROUNDING = 4 * EPSILON  # of slopes
+
+@dataclass(frozen=True)
+class PullRules:
+    """How closely the pull of a profile is looked at.
+
+    Attributes
+    ----------
+    parts : int
+        Parts of an interval between samples, of each of which the mean pull is taken.
+    closer : int
+        Times that the parts around the largest pull are divided again.
+    rises : float
+        Times what the pull differs beside its largest value: if it falls short of 0 by more, it is
+        less than 0 between the parts, too.
+    shortest : float
+        Of l: in shorter intervals f' is not known well enough.
+    rounding : float
+        Of slopes: their rounding.
+    """
+
+    parts: int = 8
+    closer: int = 2
+    rises: float = 4.0
+    shortest: float = 1e-9
+    rounding: float = 4 * EPSILON
+
+
+_RULES = PullRules()
+
+
 # Of the mean values of three parts next to an end: the value at the end of the parabola with those.
 _TO_END = np.array([11, -7, 2]) / 6
 
@@ -67,17 +91,17 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     length = scene.elastocapillary_length
     start, end = sorted((one, other))
     cells = _between_samples(profile, start, end)
-    cells = cells[:, cells[1] - cells[0] > _SHORT * length]
+    cells = cells[:, cells[1] - cells[0] > _RULES.shortest * length]
     if not cells.size:
         return Pull()
     ends = (math.nan, math.nan)
-    for _ in range(1 + _CLOSER):
+    for _ in range(1 + _RULES.closer):
         cells = _divided(profile, cells)
         x, values = _along(cells, _pulls(scene, profile, cells, depth))
         i = int(np.argmax(values))
         worst = float(values[i])
         around = values[max(i - 1, 0) : i + 2]
-        if worst < -_RISES * float(np.ptp(around)):
+        if worst < -_RULES.rises * float(np.ptp(around)):
             break
         if worst > 0:
             found = _around(x, values, i)
@@ -104,8 +128,8 @@ def _between_samples(profile: Resolved, start: float, end: float) -> Array:
 
 def _beside_part(parts: Array, i: int) -> Array:
     """The part (4, 1..3) in which `_along` has its place i, and those beside it."""
-    interval, place = divmod(i, _PARTS + 2)
-    part = _PARTS * interval + min(max(place - 1, 0), _PARTS - 1)
+    interval, place = divmod(i, _RULES.parts + 2)
+    part = _RULES.parts * interval + min(max(place - 1, 0), _RULES.parts - 1)
     return parts.reshape(4, -1)[:, max(part - 1, 0) : part + 2]
 
 
@@ -128,17 +152,17 @@ def bounds(scene: Scene, profile: Resolved) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):  # at a corner
         _, values = _along(parts, _pulls(scene, profile, parts, 0.0))
         of_intervals = values.reshape(x.size - 1, -1)
-        rise = _RISES * np.ptp(of_intervals, axis=1)
+        rise = _RULES.rises * np.ptp(of_intervals, axis=1)
         lower = of_intervals.min(axis=1) - rise
         upper = of_intervals.max(axis=1) + rise
-    long_enough = np.diff(x) > _SHORT * scene.elastocapillary_length
+    long_enough = np.diff(x) > _RULES.shortest * scene.elastocapillary_length
     return np.where(long_enough, np.array([lower, upper]), ANY)
 
 
 def _divided(profile: Resolved, cells: Array) -> Array:
     """Parts (4, n, _PARTS) of intervals (4, n) of the contact: ends, and f' at them, inside."""
     lo, hi, one, other = cells
-    x = lo[:, None] + (hi - lo)[:, None] * (np.arange(_PARTS + 1) / _PARTS)
+    x = lo[:, None] + (hi - lo)[:, None] * (np.arange(_RULES.parts + 1) / _RULES.parts)
     x[:, -1] = hi
     slope = np.asarray(profile.indenter.slope(x.ravel()), float).reshape(x.shape)
     slope[:, 0] = one
@@ -157,7 +181,7 @@ def _pulls(scene: Scene, profile: Resolved, parts: Array, depth: float) -> Array
         other = other / np.sqrt(1 + other * other)
     one = one * scene.measure(lo)
     other = other * scene.measure(hi)
-    noise = _ROUNDING * (np.abs(one) + np.abs(other))
+    noise = _RULES.rounding * (np.abs(one) + np.abs(other))
     bend = (other - one + noise) / (width * scene.measure((lo + hi) / 2))
     return np.asarray(f - depth - scene.elastocapillary_length**2 * bend)
 

@@ -1,6 +1,6 @@
 """Where lines come to rest, zeros of D - d: the first one on a way, or both of a gap.
 
-The first place on a way along the profile where a function is no longer negative: it is read at the
+The first place on the way along a profile where a function is no longer negative: it is read at the
 samples of the resolved profile, at corners on either side, until it is. Between samples a maximum
 is looked for wherever one could reach 0, so that a stop is not missed next to where it disappears.
 
@@ -17,34 +17,78 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization.fitted.rest_depths import SIDES, RestDepths, solved, stable
+from discretization.fitted.rest_depths import SIDES, ULPS, RestDepths, solved, stable
 from discretization.profile import Resolved
 from discretization.roots import bracketed, bracketed_minimum
 from energy.arrays import Array, Mask
 
 Function = Callable[..., Any]  # of x, numbers or arrays, and f(x) and f'(x) if they are known
 
-# Search of the first zero.
-_BLOCK = 32  # samples read at once, four times as many each time
-_LEAST = 8  # samples on a way that ends at another line, however short it is
+
+@dataclass(frozen=True)
+class SearchRules:
+    """How the first zero along a profile is searched.
+
+    Attributes
+    ----------
+    block : int
+        Samples read at once, four times as many each time.
+    least_samples : int
+        Samples at least up to another line, however near it is.
+    may_rise : float
+        Times what a value differs from the next samples, that a maximum may rise above it: twice
+        what a parabola through three samples rises.
+    """
+
+    block: int = 32
+    least_samples: int = 8
+    may_rise: float = 2.0
+
+
+_SEARCH = SearchRules()
+
+
 # Samples between the last one of the profile and that line, as parts of what is left: D grows
 # without bounds towards a line that is met.
 _TOWARDS = 1 - 0.25 ** np.arange(1, 6)
-# Roundings of x: between samples so close, on both sides of an edge, lies no maximum.
-_ULPS = 4.0
-# Times what a value differs from the next samples, that a maximum may rise above it: twice what a
-# parabola through three samples rises.
-_NEAR = 2.0
 
-# Newton's method for both lines of a gap; sizes are those of positions, the positions and l.
-_MOST = 48  # steps: where an equilibrium disappears they only halve
-_SHRINKS = 0.7  # of the last step: one that is longer shrinks too little, as halves would not
-_PATIENCE = 2  # such steps are endured
-_STILL = 1e-15  # of the size: a step that is rounding
-_ROUNDED = 1e-12  # of the size: a step that may be rounding, if steps shrink no more
-_LOCAL = 1e-5  # of the size, and of the gap: after such a step D changes as at the step before
-_EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
-_BACK = 1e-7  # of the size, as little as lines may move back by rounding
+
+@dataclass(frozen=True)
+class NewtonRules:
+    """Newton's method for both lines of a gap; sizes are those of positions: the positions and l.
+
+    Attributes
+    ----------
+    most_steps : int
+        Steps at most: where an equilibrium disappears they only halve.
+    shrinks : float
+        Of the last step: one that is longer shrinks too little, as halves would not.
+    patience : int
+        Steps that shrink too little before the method fails.
+    still : float
+        Of the size: a step that is rounding.
+    rounded : float
+        Of the size: a step that may be rounding, if steps shrink no more.
+    local : float
+        Of the size, and of the gap: after such a step D changes with the lines as at the step
+        before.
+    even : float
+        Of the size of depths: D - d that is rounding, where a step need not be.
+    back : float
+        Of the size: how little lines may move back by rounding.
+    """
+
+    most_steps: int = 48
+    shrinks: float = 0.7
+    patience: int = 2
+    still: float = 1e-15
+    rounded: float = 1e-12
+    local: float = 1e-5
+    even: float = 4e-15
+    back: float = 1e-7
+
+
+_NEWTON = NewtonRules()
 
 
 class Samples(NamedTuple):
@@ -61,7 +105,7 @@ class Samples(NamedTuple):
 def first_zero(
     profile: Resolved, h: Function, ends: tuple[float, float], closed: bool, exact: bool, tie: float
 ) -> float | None:
-    """The first place on a way along the profile at which a function is not negative.
+    """The first place on the way along a profile at which a function is not negative.
 
     Parameters
     ----------
@@ -91,7 +135,7 @@ def first_zero(
     samples = _samples(profile, start, limit, side)
     last_read = Samples(np.array([start, start]), np.array([-math.inf, value]))
     first = 0
-    size = _BLOCK
+    size = _SEARCH.block
     while first < samples.shape[1]:
         x, f, f1 = samples[:, first : first + size]
         block = last_read.followed_by(x, h(x, f, f1))
@@ -118,8 +162,10 @@ def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
         return found
     last = float(found[0, -1]) if found.size else start
     x = last + (limit - last) * _TOWARDS
-    if found.shape[1] < _LEAST:
-        evenly = start + (limit - start) * np.arange(1, _LEAST) / _LEAST
+    if found.shape[1] < _SEARCH.least_samples:
+        evenly = (
+            start + (limit - start) * np.arange(1, _SEARCH.least_samples) / _SEARCH.least_samples
+        )
         x = np.concatenate([evenly, x])
     x = x[(x != limit) & (x != last) & ~np.isin(x, found[0])]
     more = np.array([x, profile.indenter.height(x), profile.indenter.slope(x)])
@@ -149,9 +195,10 @@ def _among(h: Function, samples: Samples, exact: bool) -> float | None:
 def _beside_peak(h: Function, places: list[float], exact: bool) -> float | None:
     """The stop around a sample that is higher than both others, if h reaches 0 there."""
     before, middle, beyond = places
-    if abs(beyond - before) <= _ULPS * math.ulp(before):
+    # Between samples on both sides of an edge of a pattern lies no maximum.
+    if abs(beyond - before) <= ULPS * math.ulp(before):
         return None
-    top, lowest = bracketed_minimum(lambda z: -h(z), before, beyond, 0.0, reach=_NEAR)
+    top, lowest = bracketed_minimum(lambda z: -h(z), before, beyond, 0.0, reach=_SEARCH.may_rise)
     if lowest > 0:
         return None
     inside = middle if abs(top - before) > abs(middle - before) else before
@@ -167,7 +214,7 @@ def _peaks(x: Array, values: Array) -> list[int]:
     before = values[:-2]
     middle = values[1:-1]
     after = values[2:]
-    reaches_zero = (middle < 0) & (middle + _NEAR * change >= 0)
+    reaches_zero = (middle < 0) & (middle + _SEARCH.may_rise * change >= 0)
     top = (middle >= before) & (middle >= after) & reaches_zero
     is_start = np.isinf(before)
     corner = np.diff(x) == 0  # nothing lies between its two sides
@@ -201,7 +248,7 @@ def gap_at_rest(rests: RestDepths, lines: Array, depth: float, direction: int) -
         return lines
     newton = _GapNewton.of(rests, lines, depth, direction, free)
     outcome = Step.MOVES
-    for _ in range(_MOST):
+    for _ in range(_NEWTON.most_steps):
         outcome = newton.step()
         if outcome is not Step.MOVES:
             break
@@ -213,10 +260,10 @@ def gap_at_rest(rests: RestDepths, lines: Array, depth: float, direction: int) -
     with np.errstate(divide="ignore", invalid="ignore"):
         uncertain = noise / np.abs(np.diagonal(newton.rates)).min()
     back = direction * (lines - x) * SIDES
-    if (back > _BACK * newton.size + np.nan_to_num(uncertain, posinf=0.0)).any():
+    if (back > _NEWTON.back * newton.size + np.nan_to_num(uncertain, posinf=0.0)).any():
         return None
     missing = direction * (depth - rests.ahead(x[None], direction)[0])
-    if (~free & (missing > _EVEN * rests.size + noise)).any():
+    if (~free & (missing > _NEWTON.even * rests.size + noise)).any():
         return None
     return x
 
@@ -285,19 +332,19 @@ class _GapNewton:
             step = float(np.where(self.free, np.abs(new - self.x), 0.0).max())
 
         # A line that would pass a corner does not rest there, unless its D is off by rounding.
-        exact = np.abs(off) <= _EVEN * self.rests.size + self.rests.noise(self.x[None])[0]
+        exact = np.abs(off) <= _NEWTON.even * self.rests.size + self.rests.noise(self.x[None])[0]
         past = self.free & ((aim < self.room[0]) | (aim > self.room[1])) & ~exact
         stuck = (past & (new == self.x)).any()
         is_rounding = bool(exact.all()) and step <= self.x[1] - self.x[0]
         rests = self._converged(step, is_rounding=is_rounding) and not past.any()
-        self.slow += step > _SHRINKS * self.last
-        too_slow = not rests and self.slow > _PATIENCE
+        self.slow += step > _NEWTON.shrinks * self.last
+        too_slow = not rests and self.slow > _NEWTON.patience
         fails = stuck or too_slow or not math.isfinite(step) or not new[0] < new[1]
         if not fails:  # from afar it is followed only where it is stable all the way
             fails = not stable(self.rates[None], free)[0]
 
         width = float(new[1] - new[0])
-        self.near = step <= min(_LOCAL * min(self.size, width), self.last / 8)
+        self.near = step <= min(_NEWTON.local * min(self.size, width), self.last / 8)
         self.last = step
         self.x = new
         if fails:
@@ -318,9 +365,9 @@ class _GapNewton:
 
         is_rounding: whether D - d is, and the step not wider than the gap.
         """
-        if step <= _STILL * self.size:
+        if step <= _NEWTON.still * self.size:
             return True
-        small = is_rounding or step <= _ROUNDED * self.size * 4.0**self.slow
+        small = is_rounding or step <= _NEWTON.rounded * self.size * 4.0**self.slow
         if small and self.last / 2 <= step:
             return True
-        return math.isfinite(self.last) and step * step <= _STILL * self.size * self.last
+        return math.isfinite(self.last) and step * step <= _NEWTON.still * self.size * self.last

@@ -16,7 +16,7 @@ import numpy as np
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.contact_lines import ContactLines, free_parts
 from discretization.fitted.contacts import Contacts, certify
-from discretization.fitted.rest_depths import LEAST, TIE
+from discretization.fitted.rest_depths import DIFFERENCES, TIE
 from discretization.fitted.single_contact import SingleContact
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.paths.lone import LoneTrack
@@ -123,7 +123,10 @@ class OneContactBranch(Branch):
 
     def _beside_apex(self, lines: Lines) -> SingleContact | None:
         """What finds lines closer to the apex of a lone contact than the samples of the profile."""
-        contact, near = self.single_contacts.get(1), LEAST * self.scene.elastocapillary_length
+        contact, near = (
+            self.single_contacts.get(1),
+            DIFFERENCES.least_radius * self.scene.elastocapillary_length,
+        )
         if contact is None or not contact.tip or not lines:
             return None
         return contact if max(abs(x - contact.apex) for x in lines) <= near else None

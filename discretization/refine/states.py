@@ -109,7 +109,7 @@ def _bare(contact_lines: ContactLines, depth: float) -> Lines | None:
 
 def _opens(contact_lines: ContactLines, lines: Lines, depth: float) -> bool:
     """Whether the profile pulls in a contact, so that there is a gap narrower than nodes see."""
-    pulls = contact_lines.free_part.search.pulls
+    pulls = contact_lines.pressed_surface.search.pulls
     contacts = zip(lines[::2], lines[1::2], strict=True)
     return any(left < right and pulls(left, right, depth) for left, right in contacts)
 

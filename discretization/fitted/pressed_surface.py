@@ -25,16 +25,40 @@ from energy.arrays import Array
 
 Lines = tuple[float, ...]
 
-# Of the size of depths (δ₀ and the depth).
-_STEP = 1e-9  # a step of the depth that is no longer halved
-_TOUCHED = 1e-9  # the penetration at which a contact has begun
 
-_AGAIN = 2  # smaller steps passed, after which a longer one is tried again
-# Changes of the contacts at most: a profile has at most 200 000 samples, few of which are tips.
-_MOST = 100_000
-_HIGHER = 1 / 16  # of δ₀: samples so much above the surface do not touch it
-_TINY = 1e-300  # a slope that only has a sign
-_LEVEL = 1e-6  # of how v' varies around a minimum of v: v' there
+@dataclass(frozen=True)
+class PressRules:
+    """When a surface that is pressed has touched, and how steps of the depth are chosen.
+
+    Attributes
+    ----------
+    least_step : float
+        Of the size of depths: a step of the depth that is no longer halved.
+    touched : float
+        Of the same: the penetration at which a contact has begun.
+    try_again : int
+        Smaller steps passed, after which a longer one is tried again.
+    higher : float
+        Of δ₀: samples that are higher than the lines by more do not touch the surface.
+    level : float
+        Of how v' varies around a minimum of v: what v' may be at the place that is found.
+    tiny : float
+        A slope of which only the sign counts.
+    """
+
+    least_step: float = 1e-9
+    touched: float = 1e-9
+    try_again: int = 2
+    higher: float = 1 / 16
+    level: float = 1e-6
+    tiny: float = 1e-300
+
+
+_RULES = PressRules()
+
+
+# Changes of contacts at a depth at most: a profile has at most 200 000 samples, few of them tips.
+MOST_CHANGES = 100_000
 
 
 class Advance(NamedTuple):
@@ -81,11 +105,11 @@ class _Steps:
     high: float
     room: float = 0.0
     dip: float = math.nan
-    run: int = _AGAIN
+    run: int = _RULES.try_again
 
     def passed(self, depth: float, clearance: float) -> None:
         """Nothing has happened up to this depth."""
-        self.room = clearance + _TOUCHED / 2 * self.size
+        self.room = clearance + _RULES.touched / 2 * self.size
         if self.run > 0:
             self.dip /= 2
         self.low = depth
@@ -104,18 +128,24 @@ class _Steps:
         if self.low == self.high:
             self.high = self.end
             self.dip = math.nan
-            self.run = _AGAIN
+            self.run = _RULES.try_again
             return self.end
-        try_again = math.isnan(self.dip) and self.run >= _AGAIN
-        if try_again or self.high - self.low <= _STEP * self.size:
+        try_again = math.isnan(self.dip) and self.run >= _RULES.try_again
+        if try_again or self.high - self.low <= _RULES.least_step * self.size:
             return self.high  # from nearby a step may tell
         part = float(np.nan_to_num(self.room / (self.room - self.dip), nan=0.5))
         return self.low + (self.high - self.low) * part
 
 
 @dataclass(frozen=True, eq=False)
-class FreePart:
-    """Free surfaces that are pressed."""
+class PressedSurface:
+    """What moves the lines of a free surface as the indenter is pressed.
+
+    Attributes
+    ----------
+    search : EquilibriumFinder
+        Where its lines come to rest at a depth.
+    """
 
     search: EquilibriumFinder
 
@@ -143,7 +173,7 @@ class FreePart:
         """
         done: list[float] = []
         todo = [(left, right, start)]
-        for _ in range(_MOST):
+        for _ in range(MOST_CHANGES):
             if not todo:
                 return tuple(done)
             found = self._pressed(*todo.pop(), end)
@@ -158,21 +188,21 @@ class FreePart:
         size = self.search.rests.size
         steps = _Steps(size, end, low=start, high=end)
         depth = start
-        for _ in range(_MOST):
+        for _ in range(MOST_CHANGES):
             moved = self.search.advance(q, p, depth)
             clearance = math.nan
             place = math.nan
             if moved and not self.overtakes(q, p, moved, steps.low, depth):
-                clearance, place = self.least(moved, depth)
+                clearance, place = self.least_clearance(moved, depth)
             if moved and clearance >= -TIE * size:
                 if depth == end:
                     return Advance([moved], end, rests=True)
                 steps.passed(depth, clearance)
                 q, p = moved
-            elif moved and clearance >= -_TOUCHED * size:
+            elif moved and clearance >= -_RULES.touched * size:
                 touched = [(moved[0], place), (place, moved[1])]
                 return Advance(touched, depth, rests=False)
-            elif depth - steps.low <= _STEP * size:
+            elif depth - steps.low <= _RULES.least_step * size:
                 if moved is None and math.isinf(q - p):
                     edge = float(self.search.rests.profile.x[0 if math.isinf(q) else -1])
                     raise unknown(depth, edge)
@@ -215,14 +245,14 @@ class FreePart:
     def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
         """Both lines of a free surface advance to an end from sample to sample until it touches."""
         if end == (q, p):  # nothing moves: it has touched a little before
-            place = self.least(end, depth)[1]
+            place = self.least_clearance(end, depth)[1]
             return q, place, place, p
         goal = end or (p, q)
         while q < p and (q, p) != goal:
             for step in self._next_places(q, p, goal, depth):
                 if step[0] >= step[1]:
                     return end or ()
-                clearance, place = self.least(step, depth)
+                clearance, place = self.least_clearance(step, depth)
                 if clearance < -TIE * self.search.rests.size:
                     return q, place, place, p
                 q, p = step
@@ -249,7 +279,9 @@ class FreePart:
         steps = [(q, x) for x in rights if furthest <= x < p]
         return steps or [(lefts[0], rights[0])]
 
-    def least(self, lines: Pair, depth: float, *, exact: bool = False) -> tuple[float, float]:
+    def least_clearance(
+        self, lines: Pair, depth: float, *, exact: bool = False
+    ) -> tuple[float, float]:
         """The least of the minima of the clearance v = u - g between two lines, and where; or ∞.
 
         Those of the cubics through v and v' at samples, solved for where that may be the least and
@@ -273,13 +305,13 @@ class FreePart:
         u, u1 = surface(x)
         v = u - depth + f
         v1 = u1 + f1
-        v1[0] = max(v1[0], _TINY) if left else -1.0  # an end without a line may be a minimum
-        v1[-1] = min(v1[-1], -_TINY) if right else 1.0
+        v1[0] = max(v1[0], _RULES.tiny) if left else -1.0  # an end without a line may be a minimum
+        v1[-1] = min(v1[-1], -_RULES.tiny) if right else 1.0
         lo, hi, at, bend, clearance, off = minima(x, v, v1)
         may_be_least = clearance - off <= min(0.0, (clearance + off).min(initial=0.0))
         near = may_be_least & (lo < hi) & (exact | (clearance + off >= 0))
         if near.any():
-            level = _LEVEL * float(((hi[near] - lo[near]) * bend[near]).min())
+            level = _RULES.level * float(((hi[near] - lo[near]) * bend[near]).min())
             at[near] = crossings(
                 lambda z, _: surface(z)[1] + slope(z),
                 lo[near],
@@ -301,7 +333,7 @@ class FreePart:
         profile = rests.profile
         own = profile.beyond(*lines)
         level = max([depth, *(line.f for line in (left, right) if line)])
-        low = profile.f[own] <= level + _HIGHER * rests.scene.opened.critical_separation
+        low = profile.f[own] <= level + _RULES.higher * rests.scene.opened.critical_separation
         if not low.any():
             return None
         low[1:] |= low[:-1]  # and the samples beside those
