@@ -193,8 +193,10 @@ class ContactLines:
         free = self._free(x)
         with np.errstate(invalid="ignore"):
             rounding = np.where(free, ULPS * np.spacing(np.abs(x)), 0.0) * SIDES
-        outside = x + rounding
-        inside = x - rounding
+        # A contact next to an end of the profile may be narrower than these roundings.
+        known = self.scene.indenter.extent
+        outside = np.where(free, np.clip(x + rounding, *known), x)
+        inside = np.where(free, np.clip(x - rounding, *known), x)
         noise = rests.noise(x)[:, None]
         closing = rests.ahead(outside, 1) + noise
         bare = rests.one_sided(SIDES, outside, outside[:, ::-1], 1, 1, adheres=False) + noise
