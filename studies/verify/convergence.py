@@ -32,17 +32,28 @@ from studies.verify.scenes import Case
 Band = tuple[float, float]
 Numbers = Any  # a number, an array, or nested lists of them
 
+# Bands of the observed order: over three halvings the next order changes it by some per cent.
 SECOND: Band = (1.8, 2.2)
 FIRST: Band = (0.85, 1.15)
 EXACT = None
+# Largest error of second order on the finest grid, 400 links in l: (1/400)² = 6e-6.
 SECOND_BAR = 5e-6
-ROUNDING = 1e-10
+ROUNDING = 1e-10  # of a quantity that a discretisation gives exactly: a million roundings
 DIFFERENCED = 1e-9  # fitted_bar of a measure that takes differences of the field
+_FEWEST_LEVELS = 4  # with fewer an order is not read
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Simulated values and closed forms (shapes broadcast); error = max |difference|/scale."""
+    """What was simulated beside what it should be; error = max |difference|/scale.
+
+    Attributes
+    ----------
+    simulated, closed_form : number, array or nested lists of numbers
+        Their shapes broadcast.
+    scale : number or array, optional
+        What differences are measured by; None: the closed form.
+    """
 
     simulated: Numbers
     closed_form: Numbers
@@ -69,18 +80,52 @@ Found = Iterator[Comparison]  # what a check finds that compares several times
 def swept(
     mesh: Mesh, cases: Iterable[Case], name: str, card: Callable[..., Any], **options: Any
 ) -> Found:
-    """The attribute `name` of the states of each case against card(depths, ...)."""
+    """An attribute of states at several depths against a closed form.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    cases : iterable of Case
+    name : str
+        The attribute of `Equilibrium`.
+    card : callable
+        The closed form, of depths and the arguments of a case.
+    options : optional
+        Of `Mesh.solve`.
+
+    Yields
+    ------
+    Comparison
+        One for each case.
+    """
     for scene, depths, given in cases:
         yield Comparison(mesh.sweep(scene, depths, name, **options), card(depths, **given))
 
 
 @dataclass(frozen=True)
 class Check:
-    """One statement about a numbered equation of the paper; no number: beyond the paper.
+    """One statement about a numbered equation of the paper, or beyond the paper.
 
-    bar: largest relative error on the finest grid; fitted_bar: on the fitted mesh. anchored: not
-    repeated on shifted grids, for a quantity that is of second order only with the tip of the
-    indenter on a node. lattice_only: why the measure has no meaning on the fitted mesh.
+    Attributes
+    ----------
+    equations : tuple of int
+        Their numbers; empty beyond the paper.
+    what : str
+        What is measured.
+    measure : callable
+        Of a mesh, to one `Comparison` or several.
+    order : tuple of two floats, or None
+        Band of the order of convergence; None for a quantity that the lattice gives exactly.
+    bar : float
+        Largest relative error on the finest grid.
+    unit : str
+    anchored : bool
+        Whether it is not repeated on shifted grids: for a quantity that is of second order only
+        with the tip of the indenter on a node.
+    fitted_bar : float
+        Largest relative error on the fitted mesh.
+    lattice_only : str
+        Why the measure has no meaning on the fitted mesh; "" if it has one.
     """
 
     equations: tuple[int, ...]
@@ -112,7 +157,24 @@ def check(
 ) -> Callable[[Callable[[Any], Comparison | Iterable[Comparison]]], Check]:
     """Decorator: turns a function Mesh -> Comparison, or a generator of several, into a Check.
 
-    bar: the usual one of the order if not given; options: the further fields of `Check`.
+    Parameters
+    ----------
+    equations : int
+        Their numbers.
+    what, order : as in `Check`
+    bar : float, optional
+        The usual one of the order if not given.
+    options : optional
+        The further fields of `Check`.
+
+    Returns
+    -------
+    callable
+
+    Raises
+    ------
+    ValueError
+        For an order that has no usual limit, without `bar`.
     """
     if bar is None:
         if order not in (SECOND, EXACT):
@@ -123,9 +185,23 @@ def check(
 
 @dataclass(frozen=True)
 class Result:
-    """Outcome of a check: worst case on the finest grid, error of each level, observed order.
+    """Outcome of a check.
 
-    fitted_error: on the fitted mesh; nan for a check that only a lattice can do.
+    Attributes
+    ----------
+    check : Check
+    simulated, closed_form : float
+        Of the worst case on the finest grid.
+    cells : tuple of int
+        Links per reference length of each level.
+    errors : tuple of float
+        Largest relative error of each level.
+    fitted_error : float
+        On the fitted mesh; NaN for a check that only a lattice can do.
+    seconds : float
+        What it took.
+    note : str
+        What failed.
     """
 
     check: Check = field(repr=False)
@@ -169,7 +245,7 @@ class Result:
 
 def observed_order(cells: Sequence[int], errors: Sequence[float]) -> float:
     """-slope of log(error) over log(cells); nan with fewer than four levels or a zero error."""
-    if len(errors) < 4 or not all(0 < e < math.inf for e in errors):
+    if len(errors) < _FEWEST_LEVELS or not all(0 < e < math.inf for e in errors):
         return math.nan
     return -float(np.polyfit(np.log(cells), np.log(errors), 1)[0])
 
@@ -183,28 +259,58 @@ def refine(
 ) -> Result:
     """Run a check on every level and shift, and on the fitted mesh.
 
-    exact: on how many levels, from the coarsest on, an exact quantity is measured, if not on all;
-    in these the shifts take turns. cases: how many comparisons are made of those that the check
-    has, if not all. An error raised by the simulator fails the check.
+    An error raised by the simulator fails the check.
+
+    Parameters
+    ----------
+    item : Check
+    cells : sequence of int
+        Links per reference length of each level, growing.
+    offsets : sequence of float
+        Shifts of the grid in links.
+    exact : int, optional
+        On how many levels, from the coarsest on, an exact quantity is measured; None: on all. In
+        these the shifts take turns.
+    cases : int, optional
+        How many of the check's comparisons are made; None: all.
+
+    Returns
+    -------
+    Result
     """
     start = time.perf_counter()
     shifts = (0.0,) if item.anchored else offsets
-    grids = [[Grid(n, shift) for shift in shifts] for n in cells]
+    grids: list[list[Mesh]] = [[Grid(n, shift) for shift in shifts] for n in cells]
     if not item.order:
         grids = [[own[i % len(own)]] for i, own in enumerate(grids[:exact])]
     levels, problem = _worst(item, grids, cases)
-    fitted, other = _worst(item, [] if item.lattice_only else [[Fitted()]], cases)
-    seconds = time.perf_counter() - start
+    simulated = math.nan
+    closed_form = math.nan
+    if levels:
+        _, simulated, closed_form = levels[-1]
+    fitted_error, fitted_problem = _on_fitted(item, cases)
+    notes = [problem, fitted_problem and f"fitted: {fitted_problem}"]
     return Result(
         check=item,
-        simulated=levels[-1][1] if levels else math.nan,
-        closed_form=levels[-1][2] if levels else math.nan,
+        simulated=simulated,
+        closed_form=closed_form,
         cells=tuple(cells),
-        errors=tuple(level[0] for level in levels),
-        fitted_error=fitted[0][0] if fitted else math.nan if item.lattice_only else math.inf,
-        seconds=seconds,
-        note="; ".join(filter(None, (problem, other and f"fitted: {other}"))),
+        errors=tuple(error for error, _, _ in levels),
+        fitted_error=fitted_error,
+        seconds=time.perf_counter() - start,
+        note="; ".join(note for note in notes if note),
     )
+
+
+def _on_fitted(item: Check, cases: int | None) -> tuple[float, str]:
+    """The error on the fitted mesh, inf and why if there is none; NaN where it has no meaning."""
+    if item.lattice_only:
+        return math.nan, ""
+    found, problem = _worst(item, [[Fitted()]], cases)
+    if not found:
+        return math.inf, problem
+    error, _, _ = found[0]
+    return error, ""
 
 
 def _worst(

@@ -23,8 +23,12 @@ _STEP = 1.25e-6  # m, between the depths up to which nodes are kept: most are ab
 class Mesh(ABC):
     """A discretisation, as the measure of a check sees it.
 
-    cells: links per reference length; a limit that is taken in the scene itself divides by it.
-    short: how far short of detachment, relatively, a state just before it is taken.
+    Attributes
+    ----------
+    cells : float
+        Links per reference length; a limit that is taken in the scene itself divides by it.
+    short : float
+        How far short of detachment, relatively, a state just before it is taken.
     """
 
     cells: float
@@ -34,14 +38,51 @@ class Mesh(ABC):
     def solve(
         self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"
     ) -> Equilibrium:
-        """Equilibrium; a lattice has length/cells between nodes, `length` is l unless given."""
+        """Equilibrium at a depth.
+
+        Parameters
+        ----------
+        scene : Scene
+        depth : float
+        length : float, optional
+            A lattice has length/cells between nodes; None: l.
+        branch : {"adhered", "global"}
+
+        Returns
+        -------
+        Equilibrium
+        """
 
     @abstractmethod
     def path(self, scene: Scene, depths: ArrayLike) -> History:
-        """The load path through these depths."""
+        """The load path through some depths.
+
+        Parameters
+        ----------
+        scene : Scene
+        depths : array_like
+
+        Returns
+        -------
+        History
+        """
 
     def sweep(self, scene: Scene, depths: ArrayLike, name: str, **options: Any) -> Array:
-        """The attribute `name` of the equilibria at the depths, (n,)."""
+        """An attribute of the equilibria at some depths.
+
+        Parameters
+        ----------
+        scene : Scene
+        depths : array_like (n,)
+        name : str
+            The attribute of `Equilibrium`.
+        options : optional
+            Of `solve`.
+
+        Returns
+        -------
+        ndarray (n,)
+        """
         depths = np.atleast_1d(np.asarray(depths, float))
         return np.array([getattr(self.solve(scene, d, **options), name) for d in depths])
 

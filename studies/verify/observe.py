@@ -18,11 +18,15 @@ _CURVATURE = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12  # second derivative
 _BESIDE = np.array([-2.0, -1.0, 1.0, 2.0])  # steps to the points of a first derivative
 _CENTRAL = np.array([1.0, -8.0, 8.0, -1.0]) / 12  # and their weights, fourth order
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(64)
-_STEP = 1 / 250  # of l, between the points of a difference quotient
+# Of l, between the points of a difference quotient: the fourth order then leaves 1e-10 of a slope,
+# and rounding 1e-13.
+_STEP = 1 / 250
 _ROUGH = 50  # links per l, above which contact is looked for on rougher nodes first
-_CLOSE = 1e-13  # of a depth that is looked for
+_CLOSE = 1e-13  # of a depth that is looked for: some hundred roundings
+# A least force is found when the next step is less than this share of the interval: its error is of
+# the second order in the step, 1e-10.
 _FLAT = 1e-5
-_STEPS = 40  # of a bracket, how far a least value may be moved; steps
+_STEPS = 40  # parabolas; the checks take at most 8
 
 
 class Tail(NamedTuple):
@@ -40,13 +44,23 @@ class Punches(NamedTuple):
 
 
 def slopes_at_line(state: Equilibrium) -> tuple[float, float]:
-    """u'(a-0), u'(a+0) at the right contact line, by one-sided differences of the field."""
+    """Slopes at the right contact line, by one-sided differences of the field.
+
+    Parameters
+    ----------
+    state : Equilibrium
+
+    Returns
+    -------
+    inside, outside : float
+        u'(a-0) and u'(a+0).
+    """
     line = float(state.contacts[-1, 1])
     step = _STEP * state.scene.elastocapillary_length
     points = step * np.arange(5)
-    inside = state.displacement(line - points)
-    outside = state.displacement(line + points)
-    return float(-_ONE_SIDED @ inside) / step, float(_ONE_SIDED @ outside) / step
+    inside = float(-_ONE_SIDED @ state.displacement(line - points)) / step
+    outside = float(_ONE_SIDED @ state.displacement(line + points)) / step
+    return inside, outside
 
 
 def curvature(state: Equilibrium, x: Array) -> Array:
@@ -73,12 +87,12 @@ def line_by_far_field(state: Equilibrium) -> float:
 
 def integral(function: Callable[[Array], Array], ends: Sequence[float]) -> float:
     """Gauss-Legendre quadrature over each interval between consecutive `ends`."""
-    return float(
-        sum(
-            (hi - lo) / 2 * _WEIGHTS @ function((lo + hi) / 2 + (hi - lo) / 2 * _POINTS)
-            for lo, hi in pairwise(ends)
-        )
-    )
+    total = 0.0
+    for lo, hi in pairwise(ends):
+        half = (hi - lo) / 2
+        x = (lo + hi) / 2 + half * _POINTS
+        total += float(half * _WEIGHTS @ function(x))
+    return total
 
 
 def contact_pressure(state: Equilibrium) -> float:
@@ -99,10 +113,11 @@ def punch_difference(
     mesh: Mesh, layer: ElasticLayer, surfaces: SurfaceEnergies, depth: float
 ) -> Punches:
     """What a wider punch adds to force and energy: the tails are alike and drop out."""
-    widths = (1.37e-4, 2.11e-4)
-    scenes = [Scene(layer, surfaces, FlatPunch(a)) for a in widths]
-    narrow, wide = (mesh.solve(scene, depth) for scene in scenes)
-    added = 2 * (widths[1] - widths[0])
+    less = 1.37e-4
+    more = 2.11e-4
+    narrow = mesh.solve(Scene(layer, surfaces, FlatPunch(less)), depth)
+    wide = mesh.solve(Scene(layer, surfaces, FlatPunch(more)), depth)
+    added = 2 * (more - less)
     return Punches((wide.force - narrow.force) / added, (wide.energy - narrow.energy) / added)
 
 
@@ -127,12 +142,13 @@ def brink(mesh: Mesh, scene: Scene) -> float:
     There a wider punch has the energy of a narrower one; what it has more is a straight line over
     d². The label says whether the contact holds on one side of this depth and not on the other.
     """
-    start = 0.0
     raised = -5e-7
-    added = [punch_difference(mesh, scene.layer, scene.surfaces, d) for d in (start, raised)]
-    depth = raised * math.sqrt(added[0].energy / (added[0].energy - added[1].energy))
-    held, free = (mesh.solve(scene, depth * (1 + off)).label for off in (-mesh.short, mesh.short))
-    if held == "detached" or free != "detached":
+    at_zero = punch_difference(mesh, scene.layer, scene.surfaces, 0.0).energy
+    at_raised = punch_difference(mesh, scene.layer, scene.surfaces, raised).energy
+    depth = raised * math.sqrt(at_zero / (at_zero - at_raised))
+    before = mesh.solve(scene, depth * (1 - mesh.short)).label
+    beyond = mesh.solve(scene, depth * (1 + mesh.short)).label
+    if before == "detached" or beyond != "detached":
         raise ValueError(f"no contact detaches at the depth {depth!r}, where its width is neutral")
     return depth * (1 - mesh.short)
 
@@ -146,14 +162,15 @@ def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Arra
     """
     spacing = scene.elastocapillary_length / grid.cells
     lattice = Lattice.of(scene, spacing, grid.offset * spacing)
-    x = lattice.x(np.arange(-math.ceil(width / spacing), math.ceil(width / spacing) + 1))
+    last = math.ceil(width / spacing)
+    x = lattice.x(np.arange(-last, last + 1))
     g = depth - scene.indenter.height(x)
     contact = g > 0
     if grid.cells > _ROUGH:
         rough = replace(grid, cells=grid.cells / 2, offset=grid.offset / 2)
-        held, u = membrane(rough, scene, depth, width)
-        held = held[u == depth - scene.indenter.height(held)]
-        contact = (x >= held[0]) & (x <= held[-1])
+        places, u = membrane(rough, scene, depth, width)
+        touching = places[u == depth - scene.indenter.height(places)]
+        contact = (x >= touching[0]) & (x <= touching[-1])
     while True:
         energy = NodalEnergy(lattice, contact)
         u = energy.relaxed(g)
@@ -175,15 +192,38 @@ def even_energy(mesh: Mesh, scene: Scene, lo: float) -> float:
 
 
 def least_force(mesh: Mesh, scene: Scene, lo: float, hi: float) -> float:
-    """Most tensile force between two depths, by parabolas through the three least ones known."""
+    """Most tensile force between two depths, by parabolas through the three least ones known.
+
+    It is found when |step to the lowest point of the parabola| <= 1e-5 (hi - lo).
+
+    Parameters
+    ----------
+    mesh : Mesh
+    scene : Scene
+    lo, hi : float
+        The depths, with a force that falls and then rises between them.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        If 40 parabolas do not find it.
+    """
     depth = (lo + hi) / 2
-    known = {d: mesh.solve(scene, d).force for d in (lo, hi)}
+    known = {lo: mesh.solve(scene, lo).force, hi: mesh.solve(scene, hi).force}
     for _ in range(_STEPS):
         known[depth] = mesh.solve(scene, depth).force
-        best, *others = sorted(known, key=known.__getitem__)[:3]
-        (p, f), (q, g) = ((d - best, known[d] - known[best]) for d in others)
-        bend = (f / p - g / q) / (p - q)
-        step = (p - f / p / bend) / 2
+        best, second, third = sorted(known, key=known.__getitem__)[:3]
+        # the parabola bend (d - best)² + ... through these three, whose lowest point is at step
+        p = second - best
+        q = third - best
+        secant_p = (known[second] - known[best]) / p
+        secant_q = (known[third] - known[best]) / q
+        bend = (secant_p - secant_q) / (p - q)
+        step = (p - secant_p / bend) / 2
         if abs(step) <= _FLAT * (hi - lo):
             return known[best] - bend * step**2
         depth = min(max(best + step, (lo + best) / 2), (best + hi) / 2)

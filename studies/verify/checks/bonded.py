@@ -20,9 +20,11 @@ R = PARABOLA.R
 SPHERE = {"R": R, "w": WORK}
 THIN = "sphere, ν = ½, h ≪ a, no tension: radius"
 TENSION = "sphere, tension alone: P = 2πa(γ₁a/R - √(2wγ₁))"
+# Bands of orders that are no whole powers: the slope beside a node, whose error is a sawtooth; a/h
+# with a little tension, both of which vanish; a limit with a logarithm.
 KINK = (1.0, 1.5)
 JKR = (1.2, 1.7)
-LOGARITHMIC = (0.5, 0.9)  # orders that are no whole powers
+LOGARITHMIC = (0.5, 0.9)
 unshifted = partial(check, anchored=True)
 bonded = partial(ElasticLayer, response="layer")
 
@@ -45,8 +47,10 @@ def _wide(mesh: Mesh, nu: float) -> tuple[Equilibrium, Callable[[float], float]]
     given = {"E": E, "nu": nu, "h": H, "gamma1": scene.gamma1, "w": WORK}
 
     def depth(a: float) -> float:
-        profile = a**2 / (2 * R), a / R, 1 / R
-        return float(cards.layer.depth(*profile, ell=scene.effective_length, **given))
+        height = a**2 / (2 * R)
+        slope = a / R
+        bend = 1 / R
+        return float(cards.layer.depth(height, slope, bend, ell=scene.effective_length, **given))
 
     return mesh.solve(scene, depth(20 * H), length=160 * H), depth
 
@@ -80,7 +84,8 @@ def half_space(mesh: Mesh) -> Comparison:
 @unshifted(what=THIN, unit="m", order=FIRST, bar=3e-2, fitted_bar=2e-3)
 def incompressible(mesh: Mesh) -> Comparison:
     """γ₁ = Eh/1000 at a = 3b/2, where b = nh is the radius at pull-off, n = 10 to 80."""
-    h = (12 * R * math.sqrt(2 * WORK / E) / _size(mesh, 10.0) ** 3) ** (2 / 3)
+    n = _size(mesh, 10.0)
+    h = (12 * R * math.sqrt(2 * WORK / E) / n**3) ** (2 / 3)
     given = {**SPHERE, "E": E, "h": h}
     a = 1.5 * float(cards.layer.incompressible_pull_off(**given).half_width)
     depth = float(cards.layer.incompressible_depth(a, **given))
@@ -93,7 +98,8 @@ def springs(mesh: Mesh) -> Comparison:
     k = LAYER.stiffness
     ell = 4 * H
     h = ell / _size(mesh, 5.0)
-    layer = bonded(k * h / ElasticLayer(1.0, 0.3, h).modulus, 0.3, h)
+    same_stiffness = k * h / ElasticLayer(1.0, 0.3, h).modulus
+    layer = bonded(same_stiffness, 0.3, h)
     depth = 1.1 * float(cards.plane.critical_separation(k, WORK))
     force = cards.axisymmetric.sphere.force(depth, k=k, gamma1=k * ell**2, **SPHERE)
     return Comparison(_sphere(layer, k * ell**2, depth).force, force)
@@ -103,6 +109,7 @@ def springs(mesh: Mesh) -> Comparison:
 def tension(mesh: Mesh) -> Comparison:
     """γ₁ = nEa, a that of the pull-off with πwR, n = 5 to 40, on touching."""
     a = R * math.sqrt(WORK / (2 * GAMMA1))
-    state = _sphere(bonded(GAMMA1 / (a * _size(mesh, 5.0)), 0.4, a), GAMMA1, 0.0)
+    soft = bonded(GAMMA1 / (a * _size(mesh, 5.0)), 0.4, a)
+    state = _sphere(soft, GAMMA1, 0.0)
     expected = cards.layer.tension_force(state.radius, gamma1=GAMMA1, **SPHERE)
     return Comparison(state.force, expected, cards.layer.tension_pull_off_force(**SPHERE))

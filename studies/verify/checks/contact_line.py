@@ -17,6 +17,7 @@ TENSIONS = (0.012, GAMMA1, 0.19)
 
 
 def _states(mesh: Mesh, scene: Scene) -> list[Equilibrium]:
+    """The states at the three depths of this module."""
     return [mesh.solve(scene, d) for d in LEVELS * scene.critical_separation]
 
 
@@ -79,8 +80,9 @@ def boundary_residual(mesh: Mesh) -> Found:
     k, gamma1, w = constants(scene).values()
     alpha = cards.contact_line.angle_deficit_small(w, gamma1)
     for state in _states(mesh, scene):
-        given = PARABOLA.slope(state.half_width), line_by_far_field(state), np.pi - alpha
-        misfit = cards.contact_line.boundary_residual(*given, k=k, gamma1=gamma1)
+        slope = PARABOLA.slope(state.half_width)
+        u_a = line_by_far_field(state)
+        misfit = cards.contact_line.boundary_residual(slope, u_a, np.pi - alpha, k=k, gamma1=gamma1)
         yield Comparison(misfit, 0.0, alpha)
 
 
@@ -97,10 +99,12 @@ def _line_residuals(mesh: Mesh, indenters: Iterable[Indenter]) -> Found:
     for indenter in indenters:
         scene = gel(indenter)
         for state in _states(mesh, scene):
-            f = indenter.height(state.contacts[0])
-            slope = indenter.slope(state.contacts[0])
-            given = state.depth, f, np.array([-1.0, 1.0]) * slope
-            misfit = cards.contact_line.line_residual(*given, **constants(scene))
+            ends = state.contacts[0]
+            f = indenter.height(ends)
+            outward_slope = np.array([-1.0, 1.0]) * indenter.slope(ends)
+            misfit = cards.contact_line.line_residual(
+                state.depth, f, outward_slope, **constants(scene)
+            )
             yield Comparison(misfit, 0.0, scene.critical_separation)
 
 

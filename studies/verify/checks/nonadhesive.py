@@ -32,8 +32,9 @@ def line_condition(mesh: Mesh) -> Found:
     for scene in _scenes():
         a = mesh.sweep(scene, DEPTHS, "half_width")
         f = scene.indenter
-        given = DEPTHS, f.height(a), f.slope(a)
-        misfit = cards.nonadhesive.line_residual(*given, **constants(scene))
+        misfit = cards.nonadhesive.line_residual(
+            DEPTHS, f.height(a), f.slope(a), **constants(scene)
+        )
         yield Comparison(misfit, 0.0, DEPTHS)
 
 

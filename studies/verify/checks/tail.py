@@ -70,9 +70,9 @@ def _outside(mesh: Mesh, shape: Indenter, card: Any) -> Found:
     """Free surface up to three decay lengths from the closed form's contact line."""
     scene, depths, given = case(shape, LEVELS)
     spring = {"k": scene.stiffness, "gamma1": scene.gamma1}
-    widths = np.asarray(card.half_width(depths, **given))
-    ends = depths - shape.height(widths)
-    for d, a, u_a in zip(depths, widths, ends, strict=True):
+    half_widths = np.asarray(card.half_width(depths, **given))
+    at_line = depths - shape.height(half_widths)
+    for d, a, u_a in zip(depths, half_widths, at_line, strict=True):
         x = a + scene.elastocapillary_length * np.linspace(0, 3, 7)
         u = cards.tail.displacement(x, a=a, u_a=u_a, **spring)
         yield Comparison(mesh.solve(scene, d).displacement(x), u, abs(u_a))
