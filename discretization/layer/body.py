@@ -5,6 +5,7 @@ around the axis. So one number describes it: its half-width or radius a, measure
 """
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,15 +15,30 @@ from discretization.profile import BEFORE_VERTICAL
 from energy import Scene
 from energy.arrays import Array
 
-# Half-width over h of a contact with the lowest point alone: far below any that is looked for, and
-# far above the rounding of positions, 2e-16 h.
-_POINT_CONTACT = 1e-12
-# Distance over h at which the power of f' beside the lowest point is read: higher powers of the
-# profile change it by 1e-6 or less there.
-_LOCAL = 1e-6
-# By how much a power that is read there may differ from a whole number: sharper than any profile
-# with a power of its own, such as 2.001, and blunter than rounding.
-_WHOLE_POWER = 1e-9
+
+@dataclass(frozen=True)
+class ProfileRules:
+    """How a profile is read beside its lowest point.
+
+    Attributes
+    ----------
+    point_contact : float
+        Half-width over h of a contact with the lowest point alone: far below any that is looked
+        for, and far above the rounding of positions, 2e-16 h.
+    local : float
+        Distance over h at which the power of f' beside the lowest point is read: higher powers of
+        the profile change it by 1e-6 or less there.
+    integer_power : float
+        By how much a power that is read there may differ from an integer: sharper than any profile
+        with a power of its own, such as 2.001, and blunter than rounding.
+    """
+
+    point_contact: float = 1e-12
+    local: float = 1e-6
+    integer_power: float = 1e-9
+
+
+_RULES = ProfileRules()
 
 
 class Body:
@@ -50,7 +66,7 @@ class Body:
     walled : bool
         Whether the body itself ends there.
     kinks : list of float
-        Distances at which the slope jumps, or is no whole power of the distance (at 0 alone).
+        Distances at which the slope jumps, or is no integer power of the distance (at 0 alone).
     breaks : list of float
         Distances > 0 at which the slope or any derivative of it jumps.
     corners : list of float
@@ -64,7 +80,7 @@ class Body:
         self.power = int(scene.axisymmetric)
         self.symmetry_factor = 2 * math.pi if self.power else 2.0
         self.apex = 0.0 if self.power else scene.mirror or 0.0
-        self.tip = _POINT_CONTACT * h
+        self.tip = _RULES.point_contact * h
         self.touch = float(self.height(0.0))
 
         self.edge = float(indenter.extent[1]) - self.apex
@@ -73,7 +89,7 @@ class Body:
             self.edge *= BEFORE_VERTICAL
 
         kinks = set(self._distances(indenter.corners))
-        if not self._has_whole_power(min(_LOCAL * h, self.edge / 4)):
+        if not self._has_integer_power(min(_RULES.local * h, self.edge / 4)):
             kinks.add(0.0)
         self.kinks = sorted(kinks)
         self.breaks = sorted({*self.kinks, *self._distances(indenter.knots)} - {0.0})
@@ -86,13 +102,13 @@ class Body:
         distances[np.abs(distances) <= self.tip] = 0.0
         return list(distances[distances >= 0].tolist())
 
-    def _has_whole_power(self, x: float) -> bool:
-        """Whether f' grows as a whole power of the distance between x and 2x."""
+    def _has_integer_power(self, x: float) -> bool:
+        """Whether f' grows as an integer power of the distance between x and 2x."""
         slope = self.slope(x * np.array([1.0, 2.0]))
         if slope[0] <= 0:
             return True
         power = math.log2(slope[1] / slope[0])
-        return abs(power - round(power)) <= _WHOLE_POWER
+        return abs(power - round(power)) <= _RULES.integer_power
 
     def area(self, a: Any) -> Any:
         """Contact area of half-width a: 2a per length of a line contact, or πa²."""

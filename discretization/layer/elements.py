@@ -9,6 +9,7 @@ tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth there an
 import functools
 import itertools
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,15 +18,36 @@ from discretization.surfaces.network import gauss_lobatto
 from energy.arrays import Array, Complex
 
 DEGREE = 12  # of the polynomials on an element, which leave rounding on elements graded as below
-_GROWTH = 4.0  # length of an element over that of its neighbour towards the line
-_BOUNDARY_LAYER = 8.0  # length of the element beside the line, over 1/√τ of the stiffest pole
-_FEWEST_AT_KINK = 8  # elements that grow away from a kink, the least 4⁻⁷ = 6e-5 of the first
-# Distance from the line, over a, beyond which no element ends: the next one would be shorter than
-# what rounding leaves of 1 - x/a.
-_RESOLVED = 1 - 1e-12
-# Distance over the length of an element within which no second element ends: a sliver resolves
-# nothing, and its stiffness rounds.
-_SLIVER = 1e-3
+
+
+@dataclass(frozen=True)
+class Grading:
+    """How elements are graded towards the line and towards kinks.
+
+    Attributes
+    ----------
+    growth : float
+        Length of an element over that of its neighbour towards the line.
+    boundary_layer : float
+        Length of the element beside the line, over 1/√τ of the stiffest pole.
+    fewest_at_kink : int
+        Elements that grow away from a kink, at least: the shortest is 4⁻⁷ = 6e-5 of the first.
+    resolved : float
+        Distance from the line, over a, beyond which no element ends: the next one would be shorter
+        than what rounding leaves of 1 - x/a.
+    sliver : float
+        Distance over the length of an element within which no second element ends: a sliver
+        resolves nothing, and its stiffness rounds.
+    """
+
+    growth: float = 4.0
+    boundary_layer: float = 8.0
+    fewest_at_kink: int = 8
+    resolved: float = 1 - 1e-12
+    sliver: float = 1e-3
+
+
+_GRADING = Grading()
 
 
 def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ...]:
@@ -55,21 +77,21 @@ def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ..
     kinks = [x for x in body.kinks if 0 < x < a]
     for left, right in itertools.pairwise([0.0, *kinks, a]):
         kink_on_the_left = left in body.kinks
-        ratio = (right - left) / (_BOUNDARY_LAYER * shortest)
-        count = math.ceil(math.log(max(1.0, ratio), _GROWTH))
+        ratio = (right - left) / (_GRADING.boundary_layer * shortest)
+        count = math.ceil(math.log(max(1.0, ratio), _GRADING.growth))
         if kink_on_the_left:
-            count = max(count, _FEWEST_AT_KINK)
-        steps = [(right - left) / a * first / _GROWTH**i for i in range(count)]
+            count = max(count, _GRADING.fewest_at_kink)
+        steps = [(right - left) / a * first / _GRADING.growth**i for i in range(count)]
         ends += _graded(1 - right / a, 1, steps, ends)
         if kink_on_the_left:
             ends += _graded(1 - left / a, -1, steps, ends)
-    resolved = {z for z in ends if z == 1 or z < _RESOLVED}
+    resolved = {z for z in ends if z == 1 or z < _GRADING.resolved}
     return tuple(sorted(resolved, reverse=True))
 
 
 def _graded(origin: float, direction: int, steps: list[float], ends: list[float]) -> list[float]:
     """Places in these steps from an origin, but for those that are next to other ends."""
-    places = [(origin + direction * step, _SLIVER * step) for step in steps]
+    places = [(origin + direction * step, _GRADING.sliver * step) for step in steps]
     return [z for z, sliver in places if min(abs(z - end) for end in ends) > sliver]
 
 

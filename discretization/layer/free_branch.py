@@ -22,14 +22,38 @@ from energy import Scene
 from energy.arrays import Array
 
 _DEGREES = (8, 16, 32, 64)  # of the polynomials, one after the other
-# Relative difference of D and P from those of half the degree, at which a degree is enough: its own
-# error is about the square of that.
-_AGREEMENT = 1e-4
-_POWER = 3  # a grows with this power of t beside a line that closes up, where D changes within l
-_NARROWEST = 1e-6  # least half-width over the largest one, at which a line contact has closed up
-_NEAREST = 1e-3  # how near to the edge of a body, over its half-width, an end of the branch may be
-_OCTAVES = 40  # of half-widths around h, more than D can need to turn
-_SAMPLES = 256  # half-widths at which D is read to find its least value
+
+
+@dataclass(frozen=True)
+class BranchRules:
+    """How the polynomials over all half-widths are made.
+
+    Attributes
+    ----------
+    agreement : float
+        Relative difference of D and P from those of half the degree, at which a degree is enough:
+        its own error is about the square of that.
+    power : int
+        a grows with this power of t beside a line that closes up, where D changes within l.
+    narrowest : float
+        Least half-width over the largest one, at which a line contact has closed up.
+    nearest : float
+        How near to the edge of a body, over its half-width, an end of the branch may be.
+    octaves : int
+        Octaves of half-widths around h: more than D can need to turn.
+    samples : int
+        Half-widths at which D is read to find its least value.
+    """
+
+    agreement: float = 1e-4
+    power: int = 3
+    narrowest: float = 1e-6
+    nearest: float = 1e-3
+    octaves: int = 40
+    samples: int = 256
+
+
+_BRANCH = BranchRules()
 
 
 def applies(scene: Scene) -> bool:
@@ -73,7 +97,7 @@ def free_branch(scene: Scene, deepest: float, count: int, rtol: float) -> FreeBr
     branch = _Polynomials.of(Body(scene), deepest, rtol)
     if branch is None:
         return None
-    places = branch.half_width(np.linspace(-1.0, 1.0, _SAMPLES))
+    places = branch.half_width(np.linspace(-1.0, 1.0, _BRANCH.samples))
     rest = branch.rest_depth(places)
     least = int(np.argmin(rest))
     steps = np.diff(rest)
@@ -135,23 +159,23 @@ class _Polynomials:
         u = depth - self.body.height(a)
         force = at_depth(self.coefficients(a), u).force
         other_force = at_depth(half.coefficients(a), u).force
-        if np.abs(force - other_force).max() > _AGREEMENT * np.abs(force).max():
+        if np.abs(force - other_force).max() > _BRANCH.agreement * np.abs(force).max():
             return False
         off = np.abs(depth - half.rest_depth(a)).max()
-        return bool(off <= _AGREEMENT * np.abs(depth).max())
+        return bool(off <= _BRANCH.agreement * np.abs(depth).max())
 
     def half_width(self, t: Array) -> Array:
         """a at t."""
         if self.low:
             return np.asarray(self.high * (self.low / self.high) ** ((1 - t) / 2))
-        return np.asarray(self.high * np.maximum(((1 + t) / 2) ** _POWER, _NARROWEST))
+        return np.asarray(self.high * np.maximum(((1 + t) / 2) ** _BRANCH.power, _BRANCH.narrowest))
 
     def coefficients(self, a: Array) -> Array:
         """`Contact.coefficients` (5, n) at half-widths (n,)."""
         if self.low:
             t = 1 - 2 * np.log(a / self.high) / math.log(self.low / self.high)
         else:
-            t = 2 * (a / self.high) ** (1 / _POWER) - 1
+            t = 2 * (a / self.high) ** (1 / _BRANCH.power) - 1
         return np.asarray(chebval(t, self.series))
 
     def rest_depth(self, a: Array) -> Array:
@@ -180,21 +204,21 @@ def _around(body: Body, deepest: float, rtol: float) -> tuple[float, float] | No
     def rest_depth(a: float) -> float:
         return float(body.rest_depth(a, Contact(body, a, rtol).reaction, excess, 1))
 
-    places = body.scene.layer.h * np.exp2(np.arange(-_OCTAVES / 2, _OCTAVES / 2))
+    places = body.scene.layer.h * np.exp2(np.arange(-_BRANCH.octaves / 2, _BRANCH.octaves / 2))
     places = places[places < body.edge]
     rising = np.flatnonzero(body.height(places) - body.touch > deepest - body.touch)
     high = float(places[rising[0] if rising.size else -1])
-    for _ in range(_OCTAVES):
+    for _ in range(_BRANCH.octaves):
         depth = rest_depth(high)
         if depth > deepest:
             break
-        if high >= body.edge * (1 - _NEAREST):
+        if high >= body.edge * (1 - _BRANCH.nearest):
             return None
         high = min(2 * high, (high + body.edge) / 2)
     if not body.power:
         return 0.0, high
     low = high
-    for _ in range(_OCTAVES):
+    for _ in range(_BRANCH.octaves):
         low /= 2
         wider = depth
         depth = rest_depth(low)

@@ -25,20 +25,64 @@ from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array
 
 _PLACES = 2.0 ** np.arange(-30, 31)  # half-widths over h that are tried first, and the largest
-# Slope over √(2w/γ₁), and height over the depth, up to which adhesion rules: a line at such a
-# half-width advances.
-_ADHESION_RULES = 1 / 4
-_FAR_BELOW = 1 / 64  # of the shortest length of the layer: D is a power of a below
-_CLOSED = 1e-8  # of a half-width where adhesion rules: the line contact has closed up
-_SPARSE = 6.0  # octaves of a between places where D is a power of a
-# Rounds of the search for the greatest D. Each narrows it fourfold, and D is known twice as well as
-# the place: 4⁻¹⁰ = 1e-6, and 1e-12 of D.
-_TURN_ROUNDS = 10
-_TIE = 1e-12  # relative difference of depths that count as the same
-_STRAIGHT = 3e-7  # of a: over so little D is straight to rounding, 3e-7² = 1e-13
-_DEGREE = 10  # of the polynomials of a panel
-_NARROWEST_PANEL = 2.0**-9  # octaves of a: a narrower panel is not halved, it holds a kink
-_COEFFICIENTS_LEFT = 0.1  # of the tolerance: size of the last coefficients of a panel
+
+
+@dataclass(frozen=True)
+class LineRules:
+    """Where the line of a contact is looked for, and how exactly.
+
+    Attributes
+    ----------
+    adhesion_dominates : float
+        Slope over √(2w/γ₁), and height over the depth, up to which a line advances, whatever lies
+        below it.
+    far_below : float
+        Of the shortest length of the layer: at smaller half-widths D is a power of a.
+    closed : float
+        Of a half-width where adhesion dominates: at that of a line contact that has closed up.
+    sparse : float
+        Octaves of a between places where D is a power of a.
+    turn_rounds : int
+        Rounds of the search for the greatest D. Each narrows it fourfold, and D is known twice as
+        well as the place: 4⁻¹⁰ = 1e-6, and 1e-12 of D.
+    tie : float
+        Relative difference of depths that count as the same.
+    straight : float
+        Of a: over so little D is straight to rounding, 3e-7² = 1e-13.
+    """
+
+    adhesion_dominates: float = 1 / 4
+    far_below: float = 1 / 64
+    closed: float = 1e-8
+    sparse: float = 6.0
+    turn_rounds: int = 10
+    tie: float = 1e-12
+    straight: float = 3e-7
+
+
+_LINE = LineRules()
+
+
+@dataclass(frozen=True)
+class PanelRules:
+    """Polynomials in log₂ a of the coefficients of contacts.
+
+    Attributes
+    ----------
+    degree : int
+        Degree on a panel.
+    narrowest : float
+        Octaves of a: a narrower panel is not halved, it holds a kink.
+    coefficients_left : float
+        Of the tolerance: size of the last coefficients of a panel that is fine enough.
+    """
+
+    degree: int = 10
+    narrowest: float = 2.0**-9
+    coefficients_left: float = 0.1
+
+
+_PANEL = PanelRules()
 
 
 class Rest(NamedTuple):
@@ -113,56 +157,68 @@ class Lines:
         ValueError
             If it comes beyond a known profile.
         """
-        tie = _TIE * (abs(here - to) + abs(self.body.height(start) - self.body.touch))
-        previous = start
-        a = start
+        tie = _LINE.tie * (abs(here - to) + abs(self.body.height(start) - self.body.touch))
+        place_before = start
+        place = start
         depth = here
-        rising = not past  # whether D has changed in the direction of the line so far
-        for x, value in self._ahead(start, direction):
+        depth_follows = not past  # whether D has changed in the direction of the line so far
+        for next_place, next_depth in self._ahead(start, direction):
             # A place that comes twice is a corner; here D jumps on its far side.
-            if x == a and (not past or direction * (value - to) >= 0):
-                return Rest(x, depth, "corner")
-            turned = rising and direction * (value - depth) < -tie
-            if turned:
-                begin = previous
-                end, furthest = self._turn(previous, x, to, direction)
+            is_corner = next_place == place
+            if is_corner and (not past or direction * (next_depth - to) >= 0):
+                return Rest(next_place, depth, "corner")
+            turns = depth_follows and direction * (next_depth - depth) < -tie
+            if turns:
+                begin = place_before
+                end, furthest = self._turn(place_before, next_place, to, direction)
             else:
-                begin = a
-                end = x
-                furthest = value
+                begin = place
+                end = next_place
+                furthest = next_depth
             if direction * (furthest - to) >= 0:
                 fraction = (to - depth) / ((furthest - depth) or 1.0)
                 return Rest(self._zero(begin, end, to, direction, fraction), to, "rests")
-            if turned and not past:
+            if turns and not past:
                 return Rest(end, furthest, "turns")
-            rising = direction * (value - depth) > 0
-            previous = a
-            a = x
-            depth = value
+            depth_follows = direction * (next_depth - depth) > 0
+            place_before = place
+            place = next_place
+            depth = next_depth
         if direction > 0:
-            raise unknown(to, a + self.body.apex)
-        return Rest(a, depth, "lost")
+            raise unknown(to, place + self.body.apex)
+        return Rest(place, depth, "lost")
 
     def _turn(self, one: float, other: float, to: float, direction: int) -> tuple[float, float]:
-        """Where between two half-widths D turns back, or comes as far as a depth, and D there."""
+        """Where D turns back between two half-widths, or where it has come as far as a depth.
+
+        Returns
+        -------
+        a, depth : float
+            The half-width, and D there [length].
+        """
         backwards = np.vectorize(lambda a: -direction * self.rest_depth(a, direction))
         low, high = sorted((one, other))
-        a, value = bracketed_minimum(backwards, low, high, -direction * to, _TURN_ROUNDS)
+        a, value = bracketed_minimum(backwards, low, high, -direction * to, _LINE.turn_rounds)
         return a, -direction * value
 
     def _zero(self, begin: float, end: float, to: float, direction: int, fraction: float) -> float:
-        """The half-width at which D is a depth; at the end, which may be a corner, D before it."""
+        """The half-width between two others at which D is a depth.
 
-        def short_of(a: float) -> float:
+        At the end, which may be a corner, D counts as the line comes to it; fraction: where it is
+        looked for first, from `begin` to `end`.
+        """
+
+        def beyond_depth(a: float) -> float:
             side = -direction if a == end else direction
             return float(direction * (self.rest_depth(a, side) - to))
 
         first = max(0.1, min(0.9, fraction))
-        return bracketed(short_of, begin, end, _STRAIGHT, first)
+        return bracketed(beyond_depth, begin, end, _LINE.straight, first)
 
     def _ahead(self, a: float, direction: int) -> Iterator[tuple[float, float]]:
-        """Places from a line on, and D there; corners that may pin it come twice, D beyond last.
+        """Places to which a line comes one after the other, and D there.
 
+        A corner comes twice, first with D before it, then with D beyond it if that is further on.
         A lowest point alone opens at first touch, until when it stays. A line contact closes up;
         about an axis D returns to first touch as the radius vanishes. Far below all lengths, and
         where adhesion begins to rule, D turns once at most.
@@ -173,12 +229,14 @@ class Lines:
         if direction > 0:
             end = min(body.edge, float(_PLACES[-1]) * layer.h)
         else:
-            end = min(a, max(_CLOSED * small, self.narrowest))
+            end = min(a, max(_LINE.closed * small, self.narrowest))
         length = max(small, min(layer.h, body.scene.gamma1 / layer.shear_modulus))
-        middle = sorted((a, _FAR_BELOW * length, end))[1]
-        first, second = (_SPARSE, self.step) if direction > 0 else (self.step, _SPARSE)
-        places = set(_octaves(a, middle, first, direction))
-        places |= set(_octaves(middle, end, second, direction))
+        middle = sorted((a, _LINE.far_below * length, end))[1]
+        # Up to the middle contacts are far below all lengths, beyond it they are not; or inwards.
+        step_before = _LINE.sparse if direction > 0 else self.step
+        step_beyond = self.step if direction > 0 else _LINE.sparse
+        places = set(_octaves(a, middle, step_before, direction))
+        places |= set(_octaves(middle, end, step_beyond, direction))
         pinning = {*body.corners, self.narrowest}
         corners = {x for x in pinning if direction * a < direction * x <= direction * end}
         places |= {middle, end, *corners}
@@ -214,10 +272,10 @@ class Lines:
         h = body.scene.layer.h
         places = np.minimum(_PLACES * h, body.edge / 2)
         by_adhesion = self.excess * max(h, body.scene.elastocapillary_length)
-        allowed = _ADHESION_RULES * (depth - body.touch + by_adhesion)
+        allowed = _LINE.adhesion_dominates * (depth - body.touch + by_adhesion)
         flat = body.height(places) - body.touch < allowed
         if self.excess:
-            flat &= body.slope(places) < _ADHESION_RULES * self.excess
+            flat &= body.slope(places) < _LINE.adhesion_dominates * self.excess
         return max(float(places[flat].max(initial=0.0)), self.narrowest)
 
     @functools.cached_property
@@ -236,9 +294,14 @@ def _octaves(start: float, end: float, step: float, direction: int) -> list[floa
 
 
 class Panel(NamedTuple):
-    """Legendre coefficients (5, 11) of `Contact.coefficients` over a range of log₂ a.
+    """Polynomials of `Contact.coefficients` over a range of log₂ a.
 
-    resolved: whether the last ones are small enough.
+    Attributes
+    ----------
+    series : ndarray (5, 11)
+        Their Legendre coefficients.
+    resolved : bool
+        Whether the last ones are small enough.
     """
 
     series: Array
@@ -278,7 +341,7 @@ class Table:
             middle = min(breaks)
         else:
             panel = self._panel(low, high)
-            if panel.resolved or high - low < _NARROWEST_PANEL:
+            if panel.resolved or high - low < _PANEL.narrowest:
                 return np.asarray(legval((2 * t - low - high) / (high - low), panel.series.T))
             middle = (low + high) / 2
         found = np.empty((5, t.size))
@@ -301,11 +364,11 @@ class Table:
         Its last coefficients count over the sizes of the five: σ; s₀ with f' and √(2w/γ₁); dP/du;
         and that times once and twice how much u(a) may change, s₀ over σ.
         """
-        t = (low + high + (high - low) * gauss_lobatto(_DEGREE)[0]) / 2
+        t = (low + high + (high - low) * gauss_lobatto(_PANEL.degree)[0]) / 2
         half_widths = np.minimum(np.exp2(t), self.body.edge)
         contacts = [Contact(self.body, a, self.tolerance) for a in half_widths.tolist()]
         values = np.array([contact.coefficients for contact in contacts])
-        series = values.T @ to_legendre(_DEGREE)
+        series = values.T @ to_legendre(_PANEL.degree)
         excess = self.body.scene.opened.surfaces.small_slope_deficit
         slope = abs(float(self.body.slope(2.0**high, -1)))
         sigma = values[:, 0].min()
@@ -316,5 +379,5 @@ class Table:
             [sigma, offset, stiffness, stiffness * displacement, stiffness * displacement**2]
         )
         last = np.abs(series[:, -2:]).max(axis=1)
-        resolved = (last <= _COEFFICIENTS_LEFT * self.tolerance * sizes).all()
+        resolved = (last <= _PANEL.coefficients_left * self.tolerance * sizes).all()
         return Panel(series, bool(resolved))

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,30 +41,89 @@ from discretization.roots import bracketed
 from energy import Scene, SurfaceEnergies
 from energy.arrays import Array
 
-_FIRST_POWER = 5  # 2⁵ nodes on each side are tried first,
-_LAST_POWER = 12  # and 2¹² at last: their compliance fills 128 MB
-_SPARE = 4  # links that must be known beyond the line, for the polynomial
-_NO_RING = 1e-9  # radius over the spacing of a ring that is none
-_FEWEST = 8  # nodes of a contact whose error can be told from coarser ones
-_SAFETY = 4.0  # times the difference of two spacings: the estimated error
-# Part of the errors of force and energy that the half-width is assumed to have, even if those of
-# different spacings happen to agree.
-_CHANCE = 0.05
-_COARSE = 0.05  # relative errors that are no small ones: nodes do not resolve the free surface
-_COMPLIANCE_ERROR = 1e-6  # relative errors of results that the compliance below leaves
-# Relative step of γ₁ for ∂U/∂γ₁: a central difference is off by its square, 1e-4, as nodes are.
-_TENSION_STEP = 1e-2
+
+@dataclass(frozen=True)
+class NodeRules:
+    """How many nodes there are, and how a state on them estimates its errors.
+
+    Attributes
+    ----------
+    first_power : int
+        2⁵ nodes on each side are tried first,
+    last_power : int
+        and 2¹² at last: their compliance fills 128 MB.
+    spare : int
+        Links that must be known beyond the line, for the polynomial.
+    no_ring : float
+        Radius over the spacing of a ring that is none.
+    fewest : int
+        Nodes at least of a contact whose error coarser ones show.
+    safety : float
+        The estimated error over the difference of two spacings.
+    chance : float
+        Of the errors of force and energy: what the half-width is assumed to be off by, even if
+        those of different spacings happen to agree.
+    coarse : float
+        Relative errors that are no small ones: nodes do not resolve the free surface.
+    tension_step : float
+        Relative step of γ₁ for ∂U/∂γ₁: a central difference is off by its square, 1e-4, as nodes
+        are.
+    """
+
+    first_power: int = 5
+    last_power: int = 12
+    spare: int = 4
+    no_ring: float = 1e-9
+    fewest: int = 8
+    safety: float = 4.0
+    chance: float = 0.05
+    coarse: float = 0.05
+    tension_step: float = 1e-2
+
+
+_NODES = NodeRules()
+
+
+@dataclass(frozen=True)
+class WaveIntegral:
+    """How the integral over wave numbers is cut into panels.
+
+    tests/layer/test_independent.py compares its results with those of poles.
+
+    Attributes
+    ----------
+    error : float
+        Relative error of results that it leaves at most.
+    phase : float
+        Width of a panel in q times the largest distance: 1.6 waves for 16 points.
+    remainder : float
+        Of the compliance: what is left beyond the largest q.
+    at_rings : float
+        Largest q times the distance of the innermost ring from the axis, at least: J₀ is a wave
+        there.
+    first_panel : float
+        End of the first panel, over the wave numbers of layer and tension.
+    widest : float
+        Largest q times the largest distance that are computed: 10⁴ panels.
+    coincident : float
+        Phase between two places that count as one.
+    """
+
+    error: float = 1e-6
+    phase: float = 10.0
+    remainder: float = 1e-7
+    at_rings: float = 20.0
+    first_panel: float = 1e-3
+    widest: float = 1e5
+    coincident: float = 1e-8
+
+
+_WAVES = WaveIntegral()
+
 
 # The integral over wave numbers, whose error is to be _COMPLIANCE_ERROR at most;
 # tests/layer/test_independent.py compares the results with those of poles.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_PHASE = 10.0  # width of a panel in q times the largest distance: 1.6 waves for 16 points
-_REMAINDER = 1e-7  # of the compliance: what is left beyond the largest q
-# Largest q times the distance of the innermost ring from the axis, at least: J₀ is a wave there.
-_WAVES_AT_RINGS = 20.0
-_FLATTEST = 1e-3  # end of the first panel, over the wave numbers of layer and tension
-_WIDEST = 1e5  # largest q times the largest distance that are computed: 10⁴ panels
-_COINCIDENT = 1e-8  # phase between two places that count as one
 
 
 class Nodes(FreeSurface):
@@ -102,9 +161,9 @@ class Nodes(FreeSurface):
     def of(cls, body: Body, depth: float, spacing: float, most: int) -> Nodes:
         """At most so many on each side; the outermost one is at the edge of a body that ends."""
         first = body.edge % spacing if body.walled else 0.0
-        if body.power and first < _NO_RING * spacing:
+        if body.power and first < _NODES.no_ring * spacing:
             first += spacing
-        count = math.floor(min(most, (body.edge - first) / spacing + 1 + _NO_RING))
+        count = math.floor(min(most, (body.edge - first) / spacing + 1 + _NODES.no_ring))
         return cls(body, depth, spacing, first + spacing * np.arange(count, dtype=float))
 
     @functools.cached_property
@@ -249,8 +308,8 @@ class Nodes(FreeSurface):
             surfaces = SurfaceEnergies.from_work(factor * scene.gamma1, 0.0)
             return compliance(replace(scene, surfaces=surfaces), nodes, nodes, self.spacing)
 
-        difference = compliance_at(1 - _TENSION_STEP) - compliance_at(1 + _TENSION_STEP)
-        surface = float(self.forces @ difference @ self.forces) / (4 * _TENSION_STEP)
+        difference = compliance_at(1 - _NODES.tension_step) - compliance_at(1 + _NODES.tension_step)
+        surface = float(self.forces @ difference @ self.forces) / (4 * _NODES.tension_step)
         return with_surface(state, surface)
 
     @functools.cached_property
@@ -287,22 +346,21 @@ class Nodes(FreeSurface):
         Of second order in the spacing: a difference is divided by 2² - 1 or 3² - 1, and multiplied
         by 4 for safety. Infinite for a contact of few nodes, or if an error is above 5 %.
         """
-        worst = np.full(3, _COMPLIANCE_ERROR)
+        largest = np.full(3, _WAVES.error)
         sizes = np.array([self.a, *self.scales.values()])
         for times in (2, 3):
             most = 1 + self.x.size // times
             coarse = Nodes.of(self.body, self.depth, times * self.spacing, most)
-            if self.n < _FEWEST or coarse.n < 1:
+            if self.n < _NODES.fewest or coarse.n < 1:
                 return UNRESOLVED
-            off = np.array(
-                [coarse.a - self.a, coarse.force - self.force, coarse.energy - self.energy]
-            )
-            worst = np.maximum(worst, _SAFETY * np.abs(off) / sizes / (times**2 - 1))
-        worst[1:] = worst.max()  # what moves a line changes force and energy as well
-        worst[0] = max(worst[0], 0.0 if self.pinned else _CHANCE * worst[1])
-        if worst.max() > _COARSE:
+            changes = [coarse.a - self.a, coarse.force - self.force, coarse.energy - self.energy]
+            largest = np.maximum(largest, _NODES.safety * np.abs(changes) / sizes / (times**2 - 1))
+        largest[1:] = largest.max()  # what moves a line changes force and energy as well
+        of_half_width = 0.0 if self.pinned else _NODES.chance * largest[1]
+        largest[0] = max(largest[0], of_half_width)
+        if largest.max() > _NODES.coarse:
             return UNRESOLVED
-        return dict(zip(QUANTITIES, worst.tolist(), strict=True))
+        return dict(zip(QUANTITIES, largest.tolist(), strict=True))
 
 
 def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -> Equilibrium:
@@ -329,14 +387,15 @@ def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -
         If the contact reaches the end of a known profile, or has too many nodes.
     """
     body = Body(scene)
-    for power in range(_FIRST_POWER, _LAST_POWER + 1):
+    for power in range(_NODES.first_power, _NODES.last_power + 1):
         nodes = Nodes.of(body, depth, spacing, 2**power)
         if nodes.ends_body or nodes.x.size < 2**power or 2 * nodes.n < nodes.x.size:
             break
-    if nodes.n >= nodes.x.size - _SPARE and not nodes.ends_body:
+    if nodes.n >= nodes.x.size - _NODES.spare and not nodes.ends_body:
         raise ValueError(
             f"depth = {depth!r} spreads the contact over the whole known profile, or more than "
-            f"{2**_LAST_POWER} nodes; give a wider profile, a larger spacing, or a smaller depth"
+            f"{2**_NODES.last_power} nodes; give a wider profile, a larger spacing, or a smaller "
+            "depth"
         )
     return certified(scene, depth, nodes if nodes.n >= 0 else None, branch, spacing)
 
@@ -374,9 +433,9 @@ def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
     gamma1 = scene.gamma1
     m = math.sqrt(layer.shear_modulus / layer.h / gamma1)
     half_space = layer.shear_modulus / (1 - layer.nu)  # H
-    largest = math.cbrt(m * (m * m + (half_space / gamma1) ** 2) / (4 * _REMAINDER))
-    largest += 10 / layer.h + 10 * m + _WAVES_AT_RINGS / spacing
-    first = _FLATTEST * (1 / layer.h + m)
+    largest = math.cbrt(m * (m * m + (half_space / gamma1) ** 2) / (4 * _WAVES.remainder))
+    largest += 10 / layer.h + 10 * m + _WAVES.at_rings / spacing
+    first = _WAVES.first_panel * (1 / layer.h + m)
     furthest = float(max(x[-1], z.max(), spacing))
     q, weights = _wave_numbers(first, largest, furthest)
 
@@ -401,7 +460,7 @@ def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
 
 def _wave_numbers(first: float, largest: float, furthest: float) -> tuple[Array, Array]:
     """Gauss points q and weights on panels that grow twofold until waves turn on them."""
-    if largest * furthest > _WIDEST:
+    if largest * furthest > _WAVES.widest:
         raise ValueError(
             f"the surface {furthest!r} from the middle of the contact is "
             f"{largest * furthest:.0f} times as "
@@ -409,7 +468,7 @@ def _wave_numbers(first: float, largest: float, furthest: float) -> tuple[Array,
             "smaller depth"
         )
     growing = np.geomspace(first, largest, math.ceil(math.log2(largest / first)))
-    even = np.linspace(0.0, largest, 1 + math.ceil(largest * furthest / _PHASE))
+    even = np.linspace(0.0, largest, 1 + math.ceil(largest * furthest / _WAVES.phase))
     ends = np.union1d(even, growing)
     middle = (ends[1:, None] + ends[:-1, None]) / 2
     half = np.diff(ends)[:, None] / 2
@@ -418,7 +477,7 @@ def _wave_numbers(first: float, largest: float, furthest: float) -> tuple[Array,
 
 def _beyond(largest: float, distance: Array) -> Array:
     """∫ cos(qs)/q³ dq from the largest q on, of distances s."""
-    y = np.maximum(largest * distance, _COINCIDENT)
+    y = np.maximum(largest * distance, _WAVES.coincident)
     cosine_integral = scipy.special.sici(y)[1]
     integral = np.cos(y) - y * np.sin(y) + y * y * cosine_integral
     return np.asarray(integral / (2 * largest * largest))

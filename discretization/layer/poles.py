@@ -16,6 +16,7 @@ displacement has a kink, and nothing of the layer may compete with γ₁u'².
 
 import functools
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -28,21 +29,68 @@ from energy.arrays import Array, Complex
 from energy.layer import relative_stiffness
 
 _FLOW = 3.0  # k₁ over G/h³ of an incompressible layer: Poiseuille flow between its two surfaces
-# What follows is chosen so that the sum keeps its tolerance; tests/layer/test_response.py compares
-# it with the layer's stiffness for tolerances from 1e-9 to 1e-2 and γ₁ over 8 decades.
-_DIGITS_PER_PAIR = 2.0  # decimal digits that one of the layer's own pairs of poles is good for
-_BEYOND = 1.5  # the smallest τ of the other poles, over the largest |τ| of the layer's own
-_TENSION_RULES = 0.3  # relative error of k alone at which no more poles are added
-_SAMPLES_PER_DECADE = 160  # samples of q per decimal digit of the tolerance; every second is fitted
-_MOST_SAMPLES = 1401
-_FLATTEST = 5e-4  # qh of the first sample: there k differs from k(0) by about (qh)² = 2.5e-7
-_FURTHEST = 1e3  # the last q, over that beyond which k < γ₁q² times the tolerance
 
-_NEWTON_STEPS = 8  # from the asymptotic zeros of (3 - 4ν) sinh z = z; each doubles the digits
-_ABERTH_STEPS = 100  # of 300 random layers half took 8, and one 17
-# A relative change of λ² after which only rounding is left: Aberth's method converges cubically.
-_CONVERGED = 1e-9
-_REAL = 1e-13  # imaginary part over |λ| that is rounding
+
+@dataclass(frozen=True)
+class PoleRules:
+    """Which poles there are, and at which q they are fitted, so that the sum keeps its tolerance;
+    tests/layer/test_response.py compares it with the stiffness of layers for tolerances from 1e-9
+    to 1e-2 and γ₁ over 8 decades.
+
+    Attributes
+    ----------
+    digits_per_pair : float
+        Decimal digits that one of the layer's own pairs of poles is good for.
+    beyond : float
+        The smallest τ of the other poles, over the largest |τ| of the layer's own.
+    tension_dominates : float
+        Relative error of k alone at which no more poles are added.
+    samples_per_decade : int
+        Samples of q per decimal digit of the tolerance; every second is fitted.
+    most_samples : int
+        Samples of q at most.
+    first : float
+        qh of the first sample: there k differs from k(0) by about (qh)² = 2.5e-7.
+    furthest : float
+        The last q, over that beyond which k < γ₁q² times the tolerance.
+    """
+
+    digits_per_pair: float = 2.0
+    beyond: float = 1.5
+    tension_dominates: float = 0.3
+    samples_per_decade: int = 160
+    most_samples: int = 1401
+    first: float = 5e-4
+    furthest: float = 1e3
+
+
+_POLES = PoleRules()
+
+
+@dataclass(frozen=True)
+class ZeroRules:
+    """How zeros in the complex plane are found.
+
+    Attributes
+    ----------
+    newton_steps : int
+        Steps from the asymptotic zeros of (3 - 4ν) sinh z = z; each doubles the digits.
+    aberth_steps : int
+        Steps of Aberth's method at most: of 300 random layers half took 8, and one 17.
+    converged : float
+        A relative change of λ² after which only rounding is left, as the method converges
+        cubically.
+    real : float
+        Imaginary part over |λ| that is rounding.
+    """
+
+    newton_steps: int = 8
+    aberth_steps: int = 100
+    converged: float = 1e-9
+    real: float = 1e-13
+
+
+_ZEROS = ZeroRules()
 
 
 class Poles(NamedTuple):
@@ -98,15 +146,17 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     unit = layer.shear_modulus / h  # of stiffness
     gamma = gamma1 / (unit * h**2)  # from here on in units of the thickness and the shear modulus
     half_space = 1 - layer.nu  # a half-space has the stiffness q over this
-    count = max(1, round(-math.log10(tolerance) / _DIGITS_PER_PAIR))
+    count = max(1, round(-math.log10(tolerance) / _POLES.digits_per_pair))
     first = _flow_pole(layer.nu)
     pairs = _own_pairs(layer.nu, count)
-    real = _spaced_poles(abs(pairs[-1]) * _BEYOND, gamma * half_space, tolerance)
+    real = _spaced_poles(abs(pairs[-1]) * _POLES.beyond, gamma * half_space, tolerance)
     at_rest = first * float(relative_stiffness(layer.nu, 0.0)) if first else _FLOW
 
-    furthest = max(_FURTHEST / (tolerance * gamma * half_space), _FURTHEST)
-    samples = min(round(_SAMPLES_PER_DECADE * (1 - math.log10(tolerance))), _MOST_SAMPLES)
-    q = np.exp(np.linspace(math.log(_FLATTEST), math.log(furthest), samples))
+    furthest = max(_POLES.furthest / (tolerance * gamma * half_space), _POLES.furthest)
+    samples = min(
+        round(_POLES.samples_per_decade * (1 - math.log10(tolerance))), _POLES.most_samples
+    )
+    q = np.exp(np.linspace(math.log(_POLES.first), math.log(furthest), samples))
     fitted, error = _fitted(layer.nu, gamma, q, at_rest, first, real, pairs)
     still = fitted[0]
     c_real = fitted[1 : real.size + 1]
@@ -157,7 +207,7 @@ def _own_pairs(nu: float, count: int) -> Complex:
     ratio = 3 - 4 * nu
     height = (2 * np.arange(1, count + 1) + 0.5) * math.pi
     z = np.log(2 * height / ratio) + 1j * height
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(_ZEROS.newton_steps):
         z -= (ratio * np.sinh(z) - z) / (ratio * np.cosh(z) - 1)
     return np.asarray((-z * z / 4).conj())
 
@@ -167,8 +217,8 @@ def _spaced_poles(first: float, gamma: float, tolerance: float) -> Array:
     found = []
     tau = first
     error = 0.0
-    while error < _TENSION_RULES:
-        error = min(tolerance * (1 + gamma * math.sqrt(tau)), _TENSION_RULES)
+    while error < _POLES.tension_dominates:
+        error = min(tolerance * (1 + gamma * math.sqrt(tau)), _POLES.tension_dominates)
         step = math.exp(math.pi**2 / math.log(4 / error))
         found.append(tau * math.sqrt(step))
         tau *= step
@@ -187,7 +237,7 @@ def _decays(found: Poles, gamma1: float) -> Complex:
     beside_poles = found.tau * 1.05 * np.exp(0.05j * side)
     mean = math.sqrt((found.still * found.first + found.flow) / gamma1)
     mu = np.concatenate([beside_poles, mean * np.exp([-0.6j, 0.5j])])
-    for _ in range(_ABERTH_STEPS):
+    for _ in range(_ZEROS.aberth_steps):
         inverse = 1 / (mu[:, None] - found.tau)
         inverse_first = 1 / (found.first - mu)
         value = gamma1 * mu - found.still - found.flow * inverse_first - mu * (inverse @ found.c)
@@ -197,9 +247,9 @@ def _decays(found: Poles, gamma1: float) -> Complex:
         repulsion = (1 / differences).sum(axis=1)
         step = value / (rate + value * (inverse.sum(axis=1) - inverse_first - repulsion))
         mu = mu - step
-        if (np.abs(step) <= _CONVERGED * np.abs(mu)).all():
+        if (np.abs(step) <= _ZEROS.converged * np.abs(mu)).all():
             root = np.sqrt(mu)  # with a positive real part
-            return np.where(np.abs(root.imag) <= _REAL * np.abs(root), root.real, root)
+            return np.where(np.abs(root.imag) <= _ZEROS.real * np.abs(root), root.real, root)
     raise NotCertifiedError(
         "the free surface of the layer is not resolved; use another rtol, or response='springs'"
     )

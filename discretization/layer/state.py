@@ -7,6 +7,7 @@ a parabola of the depth; what these fields press and pull is known from other el
 import functools
 import math
 import warnings
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,24 +30,75 @@ from discretization.surfaces.network import on_elements
 from energy import Scene
 from energy.arrays import Array
 
-_POLES_SHARE = 0.5  # of rtol: tolerance of the poles; the rest is left to what lines move by
-_LOOSEST = 5e-5  # tolerance of the poles up to which comparing with coarser ones tells their error
-# Half-widths whose D gives dD/da by a difference: relative distances at which D changes by far more
-# than its rounding, and is straight still.
-_NEAREST_DIFFERENCE = 1e-7
-_DIFFERENCE = 1e-4
-_OCTAVE = 1.0  # of a: in one D turns once at most
-_COARSER = 30.0  # tolerance of the poles compared with, over that of a state
-# Part of the error of the poles that is assumed even if coarser ones happen to give the same.
-_CHANCE = 0.1
+
+@dataclass(frozen=True)
+class ErrorRules:
+    """How a state estimates its errors.
+
+    Attributes
+    ----------
+    poles : float
+        Of rtol: tolerance of the poles; the rest is left to what lines move by.
+    loosest : float
+        Tolerance of the poles at most: up to here comparing with coarser ones shows their error.
+    coarser : float
+        Tolerance of the poles that a state is compared with, over its own.
+    chance : float
+        Of the error of the poles: what is assumed even if coarser ones happen to give the same.
+    nearest : float
+        Relative distances of half-widths whose D gives dD/da by a difference: D changes by far more
+        than its rounding at this one,
+    furthest : float
+        and is straight still at this one.
+    other_elements : float
+        `Contact.first` of the elements that the certificate compares with; states have 0.5.
+    other_pressure : float
+        The same of those that the pressure is compared with.
+    """
+
+    poles: float = 0.5
+    loosest: float = 5e-5
+    coarser: float = 30.0
+    chance: float = 0.1
+    nearest: float = 1e-7
+    furthest: float = 1e-4
+    other_elements: float = 0.7
+    other_pressure: float = 0.9
+
+
+_ERRORS = ErrorRules()
+
+
+_OCTAVE = 1.0  # of a: over so much of it D turns once at most
 PRESSURE_KNOWN = 1e-3  # of the largest: by how much the pressures on two sets of elements differ
-_OTHER_PRESSURE = 0.9  # `Contact.first` of the elements that the pressure is compared with,
-_OTHER = 0.7  # and of those that the certificate compares with; states have 0.5
-_LOG_STEP = 0.1  # of ln x: places on the free surface, for integrals by the trapezoidal rule
-_PLACES = np.exp(np.arange(-30.0, _LOG_STEP, _LOG_STEP))  # these, over how far it reaches
-_SEARCH_STEP = 0.2  # of ln x: places at which the gap beside a contact is looked at
-_NEAREST = 0.1  # shortest decay lengths: the first of them
-_CLOSER = 401  # places in a step of these in which the gap is least
+
+
+@dataclass(frozen=True)
+class OutsideRules:
+    """Places on the free surface.
+
+    Attributes
+    ----------
+    step : float
+        Step of ln x, for integrals by the trapezoidal rule.
+    search_step : float
+        Step of ln x at which the gap beside a contact is looked at.
+    nearest : float
+        The first of these places, in the shortest decay length.
+    closer : int
+        Places in a step of these in which the gap is least.
+    """
+
+    step: float = 0.1
+    search_step: float = 0.2
+    nearest: float = 0.1
+    closer: int = 401
+
+
+_OUTSIDE = OutsideRules()
+
+
+_PLACES = np.exp(np.arange(-30.0, _OUTSIDE.step, _OUTSIDE.step))  # these, over how far it reaches
 
 
 @functools.lru_cache(maxsize=8)
@@ -167,22 +219,24 @@ class Layer(FreeSurface):
     def _penetration(self) -> float:
         """How far the free surface is inside the indenter [length], 0 if it is not."""
         decays = self.contact.poles.decays
-        nearest = _NEAREST / float(np.abs(decays).max())
+        nearest = _OUTSIDE.nearest / float(np.abs(decays).max())
         furthest = DECAYED / float(decays.real.min())
-        logs = np.arange(math.log(nearest), math.log(furthest) + _SEARCH_STEP, _SEARCH_STEP)
+        logs = np.arange(
+            math.log(nearest), math.log(furthest) + _OUTSIDE.search_step, _OUTSIDE.search_step
+        )
         x = np.minimum(np.exp(logs), (self.body.edge - self.a) * (1 - EPSILON))
         u, slope = self.displaced(x)
         gap_falls = self.body.slope(self.a + x) + slope < 0
         turns = np.flatnonzero(gap_falls[:-1] & ~gap_falls[1:])
         if turns.size:
-            x = np.append(x, np.linspace(x[turns], x[turns + 1], _CLOSER))
+            x = np.append(x, np.linspace(x[turns], x[turns + 1], _OUTSIDE.closer))
             u = self.displaced(x)[0]
         inside = self.depth - self.body.height(self.a + x) - u
         return float(inside.max(initial=0.0))
 
     def _mismatch_of_elements(self, pressed: float) -> float:
         """How far totals on other elements differ, over what is pressed and what is stored."""
-        contact = Contact(self.body, self.a, self.contact.tolerance, _OTHER)
+        contact = Contact(self.body, self.a, self.contact.tolerance, _ERRORS.other_elements)
         other = Layer(self.depth, contact).totals
         sizes = (pressed, pressed, self.totals[2] or 1.0)
         return float((np.abs(other - self.totals) / sizes).sum())
@@ -193,7 +247,7 @@ class Layer(FreeSurface):
         closing = self.body.scene.surfaces.small_slope_deficit
         advances = self.depth - self.body.rest_depth(self.a, reaction, closing, 1)
         recedes = self.body.rest_depth(self.a, reaction, self.opening, -1) - self.depth
-        return float(max(self.rate < 0, advances / size, recedes / size))
+        return worst(float(self.rate < 0), float(advances) / size, float(recedes) / size)
 
     def errors(self, state: Any) -> dict[str, float]:
         """Relative errors of half-width, force and energy.
@@ -206,17 +260,21 @@ class Layer(FreeSurface):
             return dict.fromkeys(QUANTITIES, 0.0)
         excess = self.body.scene.surfaces.small_slope_deficit
         fit = self.contact.poles.error
-        contact = Contact(self.body, self.a, _COARSER * self.contact.tolerance)
+        contact = Contact(self.body, self.a, _ERRORS.coarser * self.contact.tolerance)
         coarse = Layer(self.depth, contact)
         depth_coarse = self.body.rest_depth(self.a, contact.reaction, excess, -1)
         depth_own = self.body.rest_depth(self.a, self.contact.reaction, excess, -1)
-        least = self.certificate.force + _CHANCE * fit
+        least = self.certificate.force + _ERRORS.chance * fit
 
         move = abs(float(depth_coarse - depth_own) / self.rate)
-        move += _COARSER * least * self.size / abs(self.rate)
+        move += _ERRORS.coarser * least * self.size / abs(self.rate)
         force = abs(coarse.force - self.force) + move * excess * float(self.contact.lines[0])
-        coarse_errors = (move / self.a, force / (self.scales["force"] or 1.0), _COARSER * fit)
-        errors = [float(error / _COARSER + least + ROUNDING) for error in coarse_errors]
+        coarse_errors = (
+            move / self.a,
+            force / (self.scales["force"] or 1.0),
+            _ERRORS.coarser * fit,
+        )
+        errors = [float(error / _ERRORS.coarser + least + ROUNDING) for error in coarse_errors]
         return dict(zip(QUANTITIES, errors, strict=True))
 
     def displaced(self, distance: Array) -> Array:
@@ -253,15 +311,16 @@ class Layer(FreeSurface):
         """
         distance = np.abs(x - self.body.apex)
         pressure = self._pressure(distance)
-        contact = Contact(self.body, self.a, self.contact.tolerance, _OTHER_PRESSURE)
+        contact = Contact(self.body, self.a, self.contact.tolerance, _ERRORS.other_pressure)
         other = Layer(self.depth, contact)._pressure(distance)
         difference = np.abs(pressure - other)
-        worst = int(np.argmax(difference)) if distance.size else 0
-        if distance.size and difference[worst] > PRESSURE_KNOWN * np.abs(self.pressed).max():
+        largest = int(np.argmax(difference)) if distance.size else 0
+        if distance.size and difference[largest] > PRESSURE_KNOWN * np.abs(self.pressed).max():
             warnings.warn(
-                f"the pressure at x = {float(x[worst])!r} is known to {float(difference[worst])!r} "
-                "only: the contact is much narrower than the layer; half-width, force and energy "
-                "are not affected; give a larger rtol for the pressure",
+                f"the pressure at x = {float(x[largest])!r} is known to "
+                f"{float(difference[largest])!r} only: the contact is much narrower than the "
+                "layer; half-width, force and energy are not affected; give a larger rtol for "
+                "the pressure",
                 AccuracyWarning,
                 stacklevel=3,
             )
@@ -278,7 +337,7 @@ class Layer(FreeSurface):
         x = DECAYED / float(self.contact.poles.decays.real.min()) * _PLACES
         slope = self.displaced(x)[1]
         density = slope**2 * self.body.symmetry_factor * (self.a + x) ** self.body.power
-        outside = self.body.scene.gamma1 / 2 * _LOG_STEP * float(x @ density)
+        outside = self.body.scene.gamma1 / 2 * _OUTSIDE.step * float(x @ density)
         return with_surface(state, self.contact.stretched + outside)
 
 
@@ -308,7 +367,7 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
         If the contact spreads beyond a known profile.
     """
     body = body_of(scene)
-    tolerance = min(_POLES_SHARE * rtol, _LOOSEST)
+    tolerance = min(_ERRORS.poles * rtol, _ERRORS.loosest)
     tried: dict[float, Contact] = {}
 
     def contact_at(a: float) -> Contact:
@@ -322,7 +381,7 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
         return certified(scene, depth, None, branch)
     rate = math.inf
     if how == "rests":
-        near = [x for x in tried if _NEAREST_DIFFERENCE * a <= abs(x - a) <= _DIFFERENCE * a]
-        other = near[-1] if near else a + _DIFFERENCE * a
+        near = [x for x in tried if _ERRORS.nearest * a <= abs(x - a) <= _ERRORS.furthest * a]
+        other = near[-1] if near else a + _ERRORS.furthest * a
         rate = (lines.rest_depth(other, 1) - depth) / (other - a)
     return certified(scene, depth, Layer(depth, contact_at(a), rate), branch)
