@@ -131,14 +131,15 @@ def _reached(branch: Branch, stiffness: float) -> _Reached:
 
 
 def touching(scene: Scene) -> float:
-    """The depth of first touch, where nothing adheres from afar: min f."""
+    """The depth of first touch, which is min f since nothing attracts across a gap."""
     springs = replace(scene, layer=replace(scene.layer, response="springs"))
     return float(load_path(springs, forces=[0.0]).events[0].before.depth)
 
 
 @lru_cache(KEPT)
 def retraction(scene: Scene, touch: float, reach: float) -> tuple[Branch, bool]:
-    """From as deep as `reach` below the touch to the detachment; whether nothing else happens."""
+    """The branch from a depth `reach` below first touch to the detachment, and whether loading and
+    unloading coincide on it."""
     found = None
     if free_on_springs(scene):
         found = on_springs(scene, touch + reach, POINTS)
@@ -184,7 +185,7 @@ def _followed_legs(
 
 
 def _slack_leg(scene: Scene, turns: list[float], reach: float) -> Branch | None:
-    """As `_leg`, of springs without tension below a convex profile; None if that is not so.
+    """As `_leg`, for springs without tension below a convex profile; None for anything else.
 
     In contact is what lies below a level L of the profile, which the depth lifts as it exceeds it,
     and lowers as it falls below L - δ₀, δ₀ that of opening. With A(L) the length or area in contact
@@ -218,9 +219,9 @@ def _slack_leg(scene: Scene, turns: list[float], reach: float) -> Branch | None:
 
 
 def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[Branch, int]:
-    """On from the last of these depths, outwards to the detachment after an even number of them;
-    how many events there were up to its end.
+    """The branch from the last of the turning depths, and the number of events on the path so far.
 
+    It leads inwards after an odd number of turns, and outwards to the detachment after an even one.
     Depths are crowded where contact begins or is lost, over whose root the force is smooth.
     """
     touch = turns[0]

@@ -8,19 +8,19 @@ from scipy.special import chdtri
 
 from energy.arrays import Array, Mask
 
-LINE = 1.5
-RARE = 1e-4  # off a line, of the noise; and the chance of more than that on one
+LOOSE = 1.5  # standard deviation of residuals over the noise that may still be noise
+RARE = 1e-4  # chance of larger residuals that are noise
 WHOLE = 0.01  # by which multiples of a step may be off a whole number
 STICKS_OUT = 8.0  # times the noise: a spike
 APART = 3.0  # times what a line leaves of its four neighbours: a spike, and no jump or kink
 WIDEST_SPIKE = 3  # points
 OUTLYING = 6.0  # times the noise from a fit: by chance once in 5e8 points
 NORMAL_MEDIAN = 0.6745  # of the absolute value of a normal variable
-FEWEST = 24  # points that may tell waves
-GROWTH = 1.2  # of the number of points that are looked at
-PERIODS = 1.25  # at least, within the points that tell them
+FEWEST = 24  # points in which waves are looked for
+GROWTH = 1.2  # of the number of these points from one trial to the next
+PERIODS = 1.25  # waves at least within them
+MOST_WAVES = 30  # and at most
 POINTS_PER_WAVE = 6  # at least
-MOST_WAVES = 30
 FINELY = 4  # numbers of waves that are tried, between n and n + 1 waves
 LARGEST_WAVE = 0.2  # amplitude of waves over the range of all forces
 
@@ -28,7 +28,7 @@ LARGEST_WAVE = 0.2  # amplitude of waves over the range of all forces
 def noise(force: Array) -> float:
     """Standard deviation of the noise on a smooth curve with few jumps, from third differences.
 
-    0 for fewer than 8 points, which do not tell.
+    0 for fewer than 8 points, which are too few.
     """
     if force.size < 8:
         return 0.0
@@ -36,9 +36,9 @@ def noise(force: Array) -> float:
 
 
 def resolution(force: Array) -> float:
-    """The step of which all forces are multiples, of the digits that were kept; 0 if there is none.
+    """The step of which all forces are multiples, as digits were rounded; 0 if there is none.
 
-    It is the least difference of forces that are not equal, if all others are multiples of it.
+    It is the least difference of unequal forces, if all other differences are multiples of it.
     """
     steps = np.diff(np.unique(force))
     if not steps.size:
@@ -51,19 +51,19 @@ def resolution(force: Array) -> float:
 def may_be_noise(residuals: Array, fitted: int, sigma: float) -> bool:
     """Whether the residuals (n,) of so many fitted coefficients may be noise of this size.
 
-    Their squares are at most LINE² times what is expected, or what is exceeded as rarely as RARE.
+    Their sum of squares is at most LOOSE² times its mean, or what noise exceeds as rarely as RARE.
     """
     spare = residuals.size - fitted
-    limit = max(LINE**2 * spare, chdtri(spare, RARE)) * sigma**2
+    limit = max(LOOSE**2 * spare, chdtri(spare, RARE)) * sigma**2
     return float(residuals @ residuals) <= limit
 
 
 def without_spikes(force: Array) -> tuple[Mask, Array]:
-    """Which points stick out, up to three at a time, and the forces with these replaced (n,).
+    """Which points are spikes of up to three points, and the forces with these replaced (n,).
 
-    A line is drawn through the two neighbours on either side. A point sticks out that is farther
-    from it than STICKS_OUT times the noise and than APART times the range of what it leaves of
-    these four: beside a jump or a kink that is as large. Its force is replaced by that of the line.
+    A line is fitted to two neighbours on either side. A spike is farther from it than STICKS_OUT
+    times the noise, and than APART times the range of the residuals of these four, which is large
+    beside a jump or a kink. Its forces are replaced by those of the line.
     """
     spikes = np.zeros(force.size, bool)
     smooth = force.copy()

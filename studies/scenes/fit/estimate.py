@@ -54,8 +54,8 @@ OF_TENSION = ("2w/γ₁", "noise slope/√(2w/γ₁)", "slope")  # assumptions o
 NOT_FITTED = "gamma1 is not fitted, which takes a start from gamma1 > 0"
 JKR_TENSION = 0.01  # of w, in place of no tension on a layer
 LOSSES = ("linear", "soft_l1")
-LOOSE = 1.0
-CONDITION = 100.0
+LOOSE = 1.0  # half-width of the interval of a logarithm above which nothing is identified
+CONDITION = 100.0  # condition number from which the weakest combination is named
 NEGLIGIBLE = 0.05  # coefficient of a combination that is not shown
 CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
 FARTHEST = 20.0  # half-widths of the linearised interval
@@ -171,7 +171,7 @@ class Fit:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The doubts, what the data do not fix, and assumptions that do not hold."""
+        """The doubts, what the data do not determine, and assumptions that do not hold."""
         found = list(self.doubts)
         for e in self.estimates:
             if e.bound:
@@ -227,7 +227,7 @@ class Fit:
 
 
 def _digits(interval: Interval | None) -> int:
-    """How many digits of its ends tell a narrow interval from a point, 5 to 9."""
+    """Digits that distinguish the ends of an interval, 5 to 9."""
     if interval is None or not 0 < interval[1] - interval[0] < math.inf:
         return 5
     size = max(map(abs, interval)) / (interval[1] - interval[0])
@@ -359,7 +359,7 @@ def fit(
 def _without_tension(
     scene: Scene, names: tuple[str, ...]
 ) -> tuple[Scene, tuple[str, ...], tuple[str, ...]]:
-    """Scene and parameters to fit, and what is to be said, where there is no surface tension.
+    """Scene and parameters to fit where there may be no surface tension, and what to say of that.
 
     Springs do without. The response of a layer needs some tension: JKR_TENSION is that of JKR but
     for 0.03 % of the pull-off force.

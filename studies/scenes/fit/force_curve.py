@@ -227,7 +227,7 @@ def turning_points(depth: Array) -> tuple[int, ...]:
 
 
 def loading(depth: Array) -> Mask:
-    """Whether a point lies on a branch of growing depth (n,); a turning point ends its branch."""
+    """Which points are measured while the depth grows (n,); a turning point ends its branch."""
     ends = [0, *turning_points(depth), depth.size - 1]
     grows = np.zeros(depth.size, bool)
     for start, end in pairwise(ends):
@@ -320,7 +320,7 @@ def waves(curve: Curve) -> tuple[float, Array]:
 
 
 def _is_constant(depth: Array, of: Array) -> bool:
-    """Whether these depths are one and the same, against the range of all."""
+    """Whether these depths are the same, but for STILL of the range of all depths."""
     return float(np.ptp(depth)) <= STILL * float(np.ptp(of))
 
 
@@ -452,7 +452,7 @@ def _legs(depth: Array, first: int, turns: list[int], last: int, inwards: bool) 
 
 
 def _next_to(found: Sequence[Contact], count: int) -> Mask:
-    """Which of so many points are so near to an end of contact that they may belong to it (n,)."""
+    """Which of `count` points are within a spike's width of an end of contact (n,)."""
     near = np.zeros(count, bool)
     for contact in found:
         points = np.concatenate([leg.points for leg in contact.legs])
@@ -519,7 +519,7 @@ class Data:
         chosen: Mask | None = None,
         known: Sequence[tuple[str, float]] = (),
     ) -> Data:
-        """Take a curve apart, once a line through its free parts is subtracted.
+        """Find contacts, free parts and disturbances of a curve.
 
         chosen: which points (n,) may be used, by default all; where contact begins and ends is
         found from all of them.
@@ -566,7 +566,7 @@ class Data:
         )
 
     def reweighted(self, residuals: Array, outliers: Mask) -> Data:
-        """With the weights 1/√(1 + r²/c²) of the loss soft_l1, c = SOFT σ, at residuals r (m,).
+        """The data with the weights 1/√(1 + r²/c²) of the loss soft_l1, c = SOFT σ, at residuals r.
 
         Those of the forces; ends of contact and what is known beside the curve keep theirs, and
         outliers (n,) have none.
@@ -597,7 +597,7 @@ class Data:
         return found
 
     def with_roots(self, roots: Array) -> Data:
-        """With other roots of weights > 0 (m,)."""
+        """The data with other roots of weights > 0 (m,)."""
         lines = self.lines * (roots / self.roots)[:, None]
         nearest = np.asarray(np.linalg.pinv(lines), float)
         return replace(self, roots=roots, lines=lines, nearest=nearest)

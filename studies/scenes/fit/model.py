@@ -20,14 +20,14 @@ NAMES = ("w", "gamma1", "stiffness", "E", "offset", "opening")
 UNCERTAIN = ("R", "h")  # what may be known with an uncertainty
 DEFAULT = ("w", "gamma1", "offset")
 Round = Circle | Parabola  # indenters that have a radius
-HUGE = 700.0
+HUGE = 700.0  # logarithm above which a number overflows
 STRIDE = 1e-3  # of a logarithm, for difference quotients
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
 DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
 SHARP = 0.02  # of the distance between points in contact: how straight the end stays
-CLEARLY = 0.01  # of the range of the drives in contact
-STARTS = 100
-ROUNDS = 3  # offsets among which the best one is where the search begins, and beside
+CLEARLY = 0.01  # of the range of the drives in contact, below the detachment: no contact
+STARTS = 100  # offsets that are tried, in each of the rounds
+ROUNDS = 3  # in which they become closer
 
 
 def parameters_of(scene: Scene) -> dict[str, float]:

@@ -12,25 +12,25 @@ from energy.arrays import Array, Mask
 from studies.scenes.fit.disturbances import NORMAL_MEDIAN, OUTLYING, WIDEST_SPIKE
 from studies.scenes.fit.model import Model
 
-BLUNT = 100.0, 10.0  # straight ends of branches at first
-FINE = 1e-6
-ROUGH = 1e-2  # gains at last, and where straight ends or HOPELESS noise are left
-HOPELESS = 4.0  # times the noise
-ASTRAY = 2.0  # of logarithms: by how much straight ends may lead away without another look
-SIMULATED = 1e-6  # of the largest force: simulated forces are off by up to this
-STEPS = 25
-SOLVED = 1e-7  # where branches are known: at most, and gain of the last one
+BLUNT = 100.0, 10.0  # straight ends of branches in the first searches, over those of the model
+FINE = 1e-6  # relative gain of the sum of squares at which a search ends
+ROUGH = 1e-2  # the same with straight ends, and where the residual is HOPELESS
+HOPELESS = 4.0  # residual over noise where small gains are of no use: a model fits below 2
+ASTRAY = 2.0  # logarithm of a parameter over its start, beyond which the start is tried again
+SIMULATED = 1e-6  # error of simulated forces, relative to the largest: see RTOL in branches.py
+STEPS = 25  # at most, of a search with known branches
+SOLVED = 1e-7  # relative gain at which it ends
 UNBOUND = 1e6  # over the largest force: so small, residuals do not hold back scipy's first step
-ROUNDS = 15
-SHORTER = 0.25  # places at most; the reach after a failure
-SHORTEST = 1e-3  # reach at least
-FAIR = 0.75  # of the gain that was promised: the reach grows
-CHORDS = 4
-ENOUGH = 1e-3  # steps with one Jacobian, and the relative gain that needs no other
-DEAD = 1e-5  # of the longest column: what simulated forces do not tell
+ROUNDS = 15  # places at most at which branches are followed
+SHORTER = 0.25  # times the reach, after a step that gains nothing
+SHORTEST = 1e-3  # reach below which a search does not go on
+FAIR = 0.75  # of the promised gain, above which the reach grows
+CHORDS = 4  # steps at most with the Jacobian of the fit
+ENOUGH = 1e-3  # relative difference of the sums of squares of two such steps that have converged
+DEAD = 1e-5  # length of a column that is numerical error, over that of the longest
 CONFIDENCE = 0.95
-TURNS = 20
-SETTLED = 0.01  # weights of a robust loss: at most, and of a standard deviation
+TURNS = 20  # of weights and minima in turn at most, and of outliers and minima
+SETTLED = 0.01  # standard deviations by which a last turn may change a coordinate
 ROUNDING = 1e-10  # of a force, relative to the largest
 
 
@@ -77,11 +77,11 @@ class Best(NamedTuple):
 
 
 def sought(model: Model, ftol: float = FINE) -> Best:
-    """The minimum from where straight ends of branches lead, or from the start if that is lower.
+    """The lowest minimum that searches from the start of the model find.
 
-    At an end the force may vary as a root: from far off, steps along its slope lead nowhere. From
-    close by, straight ends may lead away: what they hardly tell goes far for next to nothing. It is
-    put back to where it began, if that leads lower.
+    At the end of a branch the force may vary as a root, along whose slope steps from far off lead
+    nowhere. So the first searches have branches with straight ends. These may lead a parameter that
+    they constrain poorly far away; then a search with its start value follows.
     """
     start = x = np.zeros(len(model.names))
     for times in BLUNT:
@@ -193,11 +193,26 @@ def hopeless(model: Model, squares: float) -> bool:
 
 
 def followed(model: Model, start: Array, fixed: int | None = None, ftol: float = FINE) -> Best:
-    """Least squares on the simulator from `start`; coordinate `fixed` stays.
+    """The minimum of the sum of squares near `start`; coordinate `fixed` stays.
 
-    Paths are followed at one place and beside it for the rates of their branches. Where the least
-    squares of the branches that go on by these rates are is the next place, within a reach that
-    becomes shorter where that is no better. It ends where they gain less than ftol.
+    Branches and their rates of change are computed at one place. The next place is the minimum for
+    branches that change at these rates, within a reach: a trust region, which becomes shorter
+    where the step gains nothing. The search ends where the promised gain is less than ftol.
+
+    Parameters
+    ----------
+    model : Model
+    start : ndarray (m,)
+        Coordinates.
+    fixed : int, optional
+        Coordinate that keeps its value.
+    ftol : float
+        Relative gain of the sum of squares at which the search ends.
+
+    Raises
+    ------
+    ValueError
+        If there are no equilibria at the start.
     """
     x = start.copy()
     fun = model.residuals(start)
@@ -239,7 +254,7 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
 def minimum(
     model: Model, start: Array, box: tuple[Array, Array], fixed: int | None = None
 ) -> tuple[Array, float]:
-    """The least squares from `start` in a box, where and how much; coordinate `fixed` stays."""
+    """The minimum in a box for known branches, and its sum of squares; coordinate `fixed` stays."""
     free = [i for i in range(start.size) if i != fixed]
     x = start.copy()
     unit = UNBOUND * model.data.size

@@ -57,17 +57,17 @@ SCENE = Scene(
     Parabola(R=5e-6),
     geometry="axisymmetric",
 )
-THICK = 20e-6
-NU = 0.49  # of "half-space", m, and of "layer"
-NOISE = (5e-12, 40e-12)
-POINTS = (80, 200)
-DEPTH = (1.0, 2.5)  # N, on each way, over δ₀
-SPREAD = math.log(2.0)
-WRONG = 1.5
-FAR_OFF = 2.0
-NEEDED = 0.9
-COVERED = 0.91
-SILENT = 0.01  # called rightly, intervals that hold, wrong answers
+THICK = 20e-6  # thickness of "half-space" [m]
+NU = 0.49  # of "layer"
+NOISE = (5e-12, 40e-12)  # [N]
+POINTS = (80, 200)  # inwards, and as many outwards
+DEPTH = (1.0, 2.5)  # over δ₀
+SPREAD = math.log(2.0)  # of the logarithms of w, γ₁ and R
+WRONG = 1.5  # factor of the start
+FAR_OFF = 2.0  # half-widths of the interval: a wrong result
+NEEDED = 0.9  # share of each kind that is called rightly
+COVERED = 0.91  # share of intervals of good curves that contain the truth
+SILENT = 0.01  # share of wrong results without a warning
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,8 @@ class Record:
     outcomes: tuple[Outcome, ...]
 
     def shares(self, *kinds: str) -> list[float]:
-        """Of the curves of these kinds that are called rightly and wrong without a word; of their
-        intervals of each parameter that hold the truth (nan: there are none)."""
+        """Shares of the curves of these kinds that are called rightly and that are wrong without a
+        word, and of their intervals of each parameter that contain the truth (nan: none)."""
         own = [one for one in self.outcomes if one.kind in kinds]
         found = [float(np.mean([o.rightly for o in own])), float(np.mean([o.silent for o in own]))]
         for held in zip(*(one.holds for one in own), strict=True):
@@ -123,7 +123,7 @@ class Record:
 
     @property
     def passed(self) -> bool:
-        """Whether enough is called rightly, intervals hold the truth, and nothing is silent."""
+        """Whether all shares are as required."""
         kinds = self.parameters.kinds
         n = self.parameters.curves
         slack = 2 * math.sqrt(COVERED * (1 - COVERED) / n)  # of a share found in n curves
@@ -287,7 +287,7 @@ def _varied(scene: Scene, kind: str, rng: np.random.Generator) -> Scene:
 
 
 def _drives(scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
-    """In from where nothing holds, and out again, with a free part as long as what comes before."""
+    """In from out of contact, and out again, with free parts on both sides."""
     unit = math.sqrt(2 * scene.work_of_adhesion / SCENE.stiffness)
     R = cast(Parabola, scene.indenter).R
     pull = 2 * math.pi * R * scene.opened.work_of_adhesion / stiffness

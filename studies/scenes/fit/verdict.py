@@ -20,18 +20,18 @@ from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless, so
 TIMES = 2.0  # residual over noise: found between 0.5 and 1.4 where the model is right
 RUNS = -3.5  # standard deviations below the mean number of runs: one in 4000 curves of pure noise
 ZERO = 4.5  # standard errors that the mean force out of contact may be off zero
-FELT = 0.5  # of the noise: below, runs of one sign are errors of the simulation
+NOTICEABLE = 0.5  # residual over noise: below, runs of one sign are numerical errors
 CHECK = "check sign, zero and hysteresis"
 STRONG = 6.0  # a difference of the information criterion that decides (Kass and Raftery 1995)
 KNOWN = 0.3  # half-width of the interval of log w: adhesion that is known so well is needed
 NONE = 1e-5  # of the work of adhesion stands for none
-WITHIN = 0.1  # by which two models may differ in a parameter without a word
-ROUGHLY = 3e-3  # how well a sum of squares is found
-LOOKS = 5  # states along the curve whose assumptions are looked at
+WITHIN = 0.1  # relative difference of a parameter between two models that is no doubt
+ROUGHLY = 3e-3  # relative gain at which the search for another model ends
+STATES = 5  # along the curve, whose assumptions are checked
 DRIFTS = 5.0  # standard errors of a drift of the depth that are no chance
 THICK = 2.0  # h/a where the layer is as thick as the contact is wide
-FAR = 5.0
-FEW = 0.1  # times the noise; and the share of points that may be so far off
+FAR = 5.0  # times the noise: a point far from the model
+FEW = 0.1  # share of points that may be, for the others to fit
 FEWEST = 5  # points of unloading whose depths are those of loading, to compare both
 APART = 1.0  # times the noise: a mean difference of loading and unloading that matters
 SLOWER = "viscoelasticity, since a second work of adhesion is fitted already; measure more slowly"
@@ -68,8 +68,8 @@ class Quality(NamedTuple):
 
     @property
     def fits(self) -> bool:
-        """Whether the residual may be noise, around a force whose zero is right."""
-        systematic = self.times > FELT and self.runs < RUNS
+        """Whether the residual may be noise, and the force out of contact zero."""
+        systematic = self.times > NOTICEABLE and self.runs < RUNS
         return not (self.times > TIMES or systematic or abs(self.zero) > ZERO)
 
     @property
@@ -77,7 +77,7 @@ class Quality(NamedTuple):
         """How large the residual is against the noise, in words; "" if that is unknown."""
         if math.isnan(self.times):
             return ""
-        if self.times >= FELT:
+        if self.times >= NOTICEABLE:
             return f", {self.times:#.2g} times the noise"
         return (
             ". These smooth data show no noise: the intervals are those of the numerical error of "
@@ -266,7 +266,7 @@ def along(model: Model, best: Best) -> list[Equilibrium]:
     own = data.curve.drive - p["offset"] - force / data.curve.machine_stiffness
     shallow, deep = np.quantile(own[data.used], (0.02, 1.0)).tolist()
     states = []
-    for depth in np.linspace(shallow, deep, LOOKS).tolist():
+    for depth in np.linspace(shallow, deep, STATES).tolist():
         # where the path has let go, or where it needs more than one contact, there is none
         with contextlib.suppress(ValueError, NotCertifiedError):
             states.append(minimise(scene, depth, rtol=1e-5))
