@@ -197,8 +197,8 @@ def _uncertainty(text: str) -> tuple[str, float]:
         ) from None
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Fit a file or a folder of them, or test the fit on simulated data; 1 if it does not fit."""
+def _parser() -> command.Parser:
+    """All options of the command."""
     quick_means = "linearised intervals and no alternatives; 10 trials of each kind"
     parser = command.parser("fit", __doc__, quick_means)
     about = "measured curve, or a folder of curves"
@@ -228,6 +228,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     about = "of each kind in --self-test; default 200, quick 10"
     parser.add_argument("--trials", type=int, metavar="COUNT", help=about)
     _reading_options(parser)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Fit a file or a folder of them, or test the fit on simulated data; 1 if it does not fit."""
+    parser = _parser()
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:
