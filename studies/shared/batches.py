@@ -17,10 +17,23 @@ Show = Callable[[str], object]  # is told a line
 Case = TypeVar("Case")
 Result = TypeVar("Result")
 PAUSE = 1.0  # s between two lines of progress
+# The time to go is told from this share of the work on, ...
+_KNOWN_FROM = 0.05
+# ... and measured from this one on: before, processes start and modules are imported.
+_MEASURED_FROM = 0.025
+_THREAD_ENDS = 0.1  # s that a thread which has just ended may take to go
 
 
 class Progress(NamedTuple):
-    """Points done of all, failed ones, and seconds to go; nan while that is not known."""
+    """How far long work has come.
+
+    Attributes
+    ----------
+    done, total, failed : int
+        Points.
+    remaining : float
+        Seconds to go; NaN while that is not known.
+    """
 
     done: int
     total: int
@@ -28,10 +41,12 @@ class Progress(NamedTuple):
     remaining: float
 
     def __str__(self) -> str:
-        failed = f"{self.failed} failed" if self.failed else ""
-        known = self.done < self.total and not math.isnan(self.remaining)
-        left = f"{self.remaining:.0f} s to go" if known else ""
-        return ", ".join(filter(None, (f"{self.done} of {self.total} points", failed, left)))
+        said = [f"{self.done} of {self.total} points"]
+        if self.failed:
+            said.append(f"{self.failed} failed")
+        if self.done < self.total and not math.isnan(self.remaining):
+            said.append(f"{self.remaining:.0f} s to go")
+        return ", ".join(said)
 
 
 class Clock:
@@ -39,6 +54,13 @@ class Clock:
 
     The time to go is known after a twentieth of the work, from what was done in its second half: in
     the first, processes start and modules are imported.
+
+    Parameters
+    ----------
+    done, total, failed : int
+        Points at the beginning.
+    show : callable
+        Is called with a `Progress`.
     """
 
     def __init__(
@@ -57,23 +79,34 @@ class Clock:
         self.done += points
         now = time.monotonic()
         part = (self.done - self.begun) / (self.total - self.begun)
-        if self.since is None or part <= 0.025:
-            self.since = self.done, now
-        if now - self.told >= PAUSE or self.done == self.total:
-            done, start = self.since
-            known = part >= 0.05 and self.done > done
-            pace = (now - start) / (self.done - done) if known else math.nan
-            remaining = pace * (self.total - self.done)
-            self.show(Progress(self.done, self.total, self.failed, remaining))
-            self.told = now
+        if self.since is None or part <= _MEASURED_FROM:
+            self.since = (self.done, now)
+        if now - self.told < PAUSE and self.done < self.total:
+            return
+        done, start = self.since
+        remaining = math.nan
+        if part >= _KNOWN_FROM and self.done > done:
+            seconds_a_point = (now - start) / (self.done - done)
+            remaining = seconds_a_point * (self.total - self.done)
+        self.show(Progress(self.done, self.total, self.failed, remaining))
+        self.told = now
 
 
 @contextmanager
 def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
-    """Processes of this machine that end with it; for one job None, which is this process.
+    """Processes of this machine that end with this one.
 
     A process with a single thread can be forked, which takes no time; another starts them afresh.
     On Ctrl-C they are ended in the midst of their work.
+
+    Parameters
+    ----------
+    jobs : int
+
+    Yields
+    ------
+    ProcessPoolExecutor or None
+        None for one job, which is this process.
     """
     if jobs == 1:
         yield None
@@ -92,7 +125,19 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
 
 
 def in_own_process(function: Callable[[Case], Result], case: Case) -> Result:
-    """function(case) in a process of its own, so that nothing it opens stays open in this one."""
+    """The value of a function in a process of its own: nothing it opens stays open in this one.
+
+    Parameters
+    ----------
+    function : callable
+        Of module level.
+    case : object
+        Its argument.
+
+    Returns
+    -------
+    object
+    """
     context: Any = get_context("fork" if alone() else "spawn")
     with ProcessPoolExecutor(1, context) as pool:
         return pool.submit(function, case).result()
@@ -101,7 +146,7 @@ def in_own_process(function: Callable[[Case], Result], case: Case) -> Result:
 def alone() -> bool:
     """Whether this process has a single thread; one that has just ended may take a moment to go."""
     tasks = Path("/proc/self/task")
-    until = time.monotonic() + 0.1
+    until = time.monotonic() + _THREAD_ENDS
     while tasks.is_dir():
         if len(list(tasks.iterdir())) == 1:
             return True
@@ -117,9 +162,11 @@ def silent(line: object) -> None:
 
 def tell(progress: Progress) -> None:
     """The progress on the screen, beside what is kept of it: on stderr, one line on a terminal."""
-    alone = sys.stderr.isatty()
-    end = "\r" if alone and progress.done < progress.total else "\n"
-    print(f"{progress!s:{50 if alone else 0}s}", end=end, file=sys.stderr, flush=True)
+    on_terminal = sys.stderr.isatty()
+    again = on_terminal and progress.done < progress.total
+    width = 50 if on_terminal else 0  # covers the longer line before
+    end = "\r" if again else "\n"
+    print(f"{progress!s:{width}s}", end=end, file=sys.stderr, flush=True)
 
 
 def each(
@@ -130,10 +177,26 @@ def each(
     say: Callable[[Result], object] = lambda result: None,
     together: int = 1,
 ) -> Iterator[Result]:
-    """function(case) of every case, in their order, from `jobs` processes (1: this one).
+    """The values of a function for many cases, in their order, from several processes.
 
-    The function is of module level, or a functools.partial of one; say: called with each result;
-    together: how many neighbours one process takes at once, as they share what it keeps.
+    Parameters
+    ----------
+    function : callable
+        Of module level, or a functools.partial of such a function.
+    cases : sequence
+        Its arguments.
+    jobs : int
+        Number of processes; 1: this one.
+    show : callable, optional
+        Is called with the `Progress`, about once a second.
+    say : callable, optional
+        Is called with each result.
+    together : int
+        How many neighbours one process takes at once, as they share what it keeps.
+
+    Yields
+    ------
+    object
     """
     clock = Clock(0, len(cases), 0, show)
     with processes(min(jobs, max(1, len(cases)))) as pool:

@@ -21,10 +21,22 @@ Parser = argparse.ArgumentParser
 
 
 def parser(name: str, doc: str | None, quick: str, jobs: int | None = None) -> Parser:
-    """--preset, --out and --jobs; `quick` says what the quick preset does.
+    """A parser with the options that all studies share.
 
-    name: of the study, or the path of its file; jobs: their default, if not all cores; where times
-    are measured there is one.
+    Parameters
+    ----------
+    name : str
+        Of the study, or the path of its file.
+    doc : str or None
+        The docstring of its module.
+    quick : str
+        What the quick preset does.
+    jobs : int, optional
+        The default of --jobs; None: all cores. Where times are measured there is one.
+
+    Returns
+    -------
+    argparse.ArgumentParser
     """
     name = os.path.relpath(name) if name.endswith(".py") else name
     found = argparse.ArgumentParser(prog=f"{program()} {name}", description=doc)
@@ -49,20 +61,27 @@ def parser(name: str, doc: str | None, quick: str, jobs: int | None = None) -> P
 
 
 def some_of(parser: Parser, option: str, names: Sequence[str]) -> None:
-    """An option that takes some of these names; without it, all."""
+    """Add an option that takes some of these names; without it, all are taken.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+    option : str
+    names : sequence of str
+    """
     about = f"some of {', '.join(names)}; default: all"
     given: dict[str, Any] = {"nargs": "+", "choices": names, "default": names, "metavar": "NAME"}
     parser.add_argument(option, help=about, **given)
 
 
 def _jobs(text: str, timed: bool) -> int:
-    why = ""
+    """The number of processes; ArgumentTypeError for more than 1 where times are measured."""
     if not text.isdecimal() or int(text) < 1:
-        why = f"{text!r} is not a number of processes; give at least 1"
-    elif timed and int(text) > 1:
-        why = f"{text} processes would disturb the times that this study measures; give 1"
-    if why:
-        raise argparse.ArgumentTypeError(why)
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes; give at least 1")
+    if timed and int(text) > 1:
+        raise argparse.ArgumentTypeError(
+            f"{text} processes would disturb the times that this study measures; give 1"
+        )
     return int(text)
 
 
@@ -70,7 +89,12 @@ def _jobs(text: str, timed: bool) -> int:
 class Output:
     """A folder for tables and figures, and the command that makes them again.
 
-    pdf: whether figures are written as PDF, too.
+    Attributes
+    ----------
+    folder : Path
+    command : str
+    pdf : bool
+        Whether figures are written as PDF, too.
     """
 
     folder: Path
@@ -85,7 +109,23 @@ class Output:
         rows: Iterable[Iterable[Any]],
         notes: Sequence[str] = (),
     ) -> Path:
-        """Write a CSV whose header says how it was made; the notes follow there."""
+        """Write a CSV whose header says how it was made.
+
+        Parameters
+        ----------
+        name : str
+            Of the file.
+        parameters : object
+            What the study was run with.
+        columns : sequence of str
+        rows : iterable of rows
+        notes : sequence of str
+            Further lines of the header.
+
+        Returns
+        -------
+        Path
+        """
         path = self.at(name)
         table.write(path, [*self.header(parameters), *notes], columns, rows)
         return path
@@ -116,13 +156,28 @@ class Output:
 
 
 def parse(parser: Parser, argv: Sequence[str] | None) -> tuple[argparse.Namespace, Output]:
-    """The options, and where to write: nothing is made before something is written.
+    """The options, and where to write; nothing is made before something is written.
 
-    ValueError, before any work, if --out can be neither written to nor made.
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+    argv : sequence of str or None
+        None: the arguments of this process, behind the name of the study.
+
+    Returns
+    -------
+    options : argparse.Namespace
+    out : Output
+
+    Raises
+    ------
+    ValueError
+        Before any work, if --out can be neither written to nor made.
     """
     given = sys.argv[2:] if argv is None else list(argv)
     options = parser.parse_args(given)
-    there = next(part for part in (options.out, *options.out.absolute().parents) if part.exists())
+    folders = (options.out, *options.out.absolute().parents)
+    there = next(folder for folder in folders if folder.exists())
     try:
         tempfile.TemporaryFile(dir=there).close()
     except OSError:
@@ -135,12 +190,32 @@ def parse(parser: Parser, argv: Sequence[str] | None) -> tuple[argparse.Namespac
 def start(
     name: str, doc: str | None, argv: Sequence[str] | None, quick: str, full: P, small: P
 ) -> tuple[P, int, Output]:
-    """Parameters of the preset asked for, number of processes, and where to write.
+    """The options of a study that has no others.
 
-    quick: what the quick preset `small` does; the arguments of a study without other options.
+    Parameters
+    ----------
+    name : str
+        Of the study, or the path of its file.
+    doc : str or None
+        The docstring of its module.
+    argv : sequence of str or None
+        As in `parse`.
+    quick : str
+        What the quick preset does.
+    full, small : object
+        The parameters of both presets.
+
+    Returns
+    -------
+    parameters : object
+        Of the preset that was chosen.
+    jobs : int
+        Number of processes.
+    out : Output
     """
     options, out = parse(parser(name, doc, quick), argv)
-    return small if options.preset == "quick" else full, options.jobs, out
+    parameters = small if options.preset == "quick" else full
+    return parameters, options.jobs, out
 
 
 def answer(text: str) -> None:

@@ -26,9 +26,10 @@ INDENTERS: dict[str, Indenter] = {
     "wedge": Wedge(math.atan(LIFT / SIZE)),
     "parabola": Parabola(SIZE**2 / LIFT),
 }
-_DEEPEST = 2.0
-_BEYOND = 0.4
-
+_DEEPEST = 2.0  # δ₀, the largest depth of a loop: the branch is the same whatever it is
+_BEYOND = 0.4  # of a loop's scale, how far it goes on where nothing holds any more
+_APART = 1e-6  # of a loop's scale, between the least value of the control and the one before it
+_ZERO = 1e-12  # of the scale: a closed form, or an energy, that is 0 but for rounding
 
 _CONTROLS = {
     "depth": cards.displacement_control,
@@ -40,8 +41,18 @@ _CONTROLS = {
 class Known(NamedTuple):
     """What is known in closed form of one kind of indenter.
 
-    name: in the names of the cards of loops; argument, value: name of its parameter in the cards,
-    and where the indenter has it; size: b of this parameter and δ₀.
+    Attributes
+    ----------
+    name : str
+        In the names of the cards of loops.
+    argument : str
+        Name of its parameter in the cards.
+    value : callable
+        That parameter of an indenter.
+    size : callable
+        The length b of this parameter and δ₀.
+    pull_off : callable
+        The card of the most tensile state.
     """
 
     name: str
@@ -51,32 +62,71 @@ class Known(NamedTuple):
     pull_off: Callable[..., Any]
 
     def loop(self, control: str, given: dict[str, float], K: float | None) -> list[Any]:
-        """Jump-in, end of the contact and loop area under one control."""
+        """Jump-in, end of the contact and loop area under one control.
+
+        Parameters
+        ----------
+        control : {"depth", "force", "drive"}
+        given : dict
+            As `arguments` gives it.
+        K : float or None
+            Stiffness of the machine [N/m²], for "drive".
+
+        Returns
+        -------
+        list
+            Two `cards.Jump` and a number [N].
+        """
         machine = {"K": K} if control == "drive" else {}
-        jump = {} if self.name == "flat_punch" else machine  # no machine pulls a flat face in
-        named = ("jump_in", jump), ("detachment", machine), ("loop_area", machine)
+        at_jump_in = {} if self.name == "flat_punch" else machine  # a flat face is not pulled in
         own = _CONTROLS[control]
-        return [getattr(own, f"{self.name}_{card}")(**given, **more) for card, more in named]
+        jump_in = getattr(own, f"{self.name}_jump_in")(**given, **at_jump_in)
+        detachment = getattr(own, f"{self.name}_detachment")(**given, **machine)
+        area = getattr(own, f"{self.name}_loop_area")(**given, **machine)
+        return [jump_in, detachment, area]
 
 
 _KNOWN: dict[type, Known] = {
     FlatPunch: Known(
-        *("flat_punch", "a", lambda body: body.half_width, lambda a, lift: a),
-        cards.displacement_control.flat_punch_detachment,
+        name="flat_punch",
+        argument="a",
+        value=lambda body: body.half_width,
+        size=lambda a, lift: a,
+        pull_off=cards.displacement_control.flat_punch_detachment,
     ),
     Wedge: Known(
-        *("wedge", "delta", lambda body: body.delta, lambda delta, lift: lift / math.tan(delta)),
-        cards.wedge.pull_off,
+        name="wedge",
+        argument="delta",
+        value=lambda body: body.delta,
+        size=lambda delta, lift: lift / math.tan(delta),
+        pull_off=cards.wedge.pull_off,
     ),
     Parabola: Known(
-        *("parabola", "R", lambda body: body.R, lambda R, lift: math.sqrt(R * lift)),
-        cards.parabola.pull_off,
+        name="parabola",
+        argument="R",
+        value=lambda body: body.R,
+        size=lambda R, lift: math.sqrt(R * lift),
+        pull_off=cards.parabola.pull_off,
     ),
 }
 
 
 def known(scene: Scene) -> Known:
-    """The closed forms of a scene's indenter. ValueError where there are none."""
+    """The closed forms of a scene's indenter.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Known
+
+    Raises
+    ------
+    ValueError
+        For an indenter without closed forms.
+    """
     if type(scene.indenter) not in _KNOWN:
         remedy = "must be a FlatPunch, Wedge or Parabola; others have no closed forms"
         raise ValueError(f"indenter = {scene.indenter!r} {remedy}")
@@ -84,9 +134,23 @@ def known(scene: Scene) -> Known:
 
 
 def arguments(scene: Scene) -> dict[str, float]:
-    """The indenter's parameter, k, γ₁ and w as the cards take them."""
-    own = {known(scene).argument: known(scene).value(scene.indenter)}
-    return own | {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+    """The indenter's parameter, k, γ₁ and w by the names that the cards give them.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    dict
+    """
+    card = known(scene)
+    return {
+        card.argument: card.value(scene.indenter),
+        "k": scene.stiffness,
+        "gamma1": scene.gamma1,
+        "w": scene.work_of_adhesion,
+    }
 
 
 def scene_of(shape: str, gamma1: float, w: float = WORK) -> Scene:
@@ -95,8 +159,9 @@ def scene_of(shape: str, gamma1: float, w: float = WORK) -> Scene:
 
 
 def size(scene: Scene) -> float:
-    """b, the half-width of the contact without tension at which it bears the largest pull."""
-    return known(scene).size(known(scene).value(scene.indenter), scene.critical_separation)
+    """b [m], the half-width of the contact without tension at which it bears the largest pull."""
+    card = known(scene)
+    return card.size(card.value(scene.indenter), scene.critical_separation)
 
 
 def force_scale(scene: Scene) -> float:
@@ -106,37 +171,70 @@ def force_scale(scene: Scene) -> float:
 
 
 def depth_loop(scene: Scene, steps: int) -> History:
-    """Imposed depth from out of contact down to 2δ₀ and back, in steps that shrink at its end."""
+    """Imposed depth from out of contact down to 2δ₀ and back, in steps that shrink at its end.
+
+    Parameters
+    ----------
+    scene : Scene
+    steps : int
+        How many, a third of them downwards.
+
+    Returns
+    -------
+    History
+    """
     lift = scene.critical_separation
-    down = np.linspace(-0.3 * lift, _DEEPEST * lift, max(steps // 3, 2))
-    part = np.linspace(1, 0, max(steps - down.size, 2))
-    up = (_DEEPEST + 1) * lift * part**2 - lift
-    return load_path(scene, depths=[*down, *up[1:], -(1 + _BEYOND) * lift])
+    pressing = np.linspace(-0.3 * lift, _DEEPEST * lift, max(steps // 3, 2))
+    part = np.linspace(1, 0, max(steps - pressing.size, 2))
+    pulling = (_DEEPEST + 1) * lift * part**2 - lift
+    out_of_contact = -(1 + _BEYOND) * lift
+    return load_path(scene, depths=[*pressing, *pulling[1:], out_of_contact])
 
 
 def driven_loop(path: History, K: float) -> History:
-    """The same states as on a loop of imposed depth, held by a machine of stiffness K [N/m²].
+    """The same states as on a loop of imposed depth, held by a machine or a dead load.
 
-    K = 0: a dead load. Values of the control are D = d + P/K, or P, of the states of that loop,
-    as far as they grow on loading and fall on unloading; then down to where nothing holds.
+    Values of the control are D = d + P/K, or P, of the states of that loop, as far as they grow on
+    loading and fall on unloading; then down to where nothing holds.
+
+    Parameters
+    ----------
+    path : History
+        As `depth_loop` gives it.
+    K : float
+        Stiffness of the machine [N/m²]; 0 for a dead load.
+
+    Returns
+    -------
+    History
     """
-    held = ~np.isnan(path.contacts[:, 0])
-    values = (path.depth + path.force / K if K else path.force)[held]
-    turn = int(np.argmax(path.depth[held]))
-    up = values[: turn + 1]
-    down = np.unique(np.minimum.accumulate(values[turn:]))[::-1]
-    force = force_scale(path.scene)
-    least = min(float(down[-1]), 0.0)
-    scale = path.scene.critical_separation + force / K if K else force
-    down = down[down > least + 1e-6 * scale]
-    programme = [*up[up > 0], *down[1:], least - _BEYOND * scale]
+    control = path.depth + path.force / K if K else path.force
+    scale = force_scale(path.scene)
+    if K:
+        scale = path.scene.critical_separation + scale / K
+    in_contact = ~np.isnan(path.contacts[:, 0])
+    values = control[in_contact]
+    turn = int(np.argmax(path.depth[in_contact]))
+    loading = values[: turn + 1]
+    unloading = np.unique(np.minimum.accumulate(values[turn:]))[::-1]
+    least = min(float(unloading[-1]), 0.0)
+    unloading = unloading[unloading > least + _APART * scale]
+    programme = [*loading[loading > 0], *unloading[1:], least - _BEYOND * scale]
     if K:
         return load_path(path.scene, drives=programme, machine_stiffness=K)
     return load_path(path.scene, forces=programme)
 
 
 class Form(NamedTuple):
-    """One number of a loop: simulated, in closed form, and what measures it where that is 0."""
+    """One number of a loop beside its closed form.
+
+    Attributes
+    ----------
+    name : str
+    simulated, closed_form : float
+    scale : float
+        What a difference is measured by where the closed form is 0.
+    """
 
     name: str
     simulated: float
@@ -146,10 +244,10 @@ class Form(NamedTuple):
     @property
     def error(self) -> float:
         """Relative error, of the scale where the closed form is 0 (within rounding)."""
-        zero = abs(self.closed_form) <= 1e-12 * self.scale
-        return abs(self.simulated - self.closed_form) / (
-            self.scale if zero else abs(self.closed_form)
-        )
+        size = abs(self.closed_form)
+        if size <= _ZERO * self.scale:
+            size = self.scale
+        return abs(self.simulated - self.closed_form) / size
 
 
 def pull_off_card(scene: Scene) -> cards.PullOff:
@@ -165,14 +263,24 @@ def global_pull_off(scene: Scene) -> cards.PullOff:
 def most_tensile(history: History) -> tuple[float, float, float]:
     """(P, d, a) of `History.pull_off`; zeros for a path that never pulls."""
     least = min([0.0, *history.force, *(event.force for event in history.events)])
-    if least > -1e-12 * force_scale(history.scene):
+    if least > -_ZERO * force_scale(history.scene):
         return 0.0, 0.0, 0.0
     found = history.pull_off
     return found.force, found.depth, found.half_width
 
 
 def compared(history: History) -> list[Form]:
-    """Jump-in, end of the contact, pull-off and loop area beside their closed forms."""
+    """Jump-in, end of the contact, pull-off and loop area beside their closed forms.
+
+    Parameters
+    ----------
+    history : History
+        Of a loop that starts and ends detached.
+
+    Returns
+    -------
+    list of Form
+    """
     scene = history.scene
     given = arguments(history.scene)
     jump, end, area = known(scene).loop(history.control, given, history.machine_stiffness)
@@ -183,8 +291,8 @@ def compared(history: History) -> list[Form]:
     width = size(scene)
     work = force * lift
     ended = last.energy_released if last.kind in ("detachment", "pull-off") else math.nan
-    pulled = zip(most_tensile(history), pull_off_card(scene), strict=True)
-    (P, P_card), (d, d_card), (a, a_card) = pulled
+    P, d, a = most_tensile(history)
+    P_card, d_card, a_card = pull_off_card(scene)
     return [
         Form("jump-in force", first.after.force, float(jump.force), force),
         Form("jump-in half-width", first.after.half_width, float(jump.half_width), width),
@@ -199,7 +307,21 @@ def compared(history: History) -> list[Form]:
 
 
 def imbalance(history: History, work: float) -> float:
-    """|∫P dd - energy released| over the latter, or over the scale where nothing is released."""
+    """Mismatch of the energy balance of a loop, relative.
+
+    Parameters
+    ----------
+    history : History
+    work : float
+        ∫P dd from the forces [J/m].
+
+    Returns
+    -------
+    float
+        |work - energy released| over the latter, or over the scale where nothing is released.
+    """
     scale = force_scale(history.scene) * history.scene.critical_separation
-    released = history.dissipated if abs(history.dissipated) > 1e-12 * scale else scale
-    return abs(work - history.dissipated) / abs(released)
+    size = abs(history.dissipated)
+    if size <= _ZERO * scale:
+        size = scale
+    return abs(work - history.dissipated) / size

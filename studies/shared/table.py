@@ -57,17 +57,22 @@ def commit() -> str:
     Where it is installed that which pip has recorded, as it does for an address of a repository;
     else it is unknown, and the version says what was installed.
     """
-    here = ["git", "-C", str(Path(__file__).parent)]
-    own = [*here, "ls-files", "--error-unmatch", Path(__file__).name]  # not in another's repository
-    asked = [own, [*here, "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]]
+    here = Path(__file__)
     try:
-        done = [subprocess.run(a, capture_output=True, text=True, check=True) for a in asked]
+        _git(here.parent, "ls-files", "--error-unmatch", here.name)  # not in another's repository
+        return _git(here.parent, "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*")
     except (OSError, subprocess.CalledProcessError):
         version = versions()["elastocap"]
         if version == SOURCE:
             return "unknown"
         return recorded_commit() or f"not recorded, version {version} as installed"
-    return done[-1].stdout.strip()
+
+
+def _git(folder: Path, *given: str) -> str:
+    """What git prints in a folder."""
+    command = ["git", "-C", str(folder), *given]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
 
 
 def recorded_commit() -> str:
@@ -81,16 +86,30 @@ def recorded_commit() -> str:
 
 
 def header(command: str, parameters: object) -> list[str]:
-    """What reproduces a table: its command and parameters, and the versions and commit used."""
+    """What reproduces a table: its command and parameters, and the versions and commit used.
+
+    Parameters
+    ----------
+    command : str
+    parameters : object
+
+    Returns
+    -------
+    list of str
+    """
     made = ", ".join(f"{name} {version}" for name, version in versions().items())
     lines = [f"command: {command}", f"parameters: {parameters}", f"versions: {made}"]
     return [*lines, f"commit: {commit()}"]
 
 
 class Columns:
-    """A table on the screen, its columns as "indenter -10|l/b 8.3g": name, width, digits.
+    """A table on the screen.
 
-    A negative width begins at the left; texts are taken as they are, None is blank, nan a dash.
+    Parameters
+    ----------
+    columns : str
+        Name, width and digits of each column, as "indenter -10|l/b 8.3g"; a negative width begins
+        at the left.
     """
 
     def __init__(self, columns: str) -> None:
@@ -99,17 +118,45 @@ class Columns:
         self.head = self.line(*(name for name, _, _ in found))
 
     def line(self, *cells: Any) -> str:
-        """A line of the table."""
+        """A line of the table: texts are taken as they are, None is blank, NaN a dash.
+
+        Parameters
+        ----------
+        cells : str, float, int or None
+            As many as there are columns.
+
+        Returns
+        -------
+        str
+        """
         texts = []
         for cell, (width, digits) in zip(cells, self.forms, strict=True):
-            text = "" if cell is None else "—" if cell != cell else cell
-            text = text if isinstance(text, str) else format(text, digits)
+            text = _shown(cell, digits)
             texts.append(text.rjust(width) if width > 0 else text.ljust(-width))
         return " ".join(texts).rstrip()
 
 
+def _shown(cell: Any, digits: str) -> str:
+    """A cell on the screen."""
+    if cell is None:
+        return ""
+    if isinstance(cell, str):
+        return cell
+    return "—" if cell != cell else format(cell, digits)
+
+
 def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """A table in Markdown.
+
+    Parameters
+    ----------
+    columns : sequence of str
+    rows : iterable of sequences of str
+
+    Returns
+    -------
+    str
+    """
     lines = (columns, ["---"] * len(columns), *rows)
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
@@ -117,7 +164,18 @@ def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def write(
     path: Path, head: Iterable[str], columns: Sequence[str], rows: Iterable[Iterable[Any]]
 ) -> None:
-    """Rows below the names of the columns below the commented header; numbers to the last bit."""
+    """Write rows below the names of the columns below a commented header.
+
+    Numbers are written to the last bit.
+
+    Parameters
+    ----------
+    path : Path
+    head : iterable of str
+        Lines of the header.
+    columns : sequence of str
+    rows : iterable of rows
+    """
     with replacing(path) as beside, beside.open("w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {' '.join(line.split())}\n" for line in head)
         table = csv.writer(file, lineterminator="\n")
@@ -126,6 +184,16 @@ def write(
 
 
 def read(path: Path) -> list[dict[str, str]]:
-    """The rows of such a file, by the names of the columns."""
+    """The rows of a file as `write` makes it.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    list of dict
+        A dict from the names of the columns for each row.
+    """
     with path.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))

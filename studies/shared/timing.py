@@ -4,6 +4,7 @@ import os
 import statistics
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,15 +25,39 @@ def blas_threads() -> str:
 
 
 def tridiagonal_seconds(n: int, repeats: int = 7) -> float:
-    """Median wall time of one LAPACK dptsv with n unknowns in place, without making its inputs."""
+    """Median wall time of one LAPACK dptsv in place, without making its inputs.
+
+    Parameters
+    ----------
+    n : int
+        Number of unknowns.
+    repeats : int
+
+    Returns
+    -------
+    float
+        [s]
+    """
     times = []
     for _ in range(repeats):
-        system = np.full(n, 2.1), np.full(n - 1, -1.0), np.ones(n)
-        times.append(seconds(lambda a=system: lapack.dptsv(*a, 1, 1, 1)))  # type: ignore[misc]
+        diagonal = np.full(n, 2.1)
+        off_diagonal = np.full(n - 1, -1.0)
+        right_hand_side = np.ones(n)
+        solve = partial(lapack.dptsv, diagonal, off_diagonal, right_hand_side, 1, 1, 1)
+        times.append(seconds(solve))
     return statistics.median(times)
 
 
 def middle(values: ArrayLike) -> tuple[float, float]:
-    """Median, and the interquartile range over it."""
+    """Median of some values, and their interquartile range over it.
+
+    Parameters
+    ----------
+    values : array_like
+
+    Returns
+    -------
+    median, spread : float
+    """
     low, median, high = np.percentile(np.asarray(values, float), [25, 50, 75]).tolist()
     return median, (high - low) / median
