@@ -52,6 +52,29 @@ CLOSE = 160  # depths there
 
 
 @dataclass(frozen=True)
+class WavyCylinder:
+    """f = x²/(2R) + A (1 - cos(2πx/λ + φ))."""
+
+    R: float
+    amplitude: float
+    wave: float
+    phase: float
+
+    def height(self, x: ArrayLike) -> Array:
+        """f, vectorised."""
+        at = np.asarray(x, float)
+        q = 2 * np.pi / self.wave
+        waves = 1 - np.cos(q * at + self.phase)
+        return np.asarray(at**2 / (2 * self.R) + self.amplitude * waves)
+
+    def slope(self, x: ArrayLike) -> Array:
+        """f'."""
+        at = np.asarray(x, float)
+        q = 2 * np.pi / self.wave
+        return np.asarray(at / self.R + self.amplitude * q * np.sin(q * at + self.phase))
+
+
+@dataclass(frozen=True)
 class Parameters:
     """Layer, energies and wavy cylinder [SI]; top, bottom: of the depth, the latter in δ₀.
 
@@ -64,7 +87,7 @@ class Parameters:
     gamma1: float = 0.07
     w: float = 4e-6
     R: float = 0.3
-    height: float = 0.2e-6
+    amplitude: float = 0.2e-6
     wave: float = 180e-6
     phase: float = 0.5
     top: float = 5e-7
@@ -76,19 +99,10 @@ class Parameters:
     @property
     def scene(self) -> Scene:
         """The cylinder on its layer."""
-        q = 2 * np.pi / self.wave
-
-        def height(x: ArrayLike) -> Array:
-            at = np.asarray(x, float)
-            waves = self.height * (1 - np.cos(q * at + self.phase))
-            return np.asarray(at**2 / (2 * self.R) + waves)
-
-        def slope(x: ArrayLike) -> Array:
-            at = np.asarray(x, float)
-            return np.asarray(at / self.R + self.height * q * np.sin(q * at + self.phase))
-
         surfaces = SurfaceEnergies.from_work(self.gamma1, self.w)
-        return Scene(ElasticLayer(self.E, self.nu, self.h), surfaces, Profile(height, slope))
+        cylinder = WavyCylinder(self.R, self.amplitude, self.wave, self.phase)
+        profile = Profile(cylinder.height, cylinder.slope)
+        return Scene(ElasticLayer(self.E, self.nu, self.h), surfaces, profile)
 
     @property
     def depths(self) -> Array:

@@ -1,6 +1,7 @@
 """The studies of one question each: numbers, figures, files and answers."""
 
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -326,6 +327,12 @@ def test_the_study_of_layers_writes_tables_and_figures(layered, monkeypatch, tmp
 @pytest.fixture(scope="module")
 def shared_work():
     return levels.run(replace(levels.QUICK, steps=12))
+
+
+def test_paths_of_the_levels_pass_between_processes(shared_work):
+    for path in (shared_work.refined, shared_work.on_nodes[6]):
+        copy = pickle.loads(pickle.dumps(path))
+        assert np.array_equal(copy.table, path.table, equal_nan=True)
 
 
 def test_nodes_find_what_the_mesh_refines(shared_work):
