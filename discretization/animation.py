@@ -10,6 +10,7 @@ history: a `History`, which is built on this module, not it on that.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,15 +24,47 @@ from energy.arrays import Array
 from energy.units import prefixed
 from energy.units import quantity as written
 
-POINTS = 601  # at which the surface is drawn
-SLOW = 8  # frames of a jump
-COLOURS = 32  # of a GIF
-DOTS = 80  # an inch
-MARGIN = 4.0  # elastocapillary lengths of free surface beside the widest contact
+
+@dataclass(frozen=True)
+class FilmRules:
+    """How a film is drawn.
+
+    Attributes
+    ----------
+    points : int
+        Places at which the surface is drawn.
+    jump_frames : int
+        Frames of a jump.
+    colours : int
+        Colours of a GIF.
+    dots : int
+        Dots an inch.
+    margin : float
+        Elastocapillary lengths of free surface beside the widest contact.
+    """
+
+    points: int = 601
+    jump_frames: int = 8
+    colours: int = 32
+    dots: int = 80
+    margin: float = 4.0
+
+
+_FILM = FilmRules()
 
 
 class Frame(NamedTuple):
-    """What one picture shows: depth and force, the surface, and the kind of the jump, if any."""
+    """What one picture shows.
+
+    Attributes
+    ----------
+    depth, force : float
+        [length], and [force/length] or [force].
+    surface : ndarray (n,)
+        Displacements at the places that are drawn [length].
+    jump : str
+        What the title says during a jump; "" at an equilibrium.
+    """
 
     depth: float
     force: float
@@ -46,6 +79,7 @@ def animate(
 
     Parameters
     ----------
+    history : History
     path : str or Path
         The file; its ending says which kind: ".gif", ".webp" or ".png" (an animated one).
     frames, rate : int
@@ -80,11 +114,12 @@ def animate(
 
 def _places(scene: Any, touching: Array) -> Array:
     """Positions at which everything is drawn."""
-    low, high = float(touching.min()), float(touching.max())
+    low = float(touching.min())
+    high = float(touching.max())
     low = -high if scene.axisymmetric else low
-    beside = MARGIN * scene.elastocapillary_length or scene.layer.h
+    beside = _FILM.margin * scene.elastocapillary_length or scene.layer.h
     start, stop = scene.indenter.extent
-    return np.linspace(max(low - beside, start), min(high + beside, stop), POINTS)
+    return np.linspace(max(low - beside, start), min(high + beside, stop), _FILM.points)
 
 
 def displacement(history: Any, state: Any, x: Array) -> Array:
@@ -120,6 +155,7 @@ def _frames(history: Any, x: Array, count: int) -> list[Frame]:
     size[size == 0] = 1.0
 
     def length(states: list[Any]) -> Array:
+        """Length of the path from the first state to each (n,), in units of `size`."""
         at = np.array([(s.depth, s.force) for s in states]) / size
         return np.append(0.0, np.cumsum(np.hypot(*np.diff(at, axis=0).T)))
 
@@ -142,7 +178,7 @@ def _jump(history: Any, x: Array, before: Any, after: Any) -> list[Frame]:
     """A jump in slow motion, from its first state to its last."""
     first, last = (displacement(history, state, x) for state in (before, after))
     found = []
-    for part in np.linspace(0, 1, SLOW):
+    for part in np.linspace(0, 1, _FILM.jump_frames):
         depth = before.depth + part * (after.depth - before.depth)
         force = before.force + part * (after.force - before.force)
         found.append(Frame(depth, force, first + part * (last - first), "jump, drawn slowly"))
@@ -150,11 +186,12 @@ def _jump(history: Any, x: Array, before: Any, after: Any) -> list[Frame]:
 
 
 def _written(history: Any, x: Array, frames: list[Frame], path: Path, rate: int, si: bool) -> Path:
+    """Write frames as a file of the kind that its ending names, and return its path."""
     from PIL import Image
 
     picture = Picture(history, x, frames, si)
     images = [Image.fromarray(picture.drawn(frame)) for frame in frames]
-    colours = [image.quantize(COLOURS, dither=Image.Dither.NONE) for image in images]
+    colours = [image.quantize(_FILM.colours, dither=Image.Dither.NONE) for image in images]
     shown = colours if path.suffix.lower() == ".gif" else images
     wait = round(1000 / rate)
     shown[0].save(path, save_all=True, append_images=shown[1:], duration=wait, loop=0)
@@ -168,7 +205,7 @@ class Picture:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         figure, (left, right) = plots.canvas(8.4, 3.6, 1, 2)
-        figure.set_dpi(DOTS)
+        figure.set_dpi(_FILM.dots)
         self.canvas = FigureCanvasAgg(figure)
         self.unit = "m" if si else ""
         self.force = plots.units(history, "force", si)
@@ -180,9 +217,12 @@ class Picture:
         shown = np.array([frame.surface for frame in frames])
         span = float(np.ptp(shown)) or history.scene.layer.h
         ends = [float(shown.min()) - 0.7 * span, float(shown.max()) + 0.4 * span]
-        across, up = prefixed(x, self.unit), prefixed(ends, self.unit)
-        self.size, (self.top, self.bottom) = up.size, np.array(ends) / up.size
-        self.x, self.height = x / across.size, height / up.size
+        across = prefixed(x, self.unit)
+        up = prefixed(ends, self.unit)
+        self.size = up.size
+        (self.top, self.bottom) = np.array(ends) / up.size
+        self.x = x / across.size
+        self.height = height / up.size
         self.layer, self.body = (
             left.fill(self.x, self.height, color=colour, lw=0)[0]
             for colour in (plots.SOFT, plots.RIGID)

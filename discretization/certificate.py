@@ -19,7 +19,7 @@ from typing import NamedTuple
 EPSILON = 2.0**-52  # what double precision leaves of a number
 ROUNDING = 16 * EPSILON  # of the sizes of the terms that a result is summed from, a dozen or so
 DECAYED = 40.0  # decay lengths after which a tail is less than rounding, e⁻⁴⁰ = 4e-18
-TOLERANCE = 1e-9  # of the scales of the terms: far above rounding, far below what is asked
+TOLERANCE = 1e-9  # of the scales of the terms: far above rounding, below the default rtol, 1e-8
 
 
 class NotCertifiedError(RuntimeError):
@@ -31,7 +31,16 @@ class AccuracyWarning(UserWarning):
 
 
 class Certificate(NamedTuple):
-    """Violations of the equilibrium conditions (dimensionless, 0 is perfect) and their verdict."""
+    """Violations of the equilibrium conditions, and the verdict.
+
+    Attributes
+    ----------
+    penetration, stationarity, opening, neighbours, force : float
+        By how much each condition of the module is violated, dimensionless; 0 is perfect, nan
+        fails.
+    tolerance : float
+        The largest violation that passes.
+    """
 
     penetration: float
     stationarity: float
@@ -42,7 +51,7 @@ class Certificate(NamedTuple):
 
     @classmethod
     def undeformed(cls, penetration: float = 0.0) -> Certificate:
-        """Of a surface on which no force acts: it can only be in the indenter's way."""
+        """The certificate of a surface on which no force acts: only penetration is possible."""
         return cls(penetration, 0.0, 0.0, 0.0, 0.0)
 
     @property
@@ -51,7 +60,19 @@ class Certificate(NamedTuple):
         return not self.failures
 
     def demand(self, state: str, remedy: str) -> None:
-        """NotCertifiedError for a state, named in words, that has failed, with what to try."""
+        """Raise NotCertifiedError if a condition is violated.
+
+        Parameters
+        ----------
+        state : str
+            What the message calls the state.
+        remedy : str
+            What it says to try.
+
+        Raises
+        ------
+        NotCertifiedError
+        """
         if self.failures:
             raise NotCertifiedError(
                 f"{state} violates {', '.join(self.failures)} ({self}); {remedy}"
@@ -76,10 +97,16 @@ def worst(*violations: float) -> float:
 
 @dataclass(frozen=True)
 class Proof:
-    """Why no state has a lower energy [energy/length].
+    """Why no state on the nodes has a lower energy.
 
-    bound: least energy of all contact sets, from the recursion; attained: `NodalEnergy` of the
-    displacements returned; scale: sum of the absolute values of its terms.
+    Attributes
+    ----------
+    bound : float
+        Least energy of all contact sets, from the recursion of lattice/lowest.py [energy/length].
+    attained : float
+        `NodalEnergy` of the displacements that are returned [energy/length].
+    scale : float
+        Sum of the absolute values of its terms [energy/length].
     """
 
     bound: float

@@ -128,8 +128,8 @@ class Equilibrium:
             return "adhered"
         if self.branch == "global" or not scene.work_of_adhesion:
             return "global"
-        beside = not scene.gamma1 and (np.isfinite(self.contacts) & ~self.pinned).any()
-        if beside or (self.energy > 0 and self._deformation.indentation <= 0):
+        springs_gain = not scene.gamma1 and (np.isfinite(self.contacts) & ~self.pinned).any()
+        if springs_gain or (self.energy > 0 and self._deformation.indentation <= 0):
             return "metastable"
         return "global" if one_contact(scene) else "adhered"
 

@@ -155,7 +155,8 @@ _CHECKS: dict[str, Callable[[str, float], float]] = {
 
 def _checked(name: str, given: Any) -> Array:
     """An array of numbers that can be computed with. ValueError names the first that cannot."""
-    values, check = array(name, given), _CHECKS[name]
+    values = array(name, given)
+    check = _CHECKS[name]
     wrong = ~np.isfinite(values)
     if check is not finite:
         wrong |= (values < 1 / LARGEST) & (values != 0)
@@ -201,7 +202,8 @@ def _found(scene: Scene, states: States, shape: tuple[int, ...]) -> ManyStates:
     """All states, certified, in parts of some thousand."""
     apex, touch = _lowest(scene)
     contact = SingleContact(scene, surfaces_of(scene), apex, touch)
-    count, together = states.depth.size, _TOGETHER[scene.slopes]
+    count = states.depth.size
+    together = _TOGETHER[scene.slopes]
     found = ManyStates.detached(count)
     for start in range(0, count, together):
         own = np.arange(start, min(start + together, count))
@@ -222,7 +224,8 @@ def _found(scene: Scene, states: States, shape: tuple[int, ...]) -> ManyStates:
 
 def _lowest(scene: Scene) -> tuple[float, float]:
     """Where the contact begins, and the depth at which it does."""
-    apex, length = scene.indenter.apex, scene.elastocapillary_length
+    apex = scene.indenter.apex
+    length = scene.elastocapillary_length
     if apex is None:
         apex = lowest_point(scene.indenter, length or scene.critical_separation or scene.layer.h)
     return apex, float(scene.indenter.height(apex))

@@ -1,4 +1,4 @@
-"""Find the equilibrium of a scene at a depth with the cheapest method that answers."""
+"""The equilibrium of a scene at a depth, by the cheapest method that supports it."""
 
 import warnings
 
@@ -58,8 +58,8 @@ def minimise(
     spacing : float, optional
         Distance of the nodes [length], well below l and the contact; less where edges become nodes.
     rtol : float
-        Relative error that is estimated on the fitted mesh without a warning; of the exact response
-        of a layer, also what is asked.
+        Largest estimated relative error on the fitted mesh without a warning; for the exact
+        response of a layer also the one aimed at.
 
     Returns
     -------
@@ -102,22 +102,22 @@ def minimise(
         raise ValueError(
             f"branch = {branch!r} is not what method={method!r} finds: use branch='global'"
         )
-    method_name = route(scene, "search" if method in LOWEST else branch, nodes=spacing is not None)
+    solver = route(scene, "search" if method in LOWEST else branch, nodes=spacing is not None)
     if spacing is not None:
-        if method_name == "layer":
+        if solver == "layer":
             state = on_layer_nodes(scene, depth, spacing, branch=branch)
         else:
             state = on_lattice_warning(scene, depth, spacing, branch=branch, method=method)
-        warn_coarse(() if method_name == "plane" else resolution(scene, spacing), stacklevel=2)
+        warn_coarse(() if solver == "plane" else resolution(scene, spacing), stacklevel=2)
         return state
-    if method_name == "plane":  # every spacing gives the same answer
+    if solver == "plane":  # every spacing gives the same state
         any_length = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
         return on_lattice(scene, depth, any_length, branch=branch)
-    if method_name == "layer":
+    if solver == "layer":
         state = on_layer(scene, depth, branch=branch, rtol=rtol)
     else:
         with on_the_way_to("depth", depth):
-            state = ON_MESH[method_name](scene, depth, branch=branch)
+            state = ON_MESH[solver](scene, depth, branch=branch)
     if max(state.error_estimate.values()) > rtol:
         warnings.warn(
             f"rtol = {rtol!r} not reached: estimated relative errors {state.error_estimate}; ask "

@@ -1,8 +1,8 @@
 """Figures of an equilibrium, and of a load path: P(d) and a(d) with its events.
 
 Numbers are drawn in SI units with a prefix, or, with si = False or unit = "", as they are. Colours
-tell the loading of a path from its unloading, or one path from another. An instability is drawn
-dashed along the line on which the control holds it: fixed depth or load, or the spring's.
+distinguish the loading of a path from its unloading, or one path from another. An instability is
+drawn dashed along the line that the control prescribes: fixed depth or load, or the spring's.
 
 state: an `Equilibrium`; history: a `History`. Both are built on this module, not it on them.
 """
@@ -25,8 +25,12 @@ from energy.units import quantity as written
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#7F7F7F"  # Okabe-Ito, and grey
-SOFT, RIGID = "#f3d9b1", "#b8c4cc"
+BLUE = "#0072B2"
+ORANGE = "#D55E00"
+GREEN = "#009E73"
+GREY = "#7F7F7F"
+SOFT = "#f3d9b1"
+RIGID = "#b8c4cc"
 JUMPS = ("touch", "jump-in", "jump", "detachment", "pull-off")
 MARKS = {"touch": "o", "jump-in": "^", "jump": "D", "detachment": "v", "pull-off": "X"}
 MARKS |= {"edge depinning": "s", "tip depinning": "<", "tip pinning": ">", "edge pinning": "p"}
@@ -86,9 +90,11 @@ def note(figure: Figure, violated: Iterable[Assumption]) -> None:
 
 def _window(state: Any) -> tuple[float, float]:
     """Ends of the contact and some free surface beside them."""
-    scene, ends = state.scene, state.contacts[np.isfinite(state.contacts)]
+    scene = state.scene
+    ends = state.contacts[np.isfinite(state.contacts)]
     ends = ends if ends.size else np.array([scene.indenter.apex or 0.0])
-    lo, hi = float(ends.min()), float(ends.max())
+    lo = float(ends.min())
+    hi = float(ends.max())
     lo = -hi if scene.axisymmetric else lo
     margin = max(5 * scene.elastocapillary_length, 0.25 * (hi - lo)) or scene.layer.h
     return lo - margin, hi + margin
@@ -99,13 +105,18 @@ def _surface(
 ) -> None:
     """The deformed layer and the indenter from x = lo to hi, x drawn from the origin."""
     x = np.linspace(lo, hi, 2001)
-    u, body = state.displacement(x), state.depth - state.scene.indenter.height(x)
+    u = state.displacement(x)
+    body = state.depth - state.scene.indenter.height(x)
     lowest = np.sort(body[np.isfinite(body)])[-1:]  # of the indenter; u is positive downwards
     levels = np.concatenate([u, [0.0], lowest])
     span = float(np.ptp(levels)) or state.scene.layer.h
-    top, bottom = float(levels.min()) - 0.9 * span, float(levels.max()) + 0.5 * span
-    scale, height = prefixed([lo - origin, hi - origin], unit), prefixed([top, bottom], unit)
-    s, top, bottom = (x - origin) / scale.size, top / height.size, bottom / height.size
+    top = float(levels.min()) - 0.9 * span
+    bottom = float(levels.max()) + 0.5 * span
+    scale = prefixed([lo - origin, hi - origin], unit)
+    height = prefixed([top, bottom], unit)
+    s = (x - origin) / scale.size
+    top = top / height.size
+    bottom = bottom / height.size
     axes.fill_between(s, u / height.size, bottom, color=SOFT, lw=0, label="layer")
     axes.fill_between(s, body / height.size, top, color=RIGID, lw=0, label="indenter, d − f")
     axes.plot(s, u / height.size, color=BLUE, lw=2, label="surface u")
@@ -136,7 +147,7 @@ def _contact_line(axes: Any, state: Any, unit: str) -> None:
 
 
 def legs(history: Any) -> list[tuple[str, list[Any]]]:
-    """A path in parts that go one way, jumps between them: what each is, and its states.
+    """The parts of a path along which the depth rises or falls, and the jumps between them.
 
     "loading", "unloading", "jump" or "free" (no contact). Infinite depths are left out.
     """
@@ -155,22 +166,23 @@ def legs(history: Any) -> list[tuple[str, list[Any]]]:
 
 def _under_control(history: Any, event: Any) -> list[Any]:
     """A jump along the line of the control: before, under the load at its end, after."""
-    before, after = event.before, event.after
+    before = event.before
+    after = event.after
     if history.control == "depth":
         return [before, after]
-    held = history.hold.load(after.depth, event.control)
-    return [before, after._replace(force=held), after]
+    load = history.hold.load(after.depth, event.control)
+    return [before, after._replace(force=load), after]
 
 
-def _drawn(states: list[Any], quantity: str) -> Array:
+def _columns(states: list[Any], quantity: str) -> Array:
     """Depths and the quantity (2, n)."""
     return np.array([(state.depth, getattr(state, quantity)) for state in states]).T
 
 
 def units(history: Any, quantity: str, si: bool = True) -> tuple[Unit, Unit]:
     """Units of depth and of the quantity in which a path is drawn."""
-    held = [state for kind, states in legs(history) if kind != "free" for state in states]
-    depth, values = _drawn(held, quantity)
+    in_contact = [state for kind, states in legs(history) if kind != "free" for state in states]
+    depth, values = _columns(in_contact, quantity)
     other = f"N{history.scene.per_length}" if quantity == "force" else "m"
     return prefixed(depth, "m" if si else ""), prefixed(values, other if si else "")
 
@@ -178,13 +190,24 @@ def units(history: Any, quantity: str, si: bool = True) -> tuple[Unit, Unit]:
 def draw_path(
     axes: Any, history: Any, quantity: str, scale: tuple[Unit, Unit], colour: str | None = None
 ) -> None:
-    """One path over the depth; `colour` for the whole path, else by what it is doing."""
+    """Draw one path over the depth.
+
+    Parameters
+    ----------
+    axes : Axes
+    history : History
+    quantity : {"force", "half_width"}
+    scale : tuple of Unit
+        Units of depth and of the quantity; see `units`.
+    colour : str, optional
+        One for the whole path; by default one each for loading and unloading.
+    """
     x, y = scale
     for kind, states in legs(history):
         style = dict(STYLES[kind])
         if colour is not None and kind != "free":
             style |= {"color": colour, "lw": 1.3 if kind == "jump" else 1.8, "alpha": 1.0}
-        depth, values = _drawn(states, quantity) / [[x.size], [y.size]]
+        depth, values = _columns(states, quantity) / [[x.size], [y.size]]
         axes.plot(depth, values, **style)
         if kind != "free" and np.ptp(depth) + np.ptp(values) > 0:
             _arrow(axes, depth, values, style["color"], 0.35 if kind == "loading" else 0.6)
@@ -204,15 +227,20 @@ def _arrow(axes: Any, x: Array, y: Array, colour: str, at: float) -> None:
 
 
 def mark(axes: Any, history: Any, quantity: str, scale: tuple[Unit, Unit]) -> None:
-    """Events of a path by kind: where contact has begun, or from where the state leaves."""
+    """Mark the events of a path by kind, where contact has begun or from where the state jumps."""
     x, y = scale
     for event in history.events:
-        state = event.after if event.kind in ("touch", "jump-in") else event.before
-        at = state.depth / x.size, getattr(state, quantity) / y.size
-        new = event.kind not in axes.get_legend_handles_labels()[1]
-        own = {"ms": 12, "mfc": "none"} if "pinning" in event.kind else {"ms": 8, "mfc": GREEN}
-        style = {"marker": MARKS.get(event.kind, "h"), "mec": "black", "zorder": 6, **own}
-        axes.plot(*at, ls="", label=event.kind if new else None, **style)
+        contact_begins = event.kind in ("touch", "jump-in")
+        state = event.after if contact_begins else event.before
+        place = (state.depth / x.size, getattr(state, quantity) / y.size)
+        _, labels = axes.get_legend_handles_labels()
+        label = None if event.kind in labels else event.kind
+        style = {"marker": MARKS.get(event.kind, "h"), "mec": "black", "zorder": 6}
+        if "pinning" in event.kind:
+            style |= {"ms": 12, "mfc": "none"}
+        else:
+            style |= {"ms": 8, "mfc": GREEN}
+        axes.plot(*place, ls="", label=label, **style)
 
 
 def plot_path(
@@ -224,15 +252,28 @@ def plot_path(
 ) -> Figure:
     """A matplotlib figure of P(d) and a(d) with the events, under a load also of d over the load.
 
-    closed_form: (d, P, a) to draw beside them. si: whether the units are those of SI.
+    Parameters
+    ----------
+    history : History
+    title : str
+        Title of the figure.
+    closed_form : tuple of array_like (n,), optional
+        Depths, forces and half-widths to draw besides.
+    si : bool
+        Whether the numbers have SI units, which are then written at the axes.
+
+    Returns
+    -------
+    Figure
     """
     driven = history.control != "depth"
     figure, row = canvas(12.5, 5 - 0.7 * driven, 1, 2 + driven)
-    for axes, quantity, i in zip(row, ("force", "half_width"), (1, 2), strict=False):
+    for axes, quantity, column in zip(row, ("force", "half_width"), (1, 2), strict=False):
         scale = units(history, quantity, si)
         draw_path(axes, history, quantity, scale)
         if closed_form is not None:
-            x, y = np.asarray(closed_form[0]), np.asarray(closed_form[i])
+            x = np.asarray(closed_form[0])
+            y = np.asarray(closed_form[column])
             thick = {"color": "black", "lw": 6, "alpha": 0.15, "zorder": 0}
             axes.plot(x / scale[0].size, y / scale[1].size, label="closed form", **thick)
         for kind in ("loading", "unloading", "jump", "free"):
@@ -251,10 +292,16 @@ def plot_path(
 
 def _programme(axes: Any, history: Any, si: bool) -> None:
     """The depth against the imposed force or drive."""
-    force = f"N{history.scene.per_length}"
-    label, unit = {"force": ("imposed force", force), "drive": ("drive D", "m")}[history.control]
+    if history.control == "force":
+        label = "imposed force"
+        unit = f"N{history.scene.per_length}"
+    else:
+        label = "drive D"
+        unit = "m"
     depth = np.where(np.isfinite(history.depth), history.depth, math.nan)
-    x, y = prefixed(history.values, unit if si else ""), prefixed(depth, "m" if si else "")
-    axes.plot(history.values / x.size, depth / y.size, ".-", color=BLUE, lw=1, ms=4)
-    axes.set(xlabel=axis(label, x), ylabel=axis("depth d", y))
+    imposed_unit = prefixed(history.values, unit if si else "")
+    depth_unit = prefixed(depth, "m" if si else "")
+    imposed = history.values / imposed_unit.size
+    axes.plot(imposed, depth / depth_unit.size, ".-", color=BLUE, lw=1, ms=4)
+    axes.set(xlabel=axis(label, imposed_unit), ylabel=axis("depth d", depth_unit))
     axes.grid(alpha=0.25)

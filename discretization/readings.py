@@ -19,7 +19,7 @@ state: an `Equilibrium`; history: a `History`. Both are built on this module, no
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import escape
 from typing import Any
 
@@ -34,13 +34,42 @@ from energy.validity import Deformation, assumptions
 
 OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
 _UNRESOLVED = "not resolved: use smaller spacing"
-STORED, ACTING = ("springs", "surface", "adhesion"), ("pressure", "lines")
-_FAR = 48.0  # l: of a free surface without end
-_EXACT = 1e-11  # of the free surfaces' parts
-_SAMPLES = 257  # of each contact
-_DIGITS = 10  # of a number that is printed, at most
-_ANGLE_ROUNDING = 1e-15  # rad: of the two slopes that make an angle, at least
-LINKS, FEWEST = 1.0, 0.5  # spacing over l, and over the half-width of a contact, at most
+STORED = ("springs", "surface", "adhesion")
+ACTING = ("pressure", "lines")
+
+
+@dataclass(frozen=True)
+class ReadingRules:
+    """How closely states are read.
+
+    Attributes
+    ----------
+    far : float
+        Elastocapillary lengths of a free surface without end over which it is integrated: e⁻⁴⁸ =
+        1e-21 of it is left.
+    exact : float
+        Of the parts of the free surfaces: what halving a panel may change them by.
+    samples : int
+        Places in each contact at which its deformation is read.
+    digits : int
+        Digits of a number that is printed, at most.
+    angle_rounding : float
+        Of the two slopes that make an angle [rad]: the error of θ at least.
+    """
+
+    far: float = 48.0
+    exact: float = 1e-11
+    samples: int = 257
+    digits: int = 10
+    angle_rounding: float = 1e-15
+
+
+_READING = ReadingRules()
+
+
+# Limits of nodes: spacing over l, and over the half-width of a contact, at most.
+LINKS = 1.0
+FEWEST = 0.5
 
 
 def parts_of(state: Any) -> dict[str, float]:
@@ -80,7 +109,7 @@ def _of_free(state: Any) -> Array:
     """Springs and surface (2,) of all free surfaces."""
     scene = state.scene
     found = np.zeros(2)
-    far = _FAR * scene.elastocapillary_length
+    far = _READING.far * scene.elastocapillary_length
     least = 0.0 if scene.axisymmetric else -math.inf
     for left, right in state.free_surfaces:
 
@@ -93,7 +122,9 @@ def _of_free(state: Any) -> Array:
         end = left.x + far if right is None else right.x
         start = max(end - far, least) if left is None else left.x
         ends = np.array([[start], [end]])
-        found += summed(density, ends, _EXACT, np.zeros((2, 1)), smooth=True).sums.sum(axis=1)
+        found += summed(density, ends, _READING.exact, np.zeros((2, 1)), smooth=True).sums.sum(
+            axis=1
+        )
     return found
 
 
@@ -132,7 +163,7 @@ def _left_to_nodes(ranges: Sequence[tuple[float, float]]) -> tuple[Assumption, .
 
 
 def violated(shown: Any) -> tuple[str, ...]:
-    """The violated assumptions of a state or of a path in plain words."""
+    """The violated assumptions of a state or of a path, one sentence each."""
     return tuple(str(one) for one in shown.validity if not one.holds)
 
 
@@ -154,7 +185,7 @@ def deformation(state: Any) -> Deformation:
     bounded = bool(np.isfinite(ends).all())
     if bounded:
         kinks = indenter.breaks()
-        even = np.linspace(ends[:, 0], ends[:, 1], _SAMPLES).ravel()
+        even = np.linspace(ends[:, 0], ends[:, 1], _READING.samples).ravel()
         x = np.concatenate([even, kinks[state.inside(kinks)]])
     u = state.depth - indenter.height(x)
     slopes = [np.abs(indenter.slope(x)).max(), *np.ravel(state.line_slopes if bounded else 0.0)]
@@ -236,7 +267,7 @@ def angle_error(state: Any) -> float:
     position = state.uncertainty["half_width"]
     if not math.isfinite(position):
         return math.inf
-    largest = _ANGLE_ROUNDING
+    largest = _READING.angle_rounding
     for step in (position, -position):
         outwards = np.where(state.pinned | state.at_axis, 0.0, [-step, step])
         moved = replace(state, contacts=state.contacts + outwards)
@@ -249,15 +280,15 @@ def angle_error(state: Any) -> float:
 
 
 def rounded(value: float, error: float) -> str:
-    """A number to the digit that its error changes, and to _DIGITS at most.
+    """A number to the digit that its error changes, and to 10 at most.
 
     >>> rounded(0.01413690508, 3.8e-3), rounded(0.01413690508, 1e-18)
     ('0.014', '0.01413690508')
     """
     if not value or not 0 < error < math.inf:
-        return f"{value:.{_DIGITS}g}"
+        return f"{value:.{_READING.digits}g}"
     digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(error)) + 1
-    return f"{value:.{min(max(digits, 1), _DIGITS)}g}"
+    return f"{value:.{min(max(digits, 1), _READING.digits)}g}"
 
 
 def _error_text(value: float, error: float, unit: str) -> str:
@@ -266,7 +297,7 @@ def _error_text(value: float, error: float, unit: str) -> str:
         return "numerical error not estimated"
     if not math.isfinite(error):
         return _UNRESOLVED
-    if error <= 0.5 * 10.0**-_DIGITS * abs(value) or not error:
+    if error <= 0.5 * 10.0**-_READING.digits * abs(value) or not error:
         return "numerical error below rounding"
     return f"numerical error {error:.1g}{unit}"
 
@@ -286,7 +317,7 @@ def state_text(state: Any) -> str:
     units = units_of(state.scene)
     errors = state.uncertainty
     width = "radius" if state.scene.axisymmetric else "half-width"
-    lines = [f"depth        d = {state.depth:.{_DIGITS}g} m   ({kind})"]
+    lines = [f"depth        d = {state.depth:.{_READING.digits}g} m   ({kind})"]
     for name, head in (("half_width", f"{width:12s} a"), ("force", "force        P")):
         lines.append(_measured_text(head, getattr(state, name), errors[name], units[name]))
     lines.append(_measured_text("energy       U", state.energy, errors["energy"], units["energy"]))

@@ -1,7 +1,7 @@
-"""Which method finds what is asked of a scene, and which combinations are not supported.
+"""Which solver finds a state or a path of a scene, and which combinations are not supported.
 
-Questions are the two branches of `minimise`, "adhered" and "global", the "search" for the lowest
-contacts by a method of its own, and the load "path"; they are put to the fitted mesh or to nodes.
+Kinds of questions are the two branches of `minimise`, "adhered" and "global", the "search" for the
+lowest contacts by a method of its own, and the load "path"; each is for the fitted mesh or nodes.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of a scene.
+    """A state or a path that somebody wants of a scene.
 
     Attributes
     ----------
@@ -93,14 +93,14 @@ class Unsupported(NamedTuple):
 
 
 _NODES = (
-    ": nodes answer states, searches over contact sets and load paths with slopes = 'small' and "
+    ": nodes support states, searches over contact sets and load paths with slopes = 'small' and "
     "gamma1 > 0, but about an axis no searches, and only one contact around it, of a convex "
-    "indenter without a pattern; else they answer states of one contact alone, without tension "
+    "indenter without a pattern; else they support states of one contact alone, without tension "
     "of a convex indenter; "
 )
 _USE_MESH = "use method='fitted'"
 _LAYER = (
-    ": response = 'layer' answers one contact of a convex indenter, mirror-symmetric or turned "
+    ": response = 'layer' supports one contact of a convex indenter, mirror-symmetric or turned "
     "about an axis, with small slopes, gamma1 > 0 and branch = 'adhered'; "
 )
 _USE_SPRINGS = "change that, or use response='springs'"
@@ -120,7 +120,7 @@ _USE_PATH = (
 
 
 def _needs_path(question: Question) -> bool:
-    """Whether a state is asked for that depends on the path, and is not followed from touch on."""
+    """Whether it is a state that depends on the path, and is not followed from first touch on."""
     if not question.path_dependent or question.kind == "path":
         return False
     return question.kind != "adhered" or not question.tense or question.plane
@@ -232,7 +232,7 @@ LAYER_LIMITS = (
     Unsupported(lambda q: q.kind == "adhered" and q.path_dependent, _PATH_DEPENDENT, _USE_PATH),
     Unsupported(
         lambda q: q.kind == "path" and q.nodes,
-        "method = 'lattice': nodes answer no load paths of a layer; ",
+        "method = 'lattice': nodes support no load paths of a layer; ",
         _USE_MESH,
     ),
 )
@@ -361,15 +361,15 @@ def _check(question: Question, limits: Sequence[Unsupported]) -> None:
 
 
 def route(scene: Scene, kind: str, *, nodes: bool) -> str:
-    """The method that finds what is asked of a scene.
+    """The solver for a state or a path of a scene.
 
     Parameters
     ----------
     scene : Scene
     kind : {"adhered", "global", "search", "path"}
-        What is asked.
+        A branch of a state, a search over contact sets, or a load path.
     nodes : bool
-        Whether it is put to nodes, or else to the fitted mesh.
+        Whether it is for nodes, or else for the fitted mesh.
 
     Returns
     -------

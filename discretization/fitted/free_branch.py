@@ -169,7 +169,8 @@ def spread_evenly(
     if not (np.diff(root) > 0).all():
         return None
     a = CubicSpline(root, a)(np.linspace(0.0, root[-1], count))
-    a[0], a[-1] = lost, largest
+    a[0] = lost
+    a[-1] = largest
     if not (np.diff(a) > 0).all():
         return None
     depth = rest_depth(a)

@@ -180,7 +180,8 @@ class ManyLines:
             slope = indenter.slope_beside(x, side * beside) if beside else indenter.slope(x)
             ratio = self.ratio[own]
             if x.ndim > 1:
-                length, ratio = length[:, None], ratio[:, None]
+                length = length[:, None]
+                ratio = ratio[:, None]
             u = surfaces.at_rest(side, x / length, math.inf, 0.0, side * slope, ratio)
             found = height + length * u
         else:

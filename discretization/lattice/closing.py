@@ -102,7 +102,8 @@ class Closing:
 
         def residuals(unknown: Sequence[float]) -> list[float]:
             """D - d of all lines that are free."""
-            x, depth = unknown[0], unknown[-1]
+            x = unknown[0]
+            depth = unknown[-1]
             at = dict(zip(free, unknown[1:-1], strict=True))
             left = None if before is None else at.get(before, float(before))
             right = None if after is None else at.get(after, float(after))

@@ -1,12 +1,13 @@
 """One contact on nodes by the simplest method there is: read this first.
 
-The unknowns are the displacements u_i of the nodes, U is their `NodalEnergy`. While some nodes are
-held in contact, u = g = d - f there, all others minimise a convex function: Newton's method, each
-step of which is one tridiagonal solve. Descent in u alone can never move a contact line, as lifting
-a contact node costs its adhesion at once, and a free node has to cross a finite gap. So energies of
-neighbouring contact sets are compared, each with its surface relaxed: from the node that touches
-first a line passes link after link while that lowers the energy, or while the surface beyond would
-be in the indenter. In contact u is prescribed, so that neither line feels the other one.
+The unknowns are the displacements u_i of the nodes, U is their `NodalEnergy`. While those of some
+nodes are prescribed, u = g = d - f in contact, all others minimise a convex function: Newton's
+method, each step of which is one tridiagonal solve. Descent in u alone can never move a contact
+line, as lifting a contact node costs its adhesion at once, and a free node has to cross a finite
+gap. So energies of neighbouring contact sets are compared, each with its surface relaxed: from the
+node that touches first a line passes link after link while that lowers the energy, or while the
+surface beyond would be in the indenter. In contact u is prescribed, so that neither line feels the
+other one.
 
 Small or finite slopes, with or without surface tension and adhesion, line contact or axis. States
 with finite slopes, and those of independent springs (γ₁ = 0), come from here; for small slopes the
@@ -262,7 +263,7 @@ def refuse_turning(state: State, lines: Array) -> None:
     if penetration > TOLERANCE * state.size:
         raise ValueError(
             f"depth = {depth!r}: beyond the contact the surface is in the indenter; with slopes = "
-            f"{row.lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
+            f"{row.lattice.slopes!r} nodes support states of one contact only: use method='fitted'"
         )
 
 

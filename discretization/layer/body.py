@@ -154,7 +154,8 @@ class Body:
         ndarray () or (m,)
             [length].
         """
-        stiffness, offset = reaction[0], reaction[1]
+        stiffness = reaction[0]
+        offset = reaction[1]
         depth = self.height(a) + (self.slope(a, side) - offset - excess) / stiffness
         depth = np.where((a <= self.tip) & (side < 0), self.touch, depth)
         return np.where((a >= self.edge) & (side > 0), math.inf, depth)
