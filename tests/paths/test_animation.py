@@ -48,12 +48,15 @@ def test_a_loop_is_written_with_its_jumps_drawn_slowly(tmp_path):
     assert [event.kind for event in path.events] == ["jump-in", "detachment"]
     written = path.animate(tmp_path / "loop.gif", frames=10, rate=5)
     with Image.open(written) as image:
-        assert image.n_frames >= 10 + 2 * animation.SLOW - 6 and image.info["duration"] == 200
+        assert (
+            image.n_frames >= 10 + 2 * animation._FILM.jump_frames - 6
+            and image.info["duration"] == 200
+        )
     x = np.linspace(-2e-4, 2e-4, 41)
     frames = animation._frames(path, x, 10)
     slow = [frame for frame in frames if frame.jump]
-    assert len(slow) == 2 * animation.SLOW
-    assert not slow[0].surface.any() and slow[animation.SLOW - 1].surface.any()
+    assert len(slow) == 2 * animation._FILM.jump_frames
+    assert not slow[0].surface.any() and slow[animation._FILM.jump_frames - 1].surface.any()
 
 
 def test_what_cannot_be_animated_is_refused_before_anything_is_drawn(tmp_path):

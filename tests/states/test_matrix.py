@@ -75,7 +75,7 @@ def solved(name, **options):
 
 
 RINGS = ("ring", "wide ring", "disc and rings")
-# steep, and about an axis, nodes answer one contact
+# steep, and about an axis, nodes support one contact
 ON_NODES = [name for name in CASES if not name.startswith("steep crests") and name not in RINGS]
 
 

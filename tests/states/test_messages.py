@@ -116,7 +116,7 @@ NODES = {"method": "lattice", "spacing": L / 50}
 LOWEST = {"branch": "global"}
 SEARCH = {"method": "shortest_path", "spacing": L / 20, **LOWEST}
 ORACLE = {"method": "oracle", "spacing": L / 400, **LOWEST}
-FITTED = ": nodes answer.* use method='fitted'"
+FITTED = ": nodes support.* use method='fitted'"
 AXIS = "geometry = 'axisymmetric'" + FITTED
 SPHERE = turned(Parabola(0.02))
 STRIPES = Patches.stripes(0.004, 0.25, 1.0, 0.1)
