@@ -33,7 +33,7 @@ from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
 
-BAR = 1e-8
+BAR = 1e-8  # largest relative error, the default goal of `load_path`
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,19 @@ class State(NamedTuple):
 
 
 class Pull(NamedTuple):
-    """Pull-off of one scene, simulated and in closed form; for the flat punch the global one."""
+    """Pull-off of one scene.
+
+    Attributes
+    ----------
+    scene : Scene
+    ratio : float
+        l/b.
+    simulated, closed_form : State
+        Where a dead load detaches the contact.
+    balanced, balanced_card : State or None
+        Where the detached state of a flat punch gets the lower energy, simulated and in closed
+        form; None for other indenters.
+    """
 
     scene: Scene
     ratio: float

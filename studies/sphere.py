@@ -16,7 +16,7 @@ Output: sphere.csv, sphere.png. Exit status 1 if an error of small slopes exceed
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain, product
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,8 +29,8 @@ from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, GREEN, GREY, LINE, ORANGE, Figure, canvas, plain_ticks
 from studies.shared.table import Columns, Table
 
-LAYER = ElasticLayer(E=7e3, nu=0.0, h=10e-6)
-LENGTH = 10e-6  # Pa, 1, m; l in m
+LAYER = ElasticLayer(E=7e3, nu=0.0, h=10e-6)  # Pa, 1, m
+LENGTH = 10e-6  # l [m]
 GAMMA1 = LAYER.stiffness * LENGTH**2  # N/m
 GENTLE = 1e-4  # w/γ₁ with small slopes, which only sets the scale
 LARGEST = 1e-8  # relative error
@@ -59,7 +59,18 @@ class Pull(NamedTuple):
 
 
 class Sphere(NamedTuple):
-    """One sphere: Λ, w/γ₁, slopes, its limits under dead load and imposed depth."""
+    """One sphere.
+
+    Attributes
+    ----------
+    ratio : float
+        Λ = l/√(Rδ₀).
+    work : float
+        w/γ₁.
+    slopes : {"small", "finite"}
+    load, depth : Pull
+        Where it detaches under a dead load, and under imposed depth.
+    """
 
     ratio: float
     work: float
@@ -71,7 +82,9 @@ class Sphere(NamedTuple):
     def error(self) -> float:
         """Difference of the largest pull and the least depth from those of small slopes."""
         load, depth = closed_forms(self.ratio)
-        return float(max(abs(self.load.force - load.force), abs(self.depth.depth - depth.depth)))
+        of_force = abs(self.load.force - load.force)
+        of_depth = abs(self.depth.depth - depth.depth)
+        return float(max(of_force, of_depth))
 
 
 def scene_of(ratio: float, work: float, slopes: str) -> Scene:
@@ -83,11 +96,15 @@ def scene_of(ratio: float, work: float, slopes: str) -> Scene:
 
 
 def detached(case: tuple[float, float, str]) -> Sphere:
-    """Λ, w/γ₁ and slopes: pull a sphere that has touched by a growing load; raise another."""
+    """Pull a sphere that has touched by a growing load, and raise another.
+
+    case: Λ, w/γ₁ and slopes.
+    """
     scene = scene_of(*case)
-    pulled = load_path(scene, forces=[0.0, -BEYOND * bare(scene)]).pull_off
-    raised = load_path(scene, depths=[0.0, -BEYOND * scene.critical_separation]).events[-1].before
-    return Sphere(*case, _scaled(scene, pulled), _scaled(scene, raised))
+    under_load = load_path(scene, forces=[0.0, -BEYOND * bare(scene)])
+    raised = load_path(scene, depths=[0.0, -BEYOND * scene.critical_separation])
+    last_contact = raised.events[-1].before
+    return Sphere(*case, _scaled(scene, under_load.pull_off), _scaled(scene, last_contact))
 
 
 def bare(scene: Scene) -> float:
@@ -96,22 +113,34 @@ def bare(scene: Scene) -> float:
 
 
 def _scaled(scene: Scene, state: Any) -> Pull:
+    """Force, depth and radius of a state in the units of `Pull`."""
     depth = state.depth / scene.critical_separation
     return Pull(-state.force / bare(scene), depth, state.half_width / LENGTH)
 
 
 def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
-    """Of small slopes, under dead load and imposed depth; Λ a number or an array (n,)."""
+    """Where a sphere with small slopes detaches, under dead load and imposed depth.
+
+    Parameters
+    ----------
+    ratio : float or ndarray (n,)
+        Λ.
+
+    Returns
+    -------
+    load, depth : Pull
+        Of numbers, or of arrays (n,).
+    """
     R = LENGTH / (math.sqrt(2 * GENTLE) * np.square(ratio))
-    given = {"R": R, "k": LAYER.stiffness, "gamma1": GAMMA1, "w": GENTLE * GAMMA1}
-    springs = 2 * math.pi * R * GENTLE * GAMMA1
-    lift = math.sqrt(2 * GENTLE) * LENGTH
+    delta0 = math.sqrt(2 * GENTLE) * LENGTH
+    on_springs = 2 * math.pi * R * GENTLE * GAMMA1  # 2πRw
+
+    def scaled(found: Any) -> Pull:
+        return Pull(-found.force / on_springs, found.depth / delta0, found.half_width / LENGTH)
+
     card: Any = cards.axisymmetric.sphere
-    pull, end = (
-        Pull(-found.force / springs, found.depth / lift, found.half_width / LENGTH)
-        for found in (card.pull_off(**given), card.detachment(**given))
-    )
-    return pull, end
+    given = {"R": R, "k": LAYER.stiffness, "gamma1": GAMMA1, "w": GENTLE * GAMMA1}
+    return scaled(card.pull_off(**given)), scaled(card.detachment(**given))
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Sphere, ...]:
@@ -121,11 +150,13 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tu
     """
     show(COLUMNS.head)
     small = [(ratio, GENTLE, "small") for ratio in parameters.ratios]
-    steep = product(parameters.works, parameters.finite)
-    finite = [(ratio, work, "finite") for work, ratio in steep]
-    parts = ((small, jobs), (finite, 1))
-    tell = (each(detached, own, n, say=lambda found: show(line(found))) for own, n in parts)
-    return tuple(chain.from_iterable(tell))
+    finite = [
+        (ratio, work, "finite") for work, ratio in product(parameters.works, parameters.finite)
+    ]
+    found: list[Sphere] = []
+    for cases, workers in ((small, jobs), (finite, 1)):
+        found += each(detached, cases, workers, say=lambda sphere: show(line(sphere)))
+    return tuple(found)
 
 
 COLUMNS = Columns(
@@ -173,6 +204,7 @@ def plot(spheres: Sequence[Sphere]) -> Figure:
 
 
 def _forces(axes: Any, ratios: Array, load: Pull) -> None:
+    """Closed form, expansions and line contact of the pull-off force over Λ."""
     low = ratios[ratios < 0.75]
     high = ratios[ratios > 1.05]
     small = 1 - low / math.sqrt(2) - 3 * low**2 / 32
@@ -189,6 +221,7 @@ def _forces(axes: Any, ratios: Array, load: Pull) -> None:
 
 
 def _depths(axes: Any, ratios: Array, load: Pull, depth: Pull) -> None:
+    """The same of the depths of detachment."""
     low = ratios[ratios < 0.5]
     axes.plot(ratios, load.depth, label="dead load", **LINE)
     axes.plot(ratios, depth.depth, color="black", ls="-.", lw=1.2, label="imposed depth")

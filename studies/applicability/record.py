@@ -15,8 +15,14 @@ WORK = 0.5  # with k = 1 the critical separation δ₀ is 1
 class Parameters:
     """Grids of w/γ₁, steepness and punch width a/l.
 
-    ratios, steepness, widths: of the map; lines, scan: steepness and w/γ₁ where borders are
-    searched; paths, tensions: steepness and γ₁/w of the conjecture.
+    Attributes
+    ----------
+    ratios, steepness, widths : tuple of float
+        w/γ₁, steepness and punch width a/l of the map.
+    lines, scan : tuple of float
+        Steepness and w/γ₁ where borders are searched.
+    paths, tensions : tuple of float
+        Steepness and γ₁/w of the conjecture.
     """
 
     ratios: tuple[float, ...] = (
@@ -71,9 +77,18 @@ class Border(NamedTuple):
 class Small(NamedTuple):
     """Eq. (16) within the paper's own energy, of small slopes.
 
-    tension: γ₁/w, 0 for springs alone and (18); mesh, nodes: relative error of a, on the mesh,
-    whose lines rest at ∂U/∂x = 0, and on NODES nodes in the shorter of l and a, where energies of
-    contact sets are compared and nothing else; nan where no nodes are tried.
+    Attributes
+    ----------
+    shape : str
+    steepness : float
+        f' at the line.
+    tension : float
+        γ₁/w; 0 for springs alone and (18).
+    mesh : float
+        Relative error of a on the mesh, whose lines rest at ∂U/∂x = 0.
+    nodes : float
+        The same on NODES nodes in the shorter of l and a, where energies of contact sets are
+        compared and nothing else; NaN where no nodes are tried.
     """
 
     shape: str
@@ -87,7 +102,15 @@ class Small(NamedTuple):
 class Record:
     """All comparisons.
 
-    flat: (shape, w/γ₁, error of d = -δ₀ where the contact detaches, relative to δ₀).
+    Attributes
+    ----------
+    parameters : Parameters
+    maps, paths : dict
+        The points of each shape, of the map and of the conjecture.
+    borders : tuple of Border
+    flat : tuple of (str, float, float)
+        Shape, w/γ₁, and the error of d = -δ₀, where the contact detaches, relative to δ₀.
+    small : tuple of Small
     """
 
     parameters: Parameters

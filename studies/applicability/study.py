@@ -57,33 +57,59 @@ from studies.shared.small_slopes import KINDS, SHAPES, at_unit_width, punch, sce
 
 
 def border(error: Callable[[float], float], scan: Sequence[float], tolerance: float) -> float:
-    """w/γ₁ from which |error| exceeds the tolerance: bracketed on `scan`, then root finding."""
+    """The w/γ₁ from which an error exceeds a tolerance.
+
+    Parameters
+    ----------
+    error : callable
+        Signed relative error at a w/γ₁.
+    scan : sequence of float
+        Growing w/γ₁, between two of which the border is bracketed.
+    tolerance : float
+
+    Returns
+    -------
+    float
+        To a thousandth; 0 if the error is larger at the least w/γ₁, inf if it is nowhere.
+    """
 
     def excess(log_ratio: float) -> float:
         return abs(error(math.exp(log_ratio))) - tolerance
 
-    logs = [math.log(ratio) for ratio in scan]
-    over = next((i for i, at in enumerate(logs) if excess(at) > 0), None)
-    if over is None or over == 0:
-        return math.inf if over is None else 0.0
-    return math.exp(brentq(excess, logs[over - 1], logs[over], xtol=1e-3, rtol=1e-8))
+    before = None
+    for log_ratio in map(math.log, scan):
+        if excess(log_ratio) > 0:
+            if before is None:
+                return 0.0
+            return math.exp(brentq(excess, before, log_ratio, xtol=1e-3, rtol=1e-8))
+        before = log_ratio
+    return math.inf
 
 
 def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
     """Each shape, steepness line and quantity; and the angle, which depends on w/γ₁ alone."""
-    for shapes, own in ((SHAPES, jobs), (small_slopes.ROUND, 1)):  # around an axis: one family
-        chosen = list(product(shapes, p.lines, small_slopes.QUANTITIES))
-        for pair in each(functools.partial(_borders, p.scan), chosen, own):
-            yield from pair
+    # around an axis states share a family of free surfaces, which a process solves once
+    for shapes, workers in ((SHAPES, jobs), (small_slopes.ROUND, 1)):
+        lines = list(product(shapes, p.lines, small_slopes.QUANTITIES))
+        for of_line in each(functools.partial(_borders, p.scan), lines, workers):
+            yield from of_line
+
+    def of_angle(ratio: float) -> float:
+        return at_unit_width("wedge", 1.0, ratio).angle
+
     for tolerance in TOLERANCES:
-        found = border(lambda r: at_unit_width("wedge", 1.0, r).angle, (*p.scan, 1.3), tolerance)
+        found = border(of_angle, (*p.scan, 1.3), tolerance)
         yield Border("any", math.nan, "π - θ", tolerance, found)
 
 
 def _borders(scan: Sequence[float], line: tuple[str, float, str]) -> list[Border]:
-    shape, steepness, name = line
-    at = functools.partial(small_slopes.QUANTITIES[name], shape, steepness)
-    return [Border(*line, tolerance, border(at, scan, tolerance)) for tolerance in TOLERANCES]
+    """The borders of both tolerances for a shape, a steepness and a quantity."""
+    shape, steepness, quantity = line
+    error = functools.partial(small_slopes.QUANTITIES[quantity], shape, steepness)
+    return [
+        Border(shape, steepness, quantity, tolerance, border(error, scan, tolerance))
+        for tolerance in TOLERANCES
+    ]
 
 
 def path_point(case: tuple[str, float, float]) -> Point | None:
@@ -127,11 +153,8 @@ def flat_faces(p: Parameters) -> Iterator[tuple[str, float, float]]:
     for shape, body in ((PUNCH, FlatPunch(1.0)), ("parabola", Parabola(5.0))):
         for ratio in p.scan[::2]:
             given = scene(body, 1.0, ratio)
-            yield (
-                shape,
-                ratio,
-                small_slopes.detachment(given, 1e-12) / given.critical_separation + 1,
-            )
+            depth = small_slopes.detachment(given, 1e-12)
+            yield shape, ratio, depth / given.critical_separation + 1
 
 
 def map_point(case: tuple[str, float, float]) -> Point:
@@ -152,9 +175,9 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     points = tuple(each(map_point, cases, jobs))
     show(f"borders of 1 % and 10 % on {len(p.lines)} lines ...")
     found = tuple(borders(p, jobs))
-    ways = list(product(SHAPES, p.paths, p.tensions))
-    show(f"γ₁ alone varied, {len(ways)} states ...")
-    on_path = [point for point in each(path_point, ways, jobs) if point is not None]
+    varied = list(product(SHAPES, p.paths, p.tensions))
+    show(f"γ₁ alone varied, {len(varied)} states ...")
+    on_path = [point for point in each(path_point, varied, jobs) if point is not None]
     maps = {shape: tuple(x for x in points if x.shape == shape) for shape in (*SHAPES, PUNCH)}
     paths = {shape: tuple(x for x in on_path if x.shape == shape) for shape in SHAPES}
     return Record(p, maps, paths, found, flat, small)

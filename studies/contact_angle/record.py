@@ -42,10 +42,23 @@ QUICK = Parameters(
 
 
 class Angle(NamedTuple):
-    """One measured angle: kind is "finite" or "small", that of the slopes.
+    """One measured angle.
 
-    deficit: π - θ; law: by (8) for "finite", (15) else; half_width: simulated a; indenter, layer:
-    inclinations of both at the line [rad].
+    Attributes
+    ----------
+    kind : {"finite", "small"}
+        Slopes of the energy.
+    shape : str
+    ratio : float
+        w/γ₁.
+    depth, half_width : float
+        Of the state.
+    deficit : float
+        π - θ as measured [rad].
+    law : float
+        π - θ by (8) for finite slopes, by (15) for small ones [rad].
+    indenter, layer : float
+        Inclinations of both at the line [rad].
     """
 
     kind: str
@@ -74,15 +87,23 @@ class Loop(NamedTuple):
 
     @property
     def angles(self) -> tuple[Angle, ...]:
-        """The whole way."""
+        """All of them, in this order."""
         return (*self.advance, *self.retract)
 
 
 class OnNodes(NamedTuple):
     """Angles on nodes, where nothing but energies of contact sets is compared.
 
-    counts: nodes in l; errors: the largest |θ - law| over several depths, and so over several
-    places of the line between its nodes [degrees].
+    Attributes
+    ----------
+    kind : {"finite", "small"}
+        Slopes of the energy.
+    shape : str
+    counts : tuple of int
+        Nodes in l.
+    errors : tuple of float
+        The largest |θ - law| over several depths, and so over several places of the line between
+        its nodes [degrees].
     """
 
     kind: str
@@ -105,9 +126,15 @@ class OnNodes(NamedTuple):
 class Record:
     """All measured angles.
 
-    states, loops: on the mesh, at free contact lines, twins in a mirror counted once; nodes: on
-    nodes; edge: π - θ over √(2w/γ₁) at the edge of a flat punch, where the line is pinned, over the
-    depths from its detachment to as far below the surface.
+    Attributes
+    ----------
+    parameters : Parameters
+    states, loops : tuple
+        On the mesh, at free contact lines, twins in a mirror counted once.
+    nodes : tuple of OnNodes
+    edge : tuple of float
+        π - θ over √(2w/γ₁) at the edge of a flat punch, where the line is pinned, over the depths
+        from its detachment to as far below the surface.
     """
 
     parameters: Parameters
@@ -181,6 +208,7 @@ def plot_nodes(record: Record) -> Figure:
 
 
 def _draw_law(axes: Any, record: Record) -> None:
+    """θ over w/γ₁, with both laws."""
     x = np.geomspace(min(record.parameters.ratios), 2, 400)
     axes.semilogx(x, np.degrees(np.arccos(x - 1)), label="Young's law (8)", **LINE)
     axes.semilogx(x, 180 - np.degrees(np.sqrt(2 * x)), ls=":", **LINE, label="small slopes (15)")
@@ -196,6 +224,7 @@ def _draw_law(axes: Any, record: Record) -> None:
 
 
 def _draw_residuals(axes: Any, record: Record) -> None:
+    """Relative differences to the laws over w/γ₁."""
     x = np.geomspace(min(record.parameters.ratios), 2, 400)
     gap = 1 - np.sqrt(2 * x) / (2 * np.arcsin(np.sqrt(x / 2)))
     axes.loglog(x, gap, ls=":", label="(15) against (8)", **LINE)

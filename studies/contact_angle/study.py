@@ -23,7 +23,6 @@ the screen; exit status 1 if a law is missed.
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import chain
 
 import numpy as np
 
@@ -80,7 +79,9 @@ def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
     scene = state.scene
     surfaces = state.scene.surfaces
     law = surfaces.angle_deficit if kind == "finite" else surfaces.small_slope_deficit
-    indenter, layer = (np.arctan(slope).ravel() for slope in state.line_slopes)
+    slopes_of_indenter, slopes_of_layer = state.line_slopes
+    indenter = np.arctan(slopes_of_indenter).ravel()
+    layer = np.arctan(slopes_of_layer).ravel()
     ratio = scene.work_of_adhesion / scene.gamma1
     free = np.flatnonzero(~state.pinned & np.isfinite(state.angle_deficits))
     if len(free) == 2:
@@ -88,8 +89,17 @@ def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
         if abs(first - second) <= MIRRORED * abs(second):
             free = free[1:]
     for i in free:
-        seen = float(state.angle_deficits.flat[i]), law, float(indenter[i]), float(layer[i])
-        yield Angle(kind, shape, ratio, state.depth, state.half_width, *seen)
+        yield Angle(
+            kind=kind,
+            shape=shape,
+            ratio=ratio,
+            depth=state.depth,
+            half_width=state.half_width,
+            deficit=float(state.angle_deficits.flat[i]),
+            law=law,
+            indenter=float(indenter[i]),
+            layer=float(layer[i]),
+        )
 
 
 def single(p: Parameters, shape: str) -> list[Angle]:
@@ -117,9 +127,12 @@ def loop(steps: int, case: tuple[str, float]) -> Loop:
     steep = given(shape, ratio, "finite")
     end = detachment(steep)
     top = 2 * steep.critical_separation
-    depths = [*np.linspace(0, top, steps), *(top + (end - top) * np.linspace(0, 0.999, 2 * steps))]
-    states = (minimise(steep, float(depth)) for depth in depths)
-    angles = [next(measured("finite", shape, state)) for state in states]
+    pressing = np.linspace(0, top, steps)
+    pulling = top + (end - top) * np.linspace(0, 0.999, 2 * steps)
+    angles = []
+    for depth in np.concatenate([pressing, pulling]).tolist():
+        state = minimise(steep, depth)
+        angles.append(next(measured("finite", shape, state)))
     return Loop(shape, ratio, tuple(angles[:steps]), tuple(angles[steps:]))
 
 
@@ -155,17 +168,17 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     Free surfaces around an axis are read off a family that a process solves once: one process.
     """
     show(f"{len(p.ratios)} w/γ₁ x {len(SHAPES)} indenters x {len(p.widths)} depths ...")
-    own = partial(single, p)
-    groups = (([*INDENTERS, *TILTED], jobs), (list(ROUND), 1))
-    found = chain.from_iterable(each(own, shapes, workers) for shapes, workers in groups)
-    states = tuple(chain.from_iterable(found))
+    states: list[Angle] = []
+    for shapes, workers in (([*INDENTERS, *TILTED], jobs), (list(ROUND), 1)):
+        for angles in each(partial(single, p), shapes, workers):
+            states += angles
     show(f"loading paths at {len(p.path)} w/γ₁ ...")
-    ways = [(shape, ratio) for shape in ("wedge", "parabola") for ratio in p.path]
-    loops = tuple(each(partial(loop, p.steps), ways, jobs))
+    paths = [(shape, ratio) for shape in ("wedge", "parabola") for ratio in p.path]
+    loops = tuple(each(partial(loop, p.steps), paths, jobs))
     show(f"on nodes: {len(ON_NODES)} indenters x {len(p.nodes)} spacings ...")
     cases = [(kind, shape) for kind in ("finite", "small") for shape in ON_NODES]
     nodes = tuple(each(partial(on_nodes, p.nodes, p.node_ratio), cases, jobs))
-    return Record(p, states, loops, nodes, at_the_edge(p.ratios[0]))
+    return Record(p, tuple(states), loops, nodes, at_the_edge(p.ratios[0]))
 
 
 def summary(record: Record) -> str:

@@ -28,7 +28,15 @@ from studies.shared import QUANTITIES
 
 @dataclass(frozen=True)
 class Case:
-    """A scene, a depth, and what the cards say of it."""
+    """A scene at a depth, and what the cards say of it.
+
+    Attributes
+    ----------
+    scene : Scene
+    depth, half_width, force, energy : float
+    shape : str
+        "flat", "wedge", "parabola" or "power".
+    """
 
     scene: Scene
     depth: float
@@ -96,6 +104,7 @@ def random_case(rng: np.random.Generator, shape: str) -> Case:
 
 
 def _drawn(rng: np.random.Generator, shape: str, ell: float, a: float, alpha: float) -> Drawn:
+    """A random indenter of this shape for small slopes."""
     if shape == "flat":
         return FlatPunch(a), {"a": a}, cards.flat_punch
     if shape == "wedge":

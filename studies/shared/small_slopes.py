@@ -18,13 +18,22 @@ from scipy.optimize import brentq
 from discretization import AccuracyWarning, Equilibrium, minimise
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
 
-K = 1.0
+K = 1.0  # stiffness per area of all layers
 
 
 class Errors(NamedTuple):
-    """Eqs. (16), (11), (15) against a simulated state: signed relative errors; nan without one.
+    """Signed relative errors against a simulated state; NaN without one.
 
-    young: measured π - θ against Young's law (8), which the simulation has to reproduce.
+    Attributes
+    ----------
+    half_width : float
+        Of a by Eq. (16).
+    force : float
+        Of P by Eq. (11).
+    angle : float
+        Of π - θ by Eq. (15).
+    young : float
+        Of the simulated π - θ against Young's law (8), which the simulation has to reproduce.
     """
 
     half_width: float
@@ -41,7 +50,20 @@ class Errors(NamedTuple):
 def scene(
     body: Indenter, gamma1: float, w: float, slopes: str = "finite", geometry: str = "line"
 ) -> Scene:
-    """An indenter on a layer with k = 1."""
+    """An indenter on a layer with k = 1.
+
+    Parameters
+    ----------
+    body : Indenter
+    gamma1, w : float
+        Surface tension and work of adhesion.
+    slopes, geometry : str
+        As in `Scene`.
+
+    Returns
+    -------
+    Scene
+    """
     layer = ElasticLayer(K, 0.0, 1.0)
     surfaces = SurfaceEnergies.from_work(gamma1, w)
     return Scene(layer, surfaces, body, slopes, geometry=geometry)
@@ -50,8 +72,14 @@ def scene(
 class Kind(NamedTuple):
     """A family of indenters with a given slope s at their line, f'(a) = s.
 
-    body(s, a); width: a s without tension at d = 0 and δ₀ = 1; at_touch(a₀, l): half-width by (16)
-    where that is a₀ without tension, at d = 0.
+    Attributes
+    ----------
+    body : callable
+        The indenter of s and a.
+    width : float
+        a s without tension, at d = 0 and δ₀ = 1.
+    at_touch : callable
+        The half-width by (16) at d = 0 of a₀, which it is without tension, and l.
     """
 
     body: Callable[[float, float], Indenter]
@@ -81,7 +109,18 @@ def blunt(shape: str, steepness: float, a: float = 1.0) -> Indenter:
 
 
 def simulated(given: Scene, depth: float) -> Equilibrium | None:
-    """The equilibrium; None where its surface would turn over, which takes w >= γ₁."""
+    """The equilibrium at a depth.
+
+    Parameters
+    ----------
+    given : Scene
+    depth : float
+
+    Returns
+    -------
+    Equilibrium or None
+        None where its surface would turn over, which takes w >= γ₁.
+    """
     try:
         return minimise(given, depth)
     except ValueError:
@@ -91,21 +130,44 @@ def simulated(given: Scene, depth: float) -> Equilibrium | None:
 
 
 def depth_by_16(given: Scene, a: float) -> float:
-    """The depth at which Eq. (16), or its like around an axis, places the line at a > 0."""
+    """The depth at which Eq. (16), or its like around an axis, places the line.
+
+    Parameters
+    ----------
+    given : Scene
+    a : float
+        Half-width or radius of the contact, > 0.
+
+    Returns
+    -------
+    float
+    """
     body = given.indenter
+    height = float(body.height(a))
     slope = 0.0 if isinstance(body, FlatPunch) else float(body.slope(a))
-    m = {"k": K, "gamma1": given.gamma1, "w": given.work_of_adhesion}
+    parameters = {"k": K, "gamma1": given.gamma1, "w": given.work_of_adhesion}
     if given.axisymmetric:
-        card = cards.axisymmetric.contact_line
-        return float(card.depth(float(body.height(a)), slope, a, **m))
-    return float(cards.contact_line.depth(float(body.height(a)), slope, **m))
+        return float(cards.axisymmetric.contact_line.depth(height, slope, a, **parameters))
+    return float(cards.contact_line.depth(height, slope, **parameters))
 
 
 def compare(given: Scene, depth: float, a: float, size: float | None = None) -> Errors:
-    """Half-width a of (16), force (11) and angle (15) against the simulation at this depth.
+    """Half-width (16), force (11) and angle (15) against the simulation at a depth.
 
-    The error of a is relative to `size`, by default the simulated half-width; that of P to
-    max(|P|, 2√(2wγ₁)), the tension term of (22), or around an axis 2πa√(2wγ₁).
+    Parameters
+    ----------
+    given : Scene
+    depth : float
+    a : float
+        The half-width of (16).
+    size : float, optional
+        What the error of a is relative to; None: the simulated half-width.
+
+    Returns
+    -------
+    Errors
+        That of P relative to max(|P|, 2√(2wγ₁)), the tension term of (22), or around an axis
+        2πa√(2wγ₁).
     """
     state = simulated(given, depth)
     if state is None:
@@ -122,9 +184,11 @@ def compare(given: Scene, depth: float, a: float, size: float | None = None) -> 
     )
 
 
-def _force_scale(given: Scene, force: float, a: float = math.nan) -> float:
-    ends = 2 * math.pi * a if given.axisymmetric else 2
-    return max(abs(force), ends * math.sqrt(2 * given.work_of_adhesion * given.gamma1))
+def _force_scale(given: Scene, force: float, a: float) -> float:
+    """|P|, or the pull of the lines if that is larger."""
+    length_of_lines = 2 * math.pi * a if given.axisymmetric else 2
+    pull = length_of_lines * math.sqrt(2 * given.work_of_adhesion * given.gamma1)
+    return max(abs(force), pull)
 
 
 @functools.cache
@@ -150,16 +214,30 @@ def punch(width: float, ratio: float) -> Errors:
 
 
 def detachment(given: Scene, tolerance: float = 1e-6) -> float:
-    """The depth at which the simulated contact vanishes, within tolerance·δ₀, by root finding."""
-    reach = given.critical_separation
+    """The depth at which the simulated contact vanishes, by root finding.
+
+    Parameters
+    ----------
+    given : Scene
+    tolerance : float
+        Of the depth, over δ₀.
+
+    Returns
+    -------
+    float
+    """
+    delta0 = given.critical_separation
 
     def width(depth: float) -> float:
+        """The half-width; a negative number without contact, so that the sign changes there."""
         with warnings.catch_warnings():  # an exact width does not matter to whether there is one
             warnings.simplefilter("ignore", AccuracyWarning)
             state = simulated(given, depth)
-        return state.half_width + 1e-12 if state and state.label != "detached" else -1e-7
+        if state is None or state.label == "detached":
+            return -1e-7
+        return state.half_width + 1e-12
 
-    return float(brentq(width, -1.01 * reach, 0.01 * reach, xtol=tolerance * reach, rtol=1e-14))
+    return float(brentq(width, -1.01 * delta0, 0.01 * delta0, xtol=tolerance * delta0, rtol=1e-14))
 
 
 QUANTITIES: dict[str, Callable[[str, float, float], float]] = {
