@@ -33,9 +33,10 @@ DOCUMENTS = (".csv", ".md", ".pdf", ".txt")
 SHADES = 128  # of a figure on the page, which keeps that small
 SCALE = 0.62  # of all figures on the page, so that 10 points are 12 pixels in each of them
 LAST = 40  # lines of a study that failed
-JUDGED = ("equation", "what", "error", "order", "fitted_error", "passed")  # of verify.csv
+JUDGED = ("equation", "passed", "what", "error", "order", "fitted_error")  # of verify.csv
 HEADS = {"error": "error on nodes", "order": "order on nodes", "fitted_error": "error on the mesh"}
 TEXTS = ("what", "passed")
+VERDICTS = {"True": "yes", "False": "NO"}
 STYLE = """
 :root { color-scheme: light dark; --line: #ccc; --soft: #f4f4f4; --good: #00704f; --bad: #b00020 }
 @media (prefers-color-scheme: dark) {
@@ -209,7 +210,9 @@ def _class(column: str) -> str:
 
 
 def _short(cell: str) -> str:
-    """A cell, its number in four digits; a dash for a number that is none."""
+    """A cell, its number in four digits; a dash for a number that is none; a verdict as a word."""
+    if cell in VERDICTS:
+        return VERDICTS[cell]
     try:
         number = float(cell)
     except ValueError:

@@ -95,6 +95,8 @@ def test_the_verification_table_shows_a_failure(tmp_path):
     shown = page.page([verify], "a command", "facts")
     for cell in ("<td class=text>&lt;angle&gt;</td>", "<td>—</td>", "<td>1.235e-09</td>"):
         assert cell in shown
+    rows = [re.findall(r"<td.*?>(.*?)</td>", row) for row in re.findall(r"<tr.*?</tr>", shown)]
+    assert [row[:3] for row in rows if row] == [["8", "NO", "&lt;angle&gt;"], ["16", "yes", "line"]]
     assert shown.count("<tr class=bad>") == 1
 
 
