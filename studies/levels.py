@@ -175,17 +175,22 @@ def run(params: Parameters = Parameters(), show: Show = silent, jobs: int = 1) -
     """All paths, in `jobs` processes; `show` gets a line per number of nodes."""
     counts = [0, *params.nodes]
     paths = list(each(partial(followed, params, params.depths), counts, jobs))
-    refined = paths[0]
-    chosen = next(event for event in refined.events if event.kind == ENCLOSED)
-    near = close_to(chosen.before.depth, params.scene.critical_separation)
-    again = each(partial(followed, params, near), counts, jobs)
-    gap = gap_that_closes(chosen.before.lines, chosen.after.lines)
-    enlarged = {n: beside(path, gap) for n, path in zip(counts, again, strict=True)}
-    record = Record(params, refined, dict(zip(params.nodes, paths[1:], strict=True)), enlarged)
+    on_nodes = dict(zip(params.nodes, paths[1:], strict=True))
+    record = Record(params, paths[0], on_nodes, enlarged(params, paths[0], jobs))
     show(COLUMNS.head)
     for one in record.errors:
         show(COLUMNS.line(*one[:4], "yes" if one.same else "NO"))
     return record
+
+
+def enlarged(params: Parameters, refined: History, jobs: int) -> dict[int, Enlarged]:
+    """The neighbourhood of one event, refined (0) and on nodes of each number."""
+    chosen = next(event for event in refined.events if event.kind == ENCLOSED)
+    gap = gap_that_closes(chosen.before.lines, chosen.after.lines)
+    depths = close_to(chosen.before.depth, params.scene.critical_separation)
+    counts = [0, *params.nodes]
+    paths = each(partial(followed, params, depths), counts, jobs)
+    return {count: beside(path, gap) for count, path in zip(counts, paths, strict=True)}
 
 
 def close_to(depth: float, size: float) -> Array:
@@ -270,32 +275,38 @@ def _contacts(axes: Any, record: Record) -> None:
     params = record.parameters
     path = record.refined
     step = int(np.argmax([len(path.at(i).lines) for i in range(params.steps)]))
-    held = path.at(step).lines
-    nodes = record.on_nodes[params.drawn].at(step).lines
+    lines = path.at(step).lines
+    nodes = nodes_in_contact(params, record.on_nodes[params.drawn].at(step).lines)
     state = minimise(params.scene, float(path.depth[step]))
-    x = np.linspace(1.15 * held[0], 1.15 * held[-1], 2001)
-    u = state.displacement(x)
-    body = state.depth - params.scene.indenter.height(x)
+    x = np.linspace(1.15 * lines[0], 1.15 * lines[-1], 2001)
     across = prefixed(x, "m")
-    up = prefixed([*u, *body], "m")
-    low = (u.min() - 0.4 * np.ptp(u)) / up.size
-    high = (u.max() + 0.4 * np.ptp(u)) / up.size
-    s = x / across.size
-    axes.fill_between(s, body / up.size, low, color=RIGID, lw=0, label="indenter")
-    axes.fill_between(s, u / up.size, high, color=SOFT, lw=0, label="layer")
-    spacing = params.scene.elastocapillary_length / params.drawn
-    for left, right in zip(nodes[::2], nodes[1::2], strict=True):
-        at = np.arange(left, right + spacing / 2, spacing)
-        height = (state.depth - params.scene.indenter.height(at)) / up.size
-        axes.plot(at / across.size, height, ".", color=BLUE, ms=4)
-    axes.plot([], [], ".", color=BLUE, label=f"contact nodes, {params.drawn} in l")
-    for line in held:
+    up = prefixed(state.displacement(x), "m")
+
+    def indenter(at: Array) -> Array:
+        return np.asarray((state.depth - params.scene.indenter.height(at)) / up.size)
+
+    surface = state.displacement(x) / up.size
+    margin = 0.4 * np.ptp(surface)
+    top = surface.min() - margin
+    bottom = surface.max() + margin
+    axes.fill_between(x / across.size, indenter(x), top, color=RIGID, lw=0, label="indenter")
+    axes.fill_between(x / across.size, surface, bottom, color=SOFT, lw=0, label="layer")
+    label = f"contact nodes, {params.drawn} in l"
+    axes.plot(nodes / across.size, indenter(nodes), ".", color=BLUE, ms=4, label=label)
+    for line in lines:
         axes.axvline(line / across.size, color=ORANGE, lw=1)
     axes.plot([], [], color=ORANGE, lw=1, label="refined lines")
-    axes.set(xlim=(s[0], s[-1]), ylim=(high, low))
+    axes.set(xlim=(x[0] / across.size, x[-1] / across.size), ylim=(bottom, top))
     axes.set(xlabel=f"x in {across.symbol}", ylabel=f"displacement in {up.symbol}")
-    axes.set_title(f"{len(held) // 2} contacts at d = {quantity(state.depth, 'm')} (not to scale)")
+    axes.set_title(f"{len(lines) // 2} contacts at d = {quantity(state.depth, 'm')} (not to scale)")
     axes.legend(fontsize=9, loc="lower center", ncols=2)
+
+
+def nodes_in_contact(params: Parameters, lines: Sequence[float]) -> Array:
+    """Positions of all contact nodes between these lines, which stand on nodes."""
+    spacing = params.scene.elastocapillary_length / params.drawn
+    pairs = zip(lines[::2], lines[1::2], strict=True)
+    return np.concatenate([np.arange(left, right + spacing / 2, spacing) for left, right in pairs])
 
 
 def _lines(axes: Any, record: Record) -> None:
