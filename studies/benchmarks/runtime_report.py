@@ -186,21 +186,9 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
     for axes in panels[len(tasks) :]:
         axes.set_axis_off()
     for task, axes in zip(tasks, panels, strict=False):
-        own = [p for p in shown if p.task == task]
-        known = any(np.isfinite(p.errors[0]) for p in own)
-        for method in dict.fromkeys(p.method for p in own):
-            style = _style(family(method), kinds.index(family(method)))
-            _draw(axes, [p for p in own if p.method == method], known, style)
+        _panel(axes, [p for p in shown if p.task == task], kinds)
         for seconds in floors.values():
             axes.axhline(seconds, color="0.6", lw=0.8, ls="--", zorder=0)
-        axes.set(xscale="log", yscale="log", title=TITLES[task])
-        axes.set_xlabel("relative error of the half-width a" if known else "number of nodes")
-        if known:
-            axes.set_xlim(LEAST / 3, max(axes.get_xlim()[1], 100 * LEAST))
-        else:
-            low, high = axes.get_xlim()
-            plain_ticks(axes.xaxis, steps=(1.0, 3.0) if high > 10 * low else (1.0, 2.0, 5.0))
-        axes.grid(alpha=0.25)
     for axes in panels[::columns]:
         axes.set_ylabel("time of one answer")
     plain_ticks(panels[0].yaxis, "s", (1.0,))
@@ -214,6 +202,22 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
         "Time for a given error of the half-width, here and with what a user could take instead"
     )
     return figure
+
+
+def _panel(axes: Any, own: Sequence[Point], kinds: Sequence[str]) -> None:
+    """One task: a curve for each method."""
+    known = any(np.isfinite(p.errors[0]) for p in own)
+    for method in dict.fromkeys(p.method for p in own):
+        style = _style(family(method), kinds.index(family(method)))
+        _draw(axes, [p for p in own if p.method == method], known, style)
+    axes.set(xscale="log", yscale="log", title=TITLES[own[0].task])
+    axes.set_xlabel("relative error of the half-width a" if known else "number of nodes")
+    if known:
+        axes.set_xlim(LEAST / 3, max(axes.get_xlim()[1], 100 * LEAST))
+    else:
+        low, high = axes.get_xlim()
+        plain_ticks(axes.xaxis, steps=(1.0, 3.0) if high > 10 * low else (1.0, 2.0, 5.0))
+    axes.grid(alpha=0.25)
 
 
 def fastest(points: Sequence[Point]) -> str:
