@@ -77,12 +77,21 @@ TEXTS = ("slopes", "geometry", "method", "branch")
 NUMBERS = ("spacing", "rtol")  # [options]
 ENERGIES = ("gamma2", "gamma12", "w")
 CONTROLS = ("depths", "forces", "drives")
-STEPS = 50
+STEPS = 50  # between turning points of a path, unless the file says otherwise
 
 
 @dataclass(frozen=True)
 class Programme:
-    """A load path's control ("depths", "forces" or "drives"), its values (n,) and the machine."""
+    """A load path as a file gives it.
+
+    Attributes
+    ----------
+    control : {"depths", "forces", "drives"}
+    values : ndarray (n,)
+        Of the control [m] or [N/m].
+    machine_stiffness : float or None
+        For drives [Pa].
+    """
 
     control: str
     values: Array
@@ -91,9 +100,21 @@ class Programme:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """What a scene file says: the scene, depths (n,), options of `minimise`, a load path.
+    """What a scene file says.
 
-    measured: how a curve to fit is read.
+    Attributes
+    ----------
+    path : Path
+    title, source : str
+    scene : Scene
+    depths : ndarray (n,)
+        Empty for a file that has a load path alone.
+    options : dict
+        Of `minimise`.
+    programme : Programme or None
+        The load path.
+    measured : Reading
+        How a curve to fit is read.
     """
 
     path: Path
@@ -107,13 +128,41 @@ class SceneFile:
 
 
 def load(path: str | Path) -> SceneFile:
-    """Read and check a scene file. ValueError naming file, key, value and the known keys."""
+    """Read and check a scene file.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    SceneFile
+
+    Raises
+    ------
+    ValueError
+        Naming file, key, value and the known keys.
+    """
     path = Path(path)
     return built(path, read(path))
 
 
 def read(path: Path) -> dict[str, Any]:
-    """The tables of a file, unchecked. ValueError for a file that cannot be read as TOML."""
+    """The tables of a file, unchecked.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    ValueError
+        For a file that cannot be read as TOML.
+    """
     try:
         return tomllib.loads(path.read_text("utf-8-sig"))
     except OSError as error:
@@ -123,17 +172,36 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
-    """The scene these tables describe; `path` is named in errors."""
+    """What the tables of a scene file describe.
+
+    Parameters
+    ----------
+    path : Path
+        Named in errors.
+    content : mapping
+        As `read` gives it.
+
+    Returns
+    -------
+    SceneFile
+
+    Raises
+    ------
+    ValueError
+        Naming file, key, value and the known keys.
+    """
     file = Table(path, "file", content, TOP)
-    asked = Table(path, "options", content.get("options", {}), (*TEXTS, *NUMBERS))
-    options: dict[str, Any] = {
-        key: (asked.text if key in TEXTS else asked.number)(key) for key in asked.table
-    }
+    chosen = Table(path, "options", content.get("options", {}), (*TEXTS, *NUMBERS))
+    options: dict[str, Any] = {}
+    for key in chosen.table:
+        options[key] = chosen.text(key) if key in TEXTS else chosen.number(key)
     slopes = options.pop("slopes", "small")
     geometry = options.pop("geometry", "line")
     film = Table(path, "layer", file.get("layer"), ("E", "nu", "h", "response"))
-    numbers = (film.number(key) for key in film.known[:3])
-    layer = film.build(ElasticLayer, *numbers, film.text("response", "springs"))
+    E = film.number("E")
+    nu = film.number("nu")
+    h = film.number("h")
+    layer = film.build(ElasticLayer, E, nu, h, film.text("response", "springs"))
     energies = Table(path, "surfaces", file.get("surfaces"), ("gamma1", *ENERGIES))
     surfaces = _energies(energies, energies.number("gamma1"))
     opening = None
@@ -163,9 +231,11 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
 
 
 def _energies(table: Table, gamma1: float) -> SurfaceEnergies:
+    """Surface energies with this γ₁ and γ₂ and γ₁₂, or w."""
     if "w" not in table.table:
-        others = (table.number(key) for key in ("gamma2", "gamma12"))
-        return table.build(SurfaceEnergies, gamma1, *others)
+        gamma2 = table.number("gamma2")
+        gamma12 = table.number("gamma12")
+        return table.build(SurfaceEnergies, gamma1, gamma2, gamma12)
     for key in ("gamma2", "gamma12"):
         if key in table.table:
             table.refuse(key, table.table[key], "contradicts w: give w, or gamma2 and gamma12")
@@ -173,6 +243,7 @@ def _energies(table: Table, gamma1: float) -> SurfaceEnergies:
 
 
 def _indenter(path: Path, content: Any) -> Indenter:
+    """The indenter of the table [indenter], tilted and shifted."""
     keys_given = tuple(content) if isinstance(content, Mapping) else ()
     shape = Table(path, "indenter", content, keys_given).text("shape")
     if shape not in SHAPES:
@@ -213,6 +284,7 @@ def _wedge_angle(table: Table) -> float:
 
 
 def _depths(file: Table) -> Array:
+    """The depths of a file; none where it has a load path alone."""
     if "depth" not in file.table and "path" in file.table:
         return np.empty(0)
     if "opening" in file.table:
@@ -223,6 +295,7 @@ def _depths(file: Table) -> Array:
 
 
 def _programme(path: Path, content: Any, options: Mapping[str, Any]) -> Programme:
+    """The load path of the table [path]."""
     table = Table(path, "path", content, (*CONTROLS, "machine_stiffness", "steps"))
     given = [name for name in CONTROLS if name in table.table]
     if len(given) != 1:

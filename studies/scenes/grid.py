@@ -66,7 +66,17 @@ class Grid:
         return math.prod(len(axis.values) for axis in self.axes)
 
     def point(self, number: int) -> dict[str, Value]:
-        """The values at a point, by key."""
+        """The values at a point, by key.
+
+        Parameters
+        ----------
+        number : int
+            Of the point, from 0.
+
+        Returns
+        -------
+        dict
+        """
         at: list[Value] = []
         for axis in reversed(self.axes):
             number, i = divmod(number, len(axis.values))
@@ -75,7 +85,24 @@ class Grid:
 
 
 def axes(path: Path, content: Mapping[str, Any]) -> tuple[Axis, ...]:
-    """The axes of these tables, in their order, depth last. ValueError for an unusable list."""
+    """The axes of the tables of a scene file, in their order, depth last.
+
+    Parameters
+    ----------
+    path : Path
+        Named in errors.
+    content : mapping
+        As `file.read` gives it.
+
+    Returns
+    -------
+    tuple of Axis
+
+    Raises
+    ------
+    ValueError
+        For a list or a range that cannot be an axis.
+    """
     found = []
     for name, table in content.items():
         if name in TOP and isinstance(table, Mapping) and name != "depth":
@@ -88,6 +115,7 @@ def axes(path: Path, content: Mapping[str, Any]) -> tuple[Axis, ...]:
 
 
 def _axis(table: Table, key: str) -> Axis:
+    """The axis of a key whose value is a list or a range."""
     name = key if table.name == "file" else f"{table.name}.{key}"
     raw = table.table[key]
     if isinstance(raw, list) and raw and all(isinstance(value, str) for value in raw):
@@ -191,7 +219,21 @@ class SolvedScene:
 
 
 def follow(given: SceneFile) -> History:
-    """`discretization.load_path` along the file's [path]. ValueError names the file."""
+    """The load path of a scene file.
+
+    Parameters
+    ----------
+    given : SceneFile
+
+    Returns
+    -------
+    History
+
+    Raises
+    ------
+    ValueError
+        Naming the file, without a [path] and for what `load_path` refuses.
+    """
     programme = given.programme
     options = given.options
     if programme is None:
@@ -212,7 +254,19 @@ def follow(given: SceneFile) -> History:
 
 
 def of_state(scene: Scene, depth: float, options: Mapping[str, Any]) -> dict[str, Value]:
-    """Half-width, force, energy with their errors, angle [rad], label, violated assumptions."""
+    """Half-width, force, energy with their errors, angle [rad], label, violated assumptions.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+    options : mapping
+        Of `minimise`.
+
+    Returns
+    -------
+    dict
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # the errors are among the results
         state = minimise(scene, depth, **options)
@@ -223,7 +277,16 @@ def of_state(scene: Scene, depth: float, options: Mapping[str, Any]) -> dict[str
 
 
 def of_path(history: History) -> dict[str, Value]:
-    """The most tensile state, energy dissipated, and the kinds of events in their order."""
+    """The most tensile state, energy dissipated, and the kinds of events in their order.
+
+    Parameters
+    ----------
+    history : History
+
+    Returns
+    -------
+    dict
+    """
     force, depth, half_width = most_tensile(history) or (math.nan,) * 3
     return {
         "pull_off_force": float(force),

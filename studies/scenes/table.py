@@ -20,7 +20,24 @@ RANGE = ("from", "to", "steps", "spacing")
 
 
 class Table:
-    """One table of the file; every complaint names the file, the key and what is known."""
+    """One table of the file; every complaint names the file, the key and what is known.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file.
+    name : str
+        Of the table; "file" for what stands above the first section.
+    table : mapping
+        What the file holds there.
+    known : tuple of str
+        The keys it may have.
+
+    Raises
+    ------
+    ValueError
+        For an unknown key, and what is no table.
+    """
 
     def __init__(self, path: Path, name: str, table: Any, known: tuple[str, ...]) -> None:
         self.path = path
@@ -37,33 +54,42 @@ class Table:
                 self.refuse(key, table[key], f"is unknown{hint}")
 
     def refuse(self, key: str, value: Any, why: str) -> NoReturn:
+        """Raise a ValueError for a key and its value."""
         raise self.error(f"{key} = {value!r} {why}")
 
     def error(self, problem: str) -> ValueError:
-        name = "" if self.name == "file" or problem.startswith(f"{self.name} ") else f"{self.name}."
+        """The error of a problem, which begins with a key, with file, line and known keys."""
+        named = self.name == "file" or problem.startswith(f"{self.name} ")
+        name = "" if named else f"{self.name}."
         known = f"; known keys: {', '.join(self.known)}" if self.known else ""
         return ValueError(f"{self.path}: {name}{problem}{self.line(problem)}{known}")
 
     def line(self, problem: str) -> str:
         """The line of the key that a problem begins with, or of its section; "" if not found."""
         *outer, inner = self.name.split(".")
-        places = [(self.name, re.split(r"\W", problem)[0]), (".".join(outer) or "file", inner)]
+        key = re.split(r"\W", problem)[0]
+        of_key = (self.name, key)
+        of_section = (".".join(outer) or "file", inner)
         with contextlib.suppress(OSError, ValueError):
             at = lines_of_keys(self.path.read_text("utf-8-sig"))
-            found = [at[place] for place in places if place in at]
-            return f" (at line {found[0]})" if found else ""
+            for place in (of_key, of_section):
+                if place in at:
+                    return f" (at line {at[place]})"
         return ""
 
     def number(self, key: str) -> float:
+        """A finite number; ValueError for anything else, and where it is missing."""
         return self._finite(key, self.get(key))
 
     def whole(self, key: str, least: int) -> int:
+        """A whole number of at least this; ValueError for anything else."""
         value = self.get(key)
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             self.refuse(key, value, f"must be a whole number of at least {least}")
         return int(value)
 
     def numbers(self, key: str) -> list[float]:
+        """A list of at least one finite number; ValueError for anything else."""
         values = self.get(key)
         if not isinstance(values, list) or not values:
             self.refuse(key, values, "must be a list of at least one number")
@@ -92,6 +118,7 @@ class Table:
         return [float(value) for value in np.geomspace(first, last, count)]
 
     def _finite(self, key: str, value: Any) -> float:
+        """The value as a float; ValueError unless it is a finite number."""
         if isinstance(value, bool) or not isinstance(value, int | float):
             swept = isinstance(value, list | Mapping)
             hint = "; a list or a range makes a sweep: python -m studies sweep" if swept else ""
@@ -101,12 +128,14 @@ class Table:
         return float(value)
 
     def text(self, key: str, default: str | None = None) -> str:
+        """A text; ValueError for anything else, and where it is missing without a default."""
         value = self.get(key) if default is None else self.table.get(key, default)
         if not isinstance(value, str):
             self.refuse(key, value, "must be a text in quotes")
         return str(value)
 
     def get(self, key: str) -> Any:
+        """The value of a key; ValueError where it is missing."""
         if key not in self.table:
             raise self.error(f"{key} is missing")
         return self.table[key]

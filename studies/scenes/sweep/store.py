@@ -29,7 +29,7 @@ if sys.platform != "win32":
     import fcntl
 
 Found = dict[str, Any]
-SYNC = 1.0  # s between two fsyncs
+SYNC = 1.0  # s between two fsyncs: a power cut loses no more, and the disk is not waited for
 
 
 def found_line(at: int, found: Mapping[str, Any]) -> str:
@@ -48,7 +48,14 @@ def failed_line(at: int, error: BaseException) -> str:
 
 
 class Store:
-    """A file of results that is appended to and synced now and then; a context manager."""
+    """A file of results that is appended to and synced now and then; a context manager.
+
+    Parameters
+    ----------
+    path : Path
+    identity : dict
+        Plain data that say which sweep it belongs to.
+    """
 
     def __init__(self, path: Path, identity: Any) -> None:
         self.path = path
@@ -88,6 +95,7 @@ class Store:
             return
 
     def _check(self, text: str) -> None:
+        """ValueError where the file holds results of another command."""
         saved = _object(text.partition("\n")[0])
         wanted = json.loads(json.dumps(self.identity))
         differing = [key for key in wanted if key not in saved or saved[key] != wanted[key]]

@@ -57,16 +57,38 @@ def sweep(
     retry: bool = False,
     show: Callable[[Progress], object] = lambda progress: None,
 ) -> Record:
-    """function({key: value}) at every point of the grid, kept in the file `path`.
+    """The values of a function at every point of a grid, kept in a file.
 
-    executor: any concurrent.futures.Executor with `jobs` workers; without one, `jobs` processes of
-    this machine (default: one per core; 1: this process). identity: plain data that determine the
-    numbers besides the grid (default: the function's name); a file of another sweep is refused.
-    retry: try failed points again. show gets the progress about once a second.
+    Parameters
+    ----------
+    function : callable
+        Of module level; gets one dict {key: value} and returns a dict of numbers and texts.
+    parameters : mapping
+        The values of each key.
+    path : str or Path
+        The file.
+    executor : concurrent.futures.Executor, optional
+        With `jobs` workers; None: `jobs` processes of this machine.
+    jobs : int, optional
+        None: one for each core; 1: this process.
+    identity : optional
+        Plain data that determine the numbers besides the grid; None: the function's name. A file
+        of another sweep is refused.
+    retry : bool
+        Whether failed points are tried again.
+    show : callable
+        Is called with the `Progress`, about once a second.
 
-    ValueError for an empty axis, jobs < 1, a file of another sweep and one that another sweep is
-    writing. Ctrl-C: KeyboardInterrupt
-    that says how many points are kept.
+    Returns
+    -------
+    Record
+
+    Raises
+    ------
+    ValueError
+        For an empty axis, jobs < 1, a file of another sweep and one that another sweep is writing.
+    KeyboardInterrupt
+        On Ctrl-C, saying how many points are kept.
     """
     grid = Grid(tuple(Axis(key, tuple(values)) for key, values in parameters.items()))
     workers = (os.cpu_count() or 1) if jobs is None else jobs
@@ -78,7 +100,8 @@ def sweep(
         with store, nullcontext(executor) if executor else processes(workers) as pool:
             known = store.results()
             done = {at for at, line in known.items() if not (retry and "error" in line)}
-            clock = BatchClock(len(done), len(grid), sum("error" in known[at] for at in done), show)
+            failed = sum("error" in known[at] for at in done)
+            clock = BatchClock(len(done), len(grid), failed, show)
             todo = ((at, grid.point(at)) for at in scattered(len(grid)) if at not in done)
             for lines in in_batches(function, todo, pool, workers, clock):
                 store.add(lines)
@@ -96,33 +119,45 @@ def scattered(count: int) -> list[int]:
 
 def table(record: Record) -> Table:
     """Columns and a row for each point in the order of the grid; errors in the last column."""
-    columns = list(dict.fromkeys(name for r in record.results for name in r.get("found", {})))
+    columns = _names(record)
     keys = [axis.key for axis in record.grid.axes]
     rows = []
     for at, result in enumerate(record.results):
         found = result.get("found", {})
-        row = [*record.grid.point(at).values(), *(found.get(name, "") for name in columns)]
-        rows.append(["nan" if c is None else c for c in (*row, result.get("error", ""))])
+        values = [found.get(name, "") for name in columns]
+        row = [*record.grid.point(at).values(), *values, result.get("error", "")]
+        rows.append(["nan" if cell is None else cell for cell in row])
     return [*keys, *columns, "error"], rows
+
+
+def _names(record: Record) -> list[str]:
+    """The names of what was found at any point, in the order in which they came."""
+    names: dict[str, None] = {}
+    for result in record.results:
+        names.update(dict.fromkeys(result.get("found", {})))
+    return list(names)
 
 
 def ranges(record: Record) -> str:
     """The least and the largest of each number found, and where on the grid."""
-    names = dict.fromkeys(name for r in record.results for name in r.get("found", {}))
     lines = []
-    for name in names:
-        values = [result.get("found", {}).get(name) for result in record.results]
-        known = [at for at, value in enumerate(values) if isinstance(value, int | float)]
-        known = [at for at in known if not math.isnan(float(values[at]))]
+    for name in _names(record):
+        known: dict[int, float] = {}
+        for at, result in enumerate(record.results):
+            value = result.get("found", {}).get(name)
+            if isinstance(value, int | float) and not math.isnan(value):
+                known[at] = value
         if not known or name.startswith("error_"):
             continue
-        ends = (min(known, key=values.__getitem__), max(known, key=values.__getitem__))
-        told = (f"{values[at]:.6g} at {_place(record, at)}" for at in ends)
-        lines.append(f"{name:14s} from {' to '.join(told)}")
+        least = min(known, key=known.__getitem__)
+        most = max(known, key=known.__getitem__)
+        ends = [f"{known[at]:.6g} at {_place(record, at)}" for at in (least, most)]
+        lines.append(f"{name:14s} from {' to '.join(ends)}")
     return "\n".join(lines)
 
 
 def _place(record: Record, at: int) -> str:
+    """The values of the axes at a point, in words."""
     return ", ".join(f"{key} = {value}" for key, value in record.grid.point(at).items())
 
 
