@@ -8,6 +8,7 @@ With --picture FILE.png the window is drawn into a file instead, and nothing is 
 
 import argparse
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +26,8 @@ from studies.shared.program import program
 POINTS = 801  # of the surface
 DECADES = 1.0  # by which w and γ₁ may be changed, up and down
 DEEPEST = 3.0  # depths, over the larger of δ₀ and that of the file
+WIDEST = 95  # letters in a line of the title
+LABELS = {"depth": "d in nm", "log₁₀ w": "log₁₀ w/(J/m²)", "log₁₀ γ₁": "log₁₀ γ₁/(N/m)"}
 
 
 class Explorer:
@@ -35,7 +38,7 @@ class Explorer:
 
         self.scene = scene
         self.figure = figure
-        self.axes = figure.add_axes((0.13, 0.36, 0.84, 0.55))
+        self.axes = figure.add_axes((0.13, 0.36, 0.84, 0.5))
         lift = scene.critical_separation or abs(depth)
         reach = DEEPEST * max(lift, abs(depth))
         self.x = self._places(reach)
@@ -58,7 +61,7 @@ class Explorer:
         self.sliders: dict[str, Any] = {}
         for row, (name, (value, low, high)) in enumerate(start.items()):
             place = figure.add_axes((0.2, 0.19 - 0.07 * row, 0.6, 0.04))
-            shown = "d in nm" if name == "depth" else name
+            shown = LABELS[name]
             size = 1e9 if name == "depth" else 1.0
             slider = Slider(place, shown, size * low, size * high, valinit=size * value)
             slider.drawon = False  # it is drawn with what moves
@@ -106,7 +109,7 @@ class Explorer:
         try:
             state = minimise(scene, depth)
         except (ValueError, RuntimeError) as problem:
-            self._say(str(problem)[:110], plots.ORANGE)
+            self._say(str(problem)[: 2 * WIDEST], plots.ORANGE)
         else:
             self._show(state)
         if self.still is not None:
@@ -116,7 +119,7 @@ class Explorer:
             self.figure.canvas.blit(self.figure.bbox)
 
     def _say(self, text: str, colour: str) -> None:
-        self.words.set_text(text)
+        self.words.set_text(textwrap.fill(text, WIDEST))
         self.words.set_color(colour)
 
     def _show(self, state: Equilibrium) -> None:

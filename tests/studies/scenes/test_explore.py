@@ -19,7 +19,7 @@ SCENES = ROOT / "studies" / "scenes"
 @pytest.mark.parametrize("name", ["hydrogel_cylinder", "silicone_sphere"])
 def test_sliders_move_the_state(name):
     given = load(SCENES / f"{name}.toml")
-    figure = Figure()
+    figure = Figure(figsize=(8, 6))
     canvas = FigureCanvasAgg(figure)
     explorer = Explorer(given.scene, float(given.depths[0]), given.title, figure)
     canvas.draw()
@@ -32,6 +32,10 @@ def test_sliders_move_the_state(name):
     drawn = explorer.surface.get_ydata()
     assert np.allclose(drawn, 1e9 * state.displacement(explorer.x), rtol=1e-9, atol=1e-9)
     assert f"{math.degrees(state.contact_angle):.2f}°" in explorer.words.get_text()
+    explorer.sliders["depth"].set_val(explorer.sliders["depth"].valmax)
+    assert "outside the model" in explorer.words.get_text().replace("\n", " ")
+    place = explorer.words.get_window_extent(canvas.get_renderer())
+    assert place.x0 > 0 and place.x1 < figure.bbox.x1 and place.y1 < figure.bbox.y1
 
 
 def test_the_window_can_be_drawn_into_a_file_and_needs_a_display_else(
