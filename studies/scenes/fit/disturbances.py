@@ -1,6 +1,7 @@
 """What disturbs a measured force: noise, digits that are missing, spikes, interference."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
@@ -94,40 +95,67 @@ def wave_columns(depth: Array, number: float) -> Array:
     return np.stack([np.cos(phase), np.sin(phase)], axis=1)
 
 
-def wave_number(depth: Array, force: Array, least: int) -> tuple[float, int, Array]:
-    """Waves per length of the force at the first points, how many points, and coefficients (2,).
+class Waves(NamedTuple):
+    """Interference in a force.
 
-    A line with a cosine and a sine is fitted to `least` points and more, as long as what it leaves
-    may be noise. (0, 0, zeros): no such waves, or too few of them.
+    Attributes
+    ----------
+    number : float
+        Waves per length; 0 if there are none.
+    points : int
+        How many points show them.
+    coefficients : ndarray (2,)
+        Of `wave_columns`.
+    """
+
+    number: float
+    points: int
+    coefficients: Array
+
+
+NO_WAVES = Waves(0.0, 0, np.zeros(2))
+
+
+def first_waves(depth: Array, force: Array, least: int) -> Waves:
+    """The waves in the force at the first points.
+
+    A line with a cosine and a sine is fitted to `least` points and more, as long as the residuals
+    may be noise.
     """
     sigma = noise(force)
     n = max(least, FEWEST)
-    found = 0.0, 0, np.zeros(2)
+    found = NO_WAVES
     while n <= force.size - 2:
         extent = abs(float(depth[n - 1] - depth[0]))
-        tried = np.arange(FINELY, FINELY * min(MOST_WAVES, n // POINTS_PER_WAVE) + 1) / FINELY
-        if not extent > 0 or not tried.size:
+        most = min(MOST_WAVES, n // POINTS_PER_WAVE)
+        if not extent > 0 or most < 1:
             break
-        left = [_leaves(depth[:n], force[:n], waves / extent)[0] for waves in tried]
-        near = tried[int(np.argmin(left))] / extent
-        step = 1 / (FINELY * extent)
-        number = optimize.minimize_scalar(
-            lambda number, n=n: _leaves(depth[:n], force[:n], number)[0],
-            bounds=(near - step, near + step),
-            method="bounded",
-            options={"xatol": 1e-4 * step},
-        ).x
-        _, off, line = _leaves(depth[:n], force[:n], number)
+        number = _nearest_number(depth[:n], force[:n], extent, most)
+        _, off, coefficients = _leaves(depth[:n], force[:n], number)
         if not may_be_noise(off, 5, sigma):
             break
-        found = float(number), n, line
+        found = Waves(number, n, coefficients)
         n = int(GROWTH * n)
-    number, points, line = found
-    if not points:
-        return found
-    enough = number * abs(float(depth[points - 1] - depth[0])) >= PERIODS
-    small = float(np.hypot(*line)) <= LARGEST_WAVE * float(np.ptp(force))
-    return found if enough and small else (0.0, 0, np.zeros(2))
+    if not found.points:
+        return NO_WAVES
+    enough = found.number * abs(float(depth[found.points - 1] - depth[0])) >= PERIODS
+    small = float(np.hypot(*found.coefficients)) <= LARGEST_WAVE * float(np.ptp(force))
+    return found if enough and small else NO_WAVES
+
+
+def _nearest_number(depth: Array, force: Array, extent: float, most: int) -> float:
+    """Waves per length that leave least of a force (n,), 1 to `most` of them over its extent."""
+    tried = np.arange(FINELY, FINELY * most + 1) / FINELY
+    left = [_leaves(depth, force, waves / extent)[0] for waves in tried]
+    near = tried[int(np.argmin(left))] / extent
+    step = 1 / (FINELY * extent)
+    found = optimize.minimize_scalar(
+        lambda number: _leaves(depth, force, number)[0],
+        bounds=(near - step, near + step),
+        method="bounded",
+        options={"xatol": 1e-4 * step},
+    )
+    return float(found.x)
 
 
 def _leaves(depth: Array, force: Array, number: float) -> tuple[float, Array, Array]:

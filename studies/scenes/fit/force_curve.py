@@ -13,11 +13,11 @@ import numpy as np
 from energy.arrays import Array, Indices, Mask
 from studies.scenes.fit.disturbances import (
     WIDEST_SPIKE,
+    first_waves,
     may_be_noise,
     noise,
     resolution,
     wave_columns,
-    wave_number,
     without_spikes,
 )
 
@@ -303,20 +303,15 @@ def waves(curve: Curve) -> tuple[float, Array]:
     It is there where a line with waves describes much more of the approach, or of the retraction
     in reverse, than a line alone. 0 waves: there is none.
     """
-    none = np.zeros(curve.force.size)
     depth = curve.depth - curve.depth[0]
     before, after = outer_legs(curve.depth)
+    legs = (depth[before], curve.force[before]), (depth[after][::-1], curve.force[after][::-1])
     found = []
-    for leg in (before, slice(after.stop - 1, after.start - 1 if after.start else None, -1)):
-        plain = _flat(depth[leg], curve.force[leg])
-        least = math.ceil(WAVY * max(plain, FLAT))
-        number, points, line = wave_number(depth[leg], curve.force[leg], least)
-        if number:
-            found.append((points, number, line))
-    if not found:
-        return 0.0, none
-    _, number, line = max(found, key=lambda one: one[0])
-    return number, wave_columns(depth, number) @ line
+    for position, force in legs:
+        plain = _flat(position, force)
+        found.append(first_waves(position, force, math.ceil(WAVY * max(plain, FLAT))))
+    best = max(found, key=lambda one: one.points)
+    return best.number, wave_columns(depth, best.number) @ best.coefficients
 
 
 def _is_constant(depth: Array, of: Array) -> bool:

@@ -192,31 +192,40 @@ def case(p: Parameters, kind: str, number: int) -> Case:
     force = (_half_space if kind == "half-space" else simulated)(scene, drive, stiffness)
     noise = math.exp(rng.uniform(*np.log(NOISE)))
     force = force + noise * rng.standard_normal(force.size)
-    passed = np.linspace(0.0, 1.0, force.size)
-    sides = rng.choice([-1.0, 1.0], 2)
+    drive, force = _disturbed(kind, drive, force, noise, rng)
     zero = float(rng.uniform(-5e-6, 5e-6)) if kind == "offset" else 0.1 * scene.critical_separation
-    if kind == "baseline":
-        force = force + rng.uniform(-0.5e-9, 0.5e-9) + rng.uniform(-3e-3, 3e-3) * drive
-    if kind == "drift":
-        drive = drive + sides[0] * rng.uniform(1e-9, 10e-9) * passed
-        force = force + sides[1] * rng.uniform(0.0, 0.3e-9) * passed
-    if kind == "spike":
-        force = _spiked(force, noise, rng)
-    if kind == "interference":
-        force = force + _interference(drive, noise, rng)
-    if kind == "hold":
-        drive, force = _held(drive, force, noise, rng)
     curve = Curve(drive + zero - force / stiffness, force, stiffness)
     if kind in ("volts", "pairs"):
         curve = _through_a_file(curve, kind)
     if kind == "sign":
-        curve = curve._replace(force=-force)
+        curve = curve._replace(force=-curve.force)
     truth = {"w": scene.work_of_adhesion, "gamma1": scene.gamma1, "offset": zero}
     plain = replace(scene, opening=None, layer=replace(scene.layer, response="springs"))
     if kind in ("no tension", "half-space"):
         truth["gamma1"] = 0.0
         plain = replace(plain, surfaces=SurfaceEnergies.from_work(0.02, truth["w"]))
     return Case(curve, astray(plain, ("w", "gamma1"), WRONG), truth)
+
+
+def _disturbed(
+    kind: str, drive: Array, force: Array, noise: float, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Positions and forces with the disturbance of a kind."""
+    depth_side, force_side = rng.choice([-1.0, 1.0], 2)
+    if kind == "baseline":
+        level = rng.uniform(-0.5e-9, 0.5e-9)
+        return drive, force + level + rng.uniform(-3e-3, 3e-3) * drive
+    if kind == "drift":
+        passed = np.linspace(0.0, 1.0, force.size)
+        moved = drive + depth_side * rng.uniform(1e-9, 10e-9) * passed
+        return moved, force + force_side * rng.uniform(0.0, 0.3e-9) * passed
+    if kind == "spike":
+        return drive, _spiked(force, noise, rng)
+    if kind == "interference":
+        return drive, force + _interference(drive, noise, rng)
+    if kind == "hold":
+        return _held(drive, force, noise, rng)
+    return drive, force
 
 
 def _spiked(force: Array, noise: float, rng: np.random.Generator) -> Array:

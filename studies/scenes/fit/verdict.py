@@ -216,30 +216,48 @@ class Alternative:
 def compared(model: Model, best: Best, reaches: Array) -> tuple[Alternative, ...]:
     """The models without tension, without adhesion and with the layer's own response.
 
-    reaches: half-widths of the intervals; adhesion that is well known is needed, and not left out.
+    Parameters
+    ----------
+    model : Model
+    best : Best
+        Its minimum.
+    reaches : ndarray (m,)
+        Half-widths of the intervals. Adhesion that is well known is needed, and not left out.
+
+    Returns
+    -------
+    tuple of Alternative
     """
     lost = hopeless(model, best.squares)
-    names = list(model.fitted)
     at = parameters_of(model.scene) if lost else model.parameters(best.x)
-    for name, _ in model.data.known:
-        del at[name]  # it is known at the value of the scene
-    scene = scene_with(model.scene, at)
-    others = dict[str, tuple[Scene, list[str]]]()
+    known_adhesion = "w" in model.fitted and reaches[model.fitted.index("w")] < KNOWN
     found = []
-    if "gamma1" in names and not scene.layer.exact:
-        less = [one for one in names if one != "gamma1"]
-        others["gamma1"] = scene_with(scene, at | {"gamma1": 0.0}), less
-    if "w" in names and not reaches[names.index("w")] < KNOWN:
-        less = [one for one in names if one not in ("w", "opening")]
-        others["w"] = scene_with(scene, at | {"w": NONE * at["w"], "opening": 0.0}), less
-    response = "springs" if scene.layer.exact else "layer"
-    others[response] = replace(scene, layer=replace(scene.layer, response=response)), names
-    for name, (start, free) in others.items():
+    for name, (scene, free) in _other_models(model, at, known_adhesion).items():
         with contextlib.suppress(ValueError, NotCertifiedError):  # this scene has no such model
-            other = Model.of(start, free, model.data, None if lost else at["offset"])
+            other = Model.of(scene, free, model.data, None if lost else at["offset"])
             nearest = sought(other, ROUGHLY) if lost else _beside(other)
             found.append(_alternative(name, model, best, other, nearest))
     return tuple(found)
+
+
+def _other_models(
+    model: Model, at: dict[str, float], known_adhesion: bool
+) -> dict[str, tuple[Scene, list[str]]]:
+    """Scenes of other models near the parameters `at`, and what is fitted of each."""
+    names = list(model.fitted)
+    uncertain = [name for name, _ in model.data.known]  # known at the value of the scene
+    at = {name: value for name, value in at.items() if name not in uncertain}
+    scene = scene_with(model.scene, at)
+    found = {}
+    if "gamma1" in names and not scene.layer.exact:
+        without_tension = scene_with(scene, at | {"gamma1": 0.0})
+        found["gamma1"] = without_tension, [name for name in names if name != "gamma1"]
+    if "w" in names and not known_adhesion:
+        without_adhesion = scene_with(scene, at | {"w": NONE * at["w"], "opening": 0.0})
+        found["w"] = without_adhesion, [name for name in names if name not in ("w", "opening")]
+    response = "springs" if scene.layer.exact else "layer"
+    found[response] = replace(scene, layer=replace(scene.layer, response=response)), names
+    return found
 
 
 def _beside(model: Model) -> Best:
