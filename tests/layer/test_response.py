@@ -192,7 +192,7 @@ ASKED = {
 def test_scenes_that_only_springs_answer(name, asked):
     change, match = REFUSED[name]
     scene = replace(scene_of(Parabola(9.0)), **change)
-    with pytest.raises(ValueError, match=f"{match}.*response = 'layer' answers.*'springs'"):
+    with pytest.raises(ValueError, match=f"{match}.*response = 'layer' supports.*'springs'"):
         ASKED[asked](scene)
 
 
