@@ -180,8 +180,8 @@ def _wanted(table: TextTable) -> tuple[str | int, ...]:
     swapped = table.find("x") == [1] or table.find("z") == [0]
     if len(table.columns) != 2 or swapped:
         raise ValueError(
-            f"{table.path}: {table.told()}; give a file with two columns, x and z, or their names "
-            "or numbers with columns"
+            f"{table.path}: {table.description()}; give a file with two columns, x and z, or their "
+            "names or numbers with columns"
         )
     return 1, 2
 
@@ -193,9 +193,9 @@ def _length(table: TextTable, column: str | int, given: float | None) -> Array:
     unit = table.unit(place, name)
     if not unit and given is None:
         raise ValueError(
-            f"{table.path}: column {column!r} has no unit: {table.told()}; write it into the "
-            'header, "x [µm]", or behind the name, columns=("x [µm]", "z [nm]"), or give unit=1e-6 '
-            "for micrometres"
+            f"{table.path}: column {column!r} has no unit: {table.description()}; write it into "
+            'the header, "x [µm]", or behind the name, columns=("x [µm]", "z [nm]"), or give '
+            "unit=1e-6 for micrometres"
         )
     size = units.size(unit, "length") if unit else given
     if size is None:

@@ -187,8 +187,8 @@ class TextTable:
             count = "no column" if not found else f"{len(found)} columns"
             name, _ = units.named(column)
             raise ValueError(
-                f"{self.path}: {count} {name!r}: {self.told()}; give columns by the names in the "
-                "file or by their numbers from 1"
+                f"{self.path}: {count} {name!r}: {self.description()}; give columns by the names "
+                "in the file or by their numbers from 1"
             )
         return found[0]
 
@@ -222,7 +222,7 @@ class TextTable:
             )
         return stated or given
 
-    def told(self) -> str:
+    def description(self) -> str:
         """The columns in words, for messages."""
         count = len(self.columns)
         if self.header is None:

@@ -374,17 +374,21 @@ def _of_hdf5(path: Path) -> TextTable | None:
         return None
     columns: dict[str, Any] = {}
 
-    def seen(name: str, item: Any) -> None:
-        if getattr(item, "ndim", 0) == 1:
-            unit = item.attrs.get("unit", item.attrs.get("units", ""))
-            unit = unit.decode() if isinstance(unit, bytes) else unit
-            columns[f"{name.rpartition('/')[2]} [{unit}]" if unit else name] = item[:]
+    def add(name: str, item: Any) -> None:
+        """Add a data set with the last part of its name and its unit as the name of a column."""
+        if getattr(item, "ndim", 0) != 1:
+            return
+        unit = item.attrs.get("unit", item.attrs.get("units", ""))
+        if isinstance(unit, bytes):
+            unit = unit.decode()
+        header = f"{name.rpartition('/')[2]} [{unit}]" if unit else name
+        columns[header] = item[:]
 
     try:
         with library.File(path, "r") as file:
             if "software" in file.attrs and "0" in file:
                 return None  # as afmformats writes it
-            file.visititems(seen)
+            file.visititems(add)
     except OSError:
         return None
     if len({column.size for column in columns.values()}) != 1:
@@ -407,8 +411,9 @@ def _unit(table: TextTable, column: _Column, what: str, kinds: Sequence[str], ex
     unit = table.unit(column.place, column.name)
     if not unit:
         raise ValueError(
-            f"{table.path}: column {column.name!r} has no unit: {table.told()}; write it into the "
-            'header, "depth [µm], force [mN/m]", or behind the name: --columns "depth [µm]" ...'
+            f"{table.path}: column {column.name!r} has no unit: {table.description()}; write it "
+            'into the header, "depth [µm], force [mN/m]", or behind the name: '
+            '--columns "depth [µm]" ...'
         )
     if all(units.size(unit, kind) is None for kind in kinds):
         raise ValueError(
@@ -512,7 +517,7 @@ def _loaded(path: Path) -> list[Any]:
             f"{path}: an instrument file; install elastocap[afm] to read it, or export it as text"
         ) from None
     log = logging.getLogger("afmformats")
-    if not log.hasHandlers():  # else it prints the traceback of what is told below
+    if not log.hasHandlers():  # else it prints the traceback of the error that is raised below
         log.addHandler(logging.NullHandler())
     try:
         return list(library.load_data(path, modality="force-distance"))

@@ -141,7 +141,7 @@ class Table:
         return self.table[key]
 
     def build(self, kind: Callable[..., T], *values: Any) -> T:
-        """kind(*values); what it refuses is told with the name of this table."""
+        """kind(*values); its errors are raised with the name of this table."""
         try:
             return kind(*values)
         except ValueError as error:
