@@ -39,11 +39,11 @@ def layer(nu, *, unit=1.0, stress=1.0, response="layer"):
 def scene_of(body, nu=0.45, gamma=0.7, w=0.01, geometry="line", *, opening=None, **given):
     """γ₁ and works of adhesion over Gh; the body in units of the layer's thickness."""
     tension = given.get("unit", 1.0) * given.get("stress", 1.0)
-    first, second = (
-        work if work is None else SurfaceEnergies.from_work(gamma * tension, work * tension)
-        for work in (w, opening)
-    )
-    return Scene(layer(nu, **given), first, body, geometry=geometry, opening=second)
+    surfaces = SurfaceEnergies.from_work(gamma * tension, w * tension)
+    opened = None
+    if opening is not None:
+        opened = SurfaceEnergies.from_work(gamma * tension, opening * tension)
+    return Scene(layer(nu, **given), surfaces, body, geometry=geometry, opening=opened)
 
 
 QUANTITIES = ("half_width", "force", "energy")
@@ -68,10 +68,15 @@ def body_of(kind, a, rise, n=3.0):
 def random_scene(rng, kind, geometry, *, widest=1.5, nu=None):
     """A scene, a depth at which it is in contact for most choices, and about how wide."""
     if nu is None:
-        nu = float(rng.choice([0.5, rng.uniform(-0.9, 0.5), rng.uniform(0.3, 0.5)]))
+        incompressible = 0.5
+        any_ratio = rng.uniform(-0.9, 0.5)
+        soft = rng.uniform(0.3, 0.5)
+        nu = float(rng.choice([incompressible, any_ratio, soft]))
     gamma = 10 ** rng.uniform(-2, 2)
     a = 10 ** rng.uniform(-1, widest)
     rise = 0.1 * 10 ** rng.uniform(-0.5, 0.5)
-    body = body_of(kind, a, rise, float(rng.uniform(1.5, 4)))
-    depth = rise * a * (rng.uniform(-0.02, 0.7) if kind != "punch" else rng.uniform(-0.02, 0.5))
+    exponent = float(rng.uniform(1.5, 4))
+    body = body_of(kind, a, rise, exponent)
+    deepest = 0.5 if kind == "punch" else 0.7
+    depth = rise * a * rng.uniform(-0.02, deepest)
     return scene_of(body, nu, gamma, gamma * 0.005, geometry), depth, a

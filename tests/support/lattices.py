@@ -83,28 +83,34 @@ def random_lattice(seed, most=14):
     """Lattice and nodal g of a random profile; decay length, w and depth over decades."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, most + 1))
-    dx, k = 10 ** rng.uniform(-3, 3, 2)
-    ell = dx * 10 ** rng.uniform(-1, 1.5)
-    f = rng.normal(size=n) if rng.random() < 0.6 else np.cumsum(rng.normal(size=n)) / 2
+    spacing, k = 10 ** rng.uniform(-3, 3, 2)
+    ell = spacing * 10 ** rng.uniform(-1, 1.5)
+    is_noise = rng.random() < 0.6
+    steps = rng.normal(size=n)
+    f = steps if is_noise else np.cumsum(steps) / 2
     f -= f.min()
     if rng.random() < 0.1:
         f = np.round(f)
-    delta = rng.choice([0.0, 10 ** rng.uniform(-1, 1)], p=[0.15, 0.85])
+    delta0 = rng.choice([0.0, 10 ** rng.uniform(-1, 1)], p=[0.15, 0.85])  # over the height
     height = 10 ** rng.uniform(-4, 4)
-    d = rng.normal() * max(1.0, delta) * 0.7
-    w = k * (height * delta) ** 2 / 2
-    return Lattice(dx, 0.0, k, k * ell**2, w), height * (d - f)
+    depth = rng.normal() * max(1.0, delta0) * 0.7
+    w = k * (height * delta0) ** 2 / 2
+    return Lattice(spacing, 0.0, k, k * ell**2, w), height * (depth - f)
 
 
 def rough_row(seed):
     """Some wavelengths of roughness, with strong adhesion and weak."""
     rng = np.random.default_rng(seed)
     n = 80
+    k = 1.3
     ell = 10 ** rng.uniform(-0.5, 2)
-    delta = 10 ** rng.uniform(-1, 0.5)
-    f = roughness(n, n * rng.uniform(0.3, 1), 10 ** rng.uniform(0.3, 1.5), seed)
-    lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
-    return lattice, rng.uniform(-0.2, 0.5) * f.max() - f
+    delta0 = 10 ** rng.uniform(-1, 0.5)
+    longest = n * rng.uniform(0.3, 1)
+    shortest = 10 ** rng.uniform(0.3, 1.5)
+    f = roughness(n, longest, shortest, seed)
+    lattice = Lattice(1.0, 0.0, k, k * ell**2, k * delta0**2 / 2)
+    depth = rng.uniform(-0.2, 0.5) * f.max()
+    return lattice, depth - f
 
 
 def plateaus(seed):
@@ -122,28 +128,48 @@ def crowded(seed):
     n = int(rng.integers(4, 40))
     ell = 10 ** rng.uniform(-0.5, 1.5)
     f = np.abs(rng.normal(size=n)) ** rng.choice([0.5, 1, 2])
-    lift = 10 ** rng.uniform(-0.7, 0.7)
-    g = rng.uniform(-0.5, 1) * max(1, lift) - f
-    return Lattice(1.0, 0.0, 2.0, 2.0 * ell**2, lift**2), g
+    delta0 = 10 ** rng.uniform(-0.7, 0.7)
+    depth = rng.uniform(-0.5, 1) * max(1, delta0)
+    return Lattice(1.0, 0.0, 2.0, 2.0 * ell**2, delta0**2), depth - f
 
 
 def enumerated(lattice, g):
-    """Energies of all contact sets whose relaxed displacements stay above g, else inf.
+    """All contact sets, and their energies; inf where the relaxed surface penetrates.
 
-    One dense solve each of the stationarity of `NodalEnergy`, all sets at once.
+    Parameters
+    ----------
+    lattice : Lattice
+    g : ndarray (n,)
+        Displacements that the indenter prescribes.
+
+    Returns
+    -------
+    sets : ndarray (2ⁿ, n)
+        Whether a node is in contact.
+    energies : ndarray (2ⁿ,)
+        Each from one dense solve of the stationarity of `NodalEnergy`.
     """
     n = g.size
-    sets = (np.arange(2**n)[:, None] >> np.arange(n) & 1).astype(bool)
-    band = NodalEnergy(lattice, sets[0]).hessian()
-    hessian = np.diag(band[0]) + np.diag(band[1, :-1], 1) + np.diag(band[1, :-1], -1)
-    held = sets[:, :, None]
-    matrix = np.where(held, np.eye(n), hessian / lattice.spring_stiffness)
-    u = np.linalg.solve(matrix, np.where(sets, g, 0.0)[:, :, None])[:, :, 0]
-    pairs = [NodalEnergy(lattice, (np.arange(n) - i) // 2 == 0) for i in range(n - 1)]
-    bonds = np.array([pair.balance(np.zeros(n)).terms["adhesion"] for pair in pairs])
+    nodes = np.arange(n)
+    numbers = np.arange(2**n)[:, None]
+    sets = (numbers >> nodes & 1).astype(bool)  # the binary digits of the number of a set
+    diagonal, off_diagonal = NodalEnergy(lattice, sets[0]).hessian()
+    hessian = np.diag(diagonal)
+    hessian += np.diag(off_diagonal[:-1], 1)
+    hessian += np.diag(off_diagonal[:-1], -1)
+    matrix = np.where(sets[:, :, None], np.eye(n), hessian / lattice.spring_stiffness)
+    right_hand_side = np.where(sets, g, 0.0)
+    u = np.linalg.solve(matrix, right_hand_side[:, :, None])[:, :, 0]
+
+    adhesion_of_links = []
+    for first in range(n - 1):
+        pair = NodalEnergy(lattice, (nodes == first) | (nodes == first + 1))
+        adhesion_of_links.append(pair.balance(np.zeros(n)).terms["adhesion"])
+    links_in_contact = sets[:, 1:] & sets[:, :-1]
     energy = np.einsum("si,ij,sj->s", u, hessian, u) / 2
-    energy += (sets[:, 1:] & sets[:, :-1]) @ bonds
-    feasible = (u >= g - 1e-12 * np.abs(g).max()).all(axis=1)
+    energy += links_in_contact @ np.array(adhesion_of_links)
+    rounding = 1e-12 * np.abs(g).max()
+    feasible = (u >= g - rounding).all(axis=1)
     return sets, np.where(feasible, energy, math.inf)
 
 

@@ -17,9 +17,9 @@ from scipy.sparse.linalg import splu
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 SHAPES = np.array([POINTS * (POINTS - 1) / 2, 1 - POINTS**2, POINTS * (POINTS + 1) / 2])
 SLOPES = np.array([POINTS - 0.5, -2 * POINTS, POINTS + 0.5])
-AROUND = 0.04 * np.arange(-2, 3)  # places of the line beside the one that is asked, over it
-HALVINGS = 9
-FAR = 14  # of elements towards the line; thicknesses beside it
+AROUND = 0.04 * np.arange(-2, 3)  # places of the line around the one that is wanted, over it
+HALVINGS = 9  # of elements towards the line
+FAR = 14  # thicknesses of layer beside the line
 
 
 @dataclass(frozen=True)
@@ -105,21 +105,27 @@ def quadratic(geometry, nu, gamma, heights, a, parts):
 
     The layer is the same under all of them, and so is what K has to be solved for.
     """
-    inside = a - a * halved(1.0, HALVINGS)[::-1]
-    outside = halved(1.0, HALVINGS)
-    outside = np.concatenate([outside, 1 + np.arange(1, FAR)])
+    graded = halved(1.0, HALVINGS)
+    inside = a - a * graded[::-1]
+    outside = np.concatenate([graded, 1 + np.arange(1, FAR)])
     x = split(np.concatenate([inside, a + outside[1:]]), parts)
-    y = split(halved(1.0, HALVINGS), parts)
+    y = split(graded, parts)
+
+    # numbers of the unknowns: along x and downwards, at each node
     number = np.arange(2 * x.size * y.size).reshape(2, x.size, y.size)
-    touching = number[1, : 2 * parts * (inside.size - 1) + 1, 0]
-    fixed = np.concatenate([number[:, :, -1].ravel(), number[0, 0], touching])
-    free = np.setdiff1d(number.ravel(), fixed)
-    own = x[: touching.size]
-    g = np.column_stack([np.ones_like(own), *(-height(own) for height in heights)])
+    in_contact = number[1, : 2 * parts * (inside.size - 1) + 1, 0]
+    base = number[:, :, -1].ravel()
+    middle = number[0, 0]  # where nothing moves sideways
+    free = np.setdiff1d(number.ravel(), np.concatenate([base, middle, in_contact]))
+
+    # displacements of the contact: those of a depth of 1, and those of each body
+    contact = x[: in_contact.size]
+    prescribed = np.column_stack([np.ones_like(contact), *(-height(contact) for height in heights)])
     k = stiffness(geometry, nu, gamma, x, y)
-    beside = k[:, touching] @ g
-    moved = splu(k[free][:, free]).solve(-beside[free])
-    form = g.T @ (beside[touching] + k[touching][:, free] @ moved) * geometry.whole
+    forces = k[:, in_contact] @ prescribed
+    moved = splu(k[free][:, free]).solve(-forces[free])
+    reactions = forces[in_contact] + k[in_contact][:, free] @ moved
+    form = prescribed.T @ reactions * geometry.whole
     return [(form[0, 0], form[0, i], form[i, i]) for i in range(1, 1 + len(heights))]
 
 
@@ -134,14 +140,16 @@ def rests(geometry, nu, gamma, heights, a, works, parts):
 
 def _of_body(forms, geometry, a, works):
     """The same of one body, from A, B, C at the places around a."""
-    rate = np.polynomial.polynomial.polyfit(AROUND * a, forms, AROUND.size - 1)[1]
-    second, first, none = forms[AROUND.size // 2]
+    # A', B' and C' by the place of the line, from a polynomial through these places
+    rate_A, rate_B, rate_C = np.polynomial.polynomial.polyfit(AROUND * a, forms, AROUND.size - 1)[1]
+    A, B, C = forms[AROUND.size // 2]
     found = []
     for w in works:
-        more = w * geometry.area(1.0) * (2 * a if geometry.turned else 1.0)
-        half = rate[1] / rate[0]
-        rest = (rate[2] - 2 * more) / rate[0]
-        depth = -half - (math.sqrt(half * half - rest) if w else 0.0)
-        energy = second * depth * depth / 2 + first * depth + none / 2 - w * geometry.area(a)
-        found.append((depth, second * depth + first, energy))
+        rate_of_adhesion = w * geometry.area(1.0) * (2 * a if geometry.turned else 1.0)
+        # the lower root of A' d²/2 + B' d + C'/2 - (adhesion)' = 0
+        half = rate_B / rate_A
+        constant = (rate_C - 2 * rate_of_adhesion) / rate_A
+        depth = -half - (math.sqrt(half * half - constant) if w else 0.0)
+        energy = A * depth * depth / 2 + B * depth + C / 2 - w * geometry.area(a)
+        found.append((depth, A * depth + B, energy))
     return np.array(found)

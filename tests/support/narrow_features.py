@@ -86,9 +86,9 @@ def _rough(rng, kind, spacing, s):
     x0 = rng.uniform(-1.5, 1.5)
     if kind == "flank":
         half = rng.uniform(0.2, 1.5)
-        at = np.array([-ENDS, -half - s, -half, half, half + s, ENDS]) + rng.uniform(0, spacing)
-        high = np.array([h + 2.5, h, 0, 0, h, h + 2.5])
-        return Sampled(at, high), 1.0
+        x = np.array([-ENDS, -half - s, -half, half, half + s, ENDS])
+        z = np.array([h + 2.5, h, 0, 0, h, h + 2.5])
+        return Sampled(x + rng.uniform(0, spacing), z), 1.0
     rho = 10 ** rng.uniform(-0.3, 0.7)
     parts = []
     corners = []
@@ -121,13 +121,16 @@ def _convex(rng, kind, alpha, s, slopes):
     if kind == "power":
         n = 1 + 10 ** rng.uniform(-1.3, 0)
         return PowerLaw(alpha * 10 ** rng.uniform(-1, 0.3) / (n * s ** (n - 1)), n)
+    # a polygon whose slopes grow from left to right
     steps = np.cumsum(np.append(0.0, s * rng.uniform(0.3, 2, 4)))
-    at = np.concatenate([-steps[:0:-1], steps, [ENDS]])
-    at[0] = -ENDS
-    right = np.sort(alpha * rng.uniform(0, 1, at.size - 5) * 10 ** rng.uniform(-0.5, 0.7))
+    x = np.concatenate([-steps[:0:-1], steps, [ENDS]])
+    x[0] = -ENDS
+    right = np.sort(alpha * rng.uniform(0, 1, x.size - 5) * 10 ** rng.uniform(-0.5, 0.7))
     left = -np.sort(alpha * rng.uniform(0, 1, 4) * 10 ** rng.uniform(-0.5, 0.7))[::-1]
-    high = np.append(0.0, np.cumsum(np.append(left, right) * np.diff(at)))
-    return Sampled(at + rng.uniform(-1, 1) * s, high - high.min())
+    slopes = np.append(left, right)
+    z = np.append(0.0, np.cumsum(slopes * np.diff(x)))
+    shift = rng.uniform(-1, 1) * s
+    return Sampled(x + shift, z - z.min())
 
 
 def case_of(seed, *, paths=False):
@@ -171,12 +174,12 @@ def fine(case):
     return max(best, 2 * ENDS / MOST)
 
 
-def _asked(question):
-    """The answer, or a refusal, and whether there was a warning."""
-    with warnings.catch_warnings(record=True) as told:
+def _solved(call):
+    """What a call gives, or the error that it raises, and whether there was a warning."""
+    with warnings.catch_warnings(record=True) as warnings_given:
         warnings.simplefilter("always", AccuracyWarning)
         try:
-            return question(), bool(told)
+            return call(), bool(warnings_given)
         except (ValueError, NotCertifiedError) as problem:
             return problem, True
 
@@ -187,14 +190,14 @@ def _numbers(state):
 
 def truth(case):
     """a, P, U and how far they may be off, or None where mesh and fine nodes do not agree."""
-    mesh, _ = _asked(lambda: minimise(case.scene, case.depth, branch=case.branch, rtol=1e-6))
+    mesh, _ = _solved(lambda: minimise(case.scene, case.depth, branch=case.branch, rtol=1e-6))
     if isinstance(mesh, Exception):
         return None
     found = _numbers(mesh)
     off = np.zeros(3)
     if case.scene.slopes == "finite":
         return found, off
-    nodes, _ = _asked(
+    nodes, _ = _solved(
         lambda: minimise(
             case.scene, case.depth, method="lattice", spacing=fine(case), branch=case.branch
         )
@@ -210,7 +213,7 @@ def truth(case):
 def outcome(case):
     """What nodes say of a case."""
     given: Any = {"method": "lattice", "spacing": case.spacing, "branch": case.branch}
-    state, told = _asked(lambda: minimise(case.scene, case.depth, **given))
+    state, warned = _solved(lambda: minimise(case.scene, case.depth, **given))
     if isinstance(state, Exception):
         return Outcome("refused", str(state)[:60])
     known = truth(case)
@@ -222,7 +225,7 @@ def outcome(case):
     scale = np.array([1.0, alpha, alpha**2]) * np.maximum(state.half_width, case.spacing)
     off = error > TIMES * estimate + 2 * known[1] + 1e-9 * scale
     why = f"{_numbers(state)} for {known[0]}, estimates {estimate}"
-    if told:
+    if warned:
         return Outcome("warned" if off.any() else "warned, though right", why)
     if not np.isfinite(estimate).all():
         return Outcome("not resolved", why)
@@ -235,11 +238,11 @@ def path_outcome(case):
     deep = abs(case.depth) + 0.3 * alpha
     depths = np.append(np.linspace(0, deep, STEPS // 3), np.linspace(deep, -1.1 * alpha, STEPS))
     ask = lambda **given: load_path(case.scene, depths=depths, **given)  # noqa: E731
-    path, told = _asked(lambda: ask(method="lattice", spacing=case.spacing))
+    path, warned = _solved(lambda: ask(method="lattice", spacing=case.spacing))
     if isinstance(path, Exception):
         return Outcome("refused", str(path)[:60])
-    mesh, _ = _asked(ask)
-    nodes, _ = _asked(lambda: ask(method="lattice", spacing=fine(case)))
+    mesh, _ = _solved(ask)
+    nodes, _ = _solved(lambda: ask(method="lattice", spacing=fine(case)))
     if isinstance(mesh, Exception) or isinstance(nodes, Exception):
         return Outcome("skipped", f"{mesh!r:.60}")
     scale = alpha * (1 + mesh.half_width)
@@ -250,7 +253,7 @@ def path_outcome(case):
     why = f"P[{worst}] = {path.force[worst]:.4g} for {mesh.force[worst]:.4g} at {depths[worst]:.4g}"
     if apart.sum() > 6:
         return Outcome("skipped", "mesh and fine nodes differ")
-    if told:
+    if warned:
         return Outcome("warned" if wrong else "warned, though right", why)
     return Outcome("wrong" if wrong else "right", why)
 

@@ -35,24 +35,34 @@ def parabolas(places, offsets, R=10.0, reach=40.0):
 
 def tips(rng):
     """Round tips."""
-    places = np.cumsum(rng.uniform(2, 12, int(rng.integers(1, 6))))
-    offsets = heights(rng, places.size, 0.3)
-    return parabolas(places, offsets, 10 ** rng.uniform(0, 1.5)), float(offsets.min()), 0.5
+    count = int(rng.integers(1, 6))
+    places = np.cumsum(rng.uniform(2, 12, count))
+    offsets = heights(rng, count, 0.3)
+    radius = 10 ** rng.uniform(0, 1.5)
+    return parabolas(places, offsets, radius), float(offsets.min()), 0.5
 
 
 def polygon(rng):
     """Straight pieces between random heights in a bowl; some of them equal."""
-    x = np.unique(np.round(np.sort(rng.uniform(-15, 15, int(rng.integers(5, 40)))), 1))
-    z = x**2 / (2 * 10 ** rng.uniform(1, 2)) + rng.uniform(0.01, 0.5) * rng.normal(size=x.size)
-    z = np.round(z, 1) if rng.random() < 0.4 else z
+    count = int(rng.integers(5, 40))
+    x = np.unique(np.round(np.sort(rng.uniform(-15, 15, count)), 1))
+    bowl = x**2 / (2 * 10 ** rng.uniform(1, 2))
+    roughness = rng.uniform(0.01, 0.5) * rng.normal(size=x.size)
+    z = bowl + roughness
+    if rng.random() < 0.4:
+        z = np.round(z, 1)  # some heights are equal
     return Sampled(x, z), float(z.min()), float(2 * np.diff(x).min())
 
 
 def plateau(rng):
     """Steps of several nodes of equal height each, or nearly equal."""
     x = np.linspace(-15, 15, int(rng.integers(5, 40)))
-    z = np.floor(x**2 / (2 * 10 ** rng.uniform(1, 2)) / 0.2) * 0.2
-    z = z + rng.choice([0.0, 0.1]) * rng.uniform(0, 1, x.size) * (rng.random(x.size) < 0.3)
+    bowl = x**2 / (2 * 10 ** rng.uniform(1, 2))
+    steps = np.floor(bowl / 0.2) * 0.2
+    size = rng.choice([0.0, 0.1])
+    noise = rng.uniform(0, 1, x.size)
+    noisy = rng.random(x.size) < 0.3
+    z = steps + size * noise * noisy
     return Sampled(x, z), float(z.min()), 0.25
 
 
@@ -73,12 +83,18 @@ def punches(rng):
     return Sampled(x, z), float(z.min()), 0.5
 
 
+BODIES = {"tips": tips, "polygon": polygon, "plateau": plateau, "punches": punches}
+
+
 def case(kind, seed):
     """A scene, its feature and its least height, and a programme that loads and unloads."""
     rng = np.random.default_rng([KINDS.index(kind), seed])
-    indenter, low, feature = globals()[kind](rng)
+    indenter, low, feature = BODIES[kind](rng)
     scene = bare(indenter, 10 ** rng.uniform(-0.6, 0.6))
     top = rng.uniform(0.05, 0.5)
-    up = low + top * np.sort(rng.uniform(0, 1, int(rng.integers(1, 4))))
-    near = low + top * 10.0 ** rng.choice([-12, -9, -6, -3])
-    return scene, feature, low, np.array([low, *up, low + top, near, *up[::-1], low - 0.1 * top])
+    count = int(rng.integers(1, 4))
+    loading = low + top * np.sort(rng.uniform(0, 1, count))
+    just_in_contact = low + top * 10.0 ** rng.choice([-12, -9, -6, -3])
+    out_of_contact = low - 0.1 * top
+    depths = [low, *loading, low + top, just_in_contact, *loading[::-1], out_of_contact]
+    return scene, feature, low, np.array(depths)
