@@ -17,10 +17,10 @@ from .totals import adhered
 from .walk import Walk
 
 IN_WORDS = " = "  # a refusal names what it refuses and its value
-TIMES = 10
-LEAST = 1e-9  # of the error estimate; of the scales
-AWAY = 1e-6
-JUMP = 1e-2  # of δ₀, a depth this near to a jump of the reference is not asked for
+TIMES = 10  # an error may be so many times its estimate
+LEAST = 1e-9  # or this of the scales
+AWAY = 1e-6  # of δ₀: a depth this near to a jump of the reference is not compared
+JUMP = 1e-2  # of the half-width: where it changes by more, the reference jumps
 
 
 def walked(case, depths):

@@ -7,8 +7,12 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
+# Nodes: between two of them a wave of this length departs from its chord by (2π/48)²/8 = 0.2 % of
+# its amplitude, so that no deeper dip is missed.
 PER_FEATURE = 48
-MOST = 400_000
+MOST = 400_000  # nodes of a profile: more are refused
+# An extreme is sought at PLACES places between its neighbours, ROUNDS times: each round leaves two
+# of sixteen intervals, so that after ten 8⁻¹⁰ = 1e-9 of the distance of nodes is left.
 PLACES = 17
 ROUNDS = 10
 MET = 1e-9  # of the feature: lines closer than that have met
@@ -51,15 +55,18 @@ class Ground:
 
     def slope(self, x, side):
         """f'(x), at corners and ends on this side (±1) of them."""
-        if np.ndim(x) == 0:
-            kink = self._kinks[min(bisect.bisect_left(self._kinks, x - self._aside), self._last)]
-            at = kink + 2 * side * self._aside if abs(x - kink) <= self._aside else x
-            return np.asarray(self.indenter.slope(at), float)
+        if np.ndim(x) == 0:  # quicker than for arrays
+            near = bisect.bisect_left(self._kinks, x - self._aside)
+            kink = self._kinks[min(near, self._last)]
+            beside = kink + 2 * side * self._aside
+            place = beside if abs(x - kink) <= self._aside else x
+            return np.asarray(self.indenter.slope(place), float)
         x = np.asarray(x, float)
         near = np.searchsorted(self._kinks, x - self._aside)
-        kink = self._kinks[np.minimum(near, self._kinks.size - 1)]
-        at = np.where(np.abs(x - kink) <= self._aside, kink + 2 * side * self._aside, x)
-        return np.asarray(self.indenter.slope(at), float)
+        kink = self._kinks[np.minimum(near, self._last)]
+        beside = kink + 2 * side * self._aside
+        place = np.where(np.abs(x - kink) <= self._aside, beside, x)
+        return np.asarray(self.indenter.slope(place), float)
 
     def between(self, low, high):
         """Nodes strictly inside."""
@@ -96,15 +103,20 @@ def refined_minima(function, x, values, below, ends=(math.inf, math.inf)):
     than the steps to these and the next ones are high. ends: values beyond the first and last node.
     """
     padded = np.concatenate([ends[:1], values, ends[1:]])
-    dips = np.flatnonzero((padded[1:-1] <= padded[:-2]) & (padded[1:-1] <= padded[2:]))
+    not_above_left = padded[1:-1] <= padded[:-2]
+    not_above_right = padded[1:-1] <= padded[2:]
+    dips = np.flatnonzero(not_above_left & not_above_right)
     with np.errstate(invalid="ignore"):
         rise = np.diff(padded)
     steps = np.where(np.isfinite(rise), np.abs(rise), 0.0)
-    steps = np.pad(steps, 1)
-    depth = np.max([steps[dips + i] for i in range(4)], axis=0)
-    dips = dips[values[dips] - depth <= below]
-    three = x[np.maximum(dips - 1, 0)], x[dips], x[np.minimum(dips + 1, x.size - 1)]
-    return refined(function, *three, values[dips]) if dips.size else []
+    steps = np.pad(steps, 1)  # those from node i - 2 to i + 2 are at i ... i + 3
+    deepest = np.max([steps[dips + i] for i in range(4)], axis=0)
+    dips = dips[values[dips] - deepest <= below]
+    if not dips.size:
+        return []
+    left = x[np.maximum(dips - 1, 0)]
+    right = x[np.minimum(dips + 1, x.size - 1)]
+    return refined(function, left, x[dips], right, values[dips])
 
 
 def refined(function, low, middle, high, value):
@@ -163,12 +175,13 @@ class Surfaces:
         if not x.size:
             return
         ends = tuple(-math.inf if math.isfinite(line) else math.inf for line in (left, right))
-        v = self.v(x, left, right, depth)
-        for at, value in refined_minima(
-            lambda at: self.v(at, left, right, depth), x, v, -self.tie, ends
-        ):
-            if min(at - left, right - at) > BESIDE * self.ground.feature:
-                yield value, at
+
+        def v(place):
+            return self.v(place, left, right, depth)
+
+        for place, value in refined_minima(v, x, v(x), -self.tie, ends):
+            if min(place - left, right - place) > BESIDE * self.ground.feature:
+                yield value, place
 
     def _within(self, left, right):
         """Nodes of a free surface, clustered at its lines."""
@@ -197,15 +210,17 @@ def first_rest(drive, start, limit, meets, ground):
     if not x.size:
         return limit, meets
     values = drive(x, ahead)
-    stop = int(np.argmax(values >= 0)) if (values >= 0).any() else values.size
+    rests = values >= 0
+    stop = int(np.argmax(rests)) if rests.any() else values.size
     hump = _hump(drive, x, values[:stop])
     if hump is not None:
         return hump, False
     if stop < values.size:
         before = (float(x[stop - 1]), float(values[stop - 1])) if stop else (start, here)
-        if before[0] == x[stop]:  # a corner holds it
+        beyond = (float(x[stop]), float(values[stop]))
+        if before[0] == beyond[0]:  # a corner holds it
             return before[0], False
-        return _root(drive, before, (float(x[stop]), float(values[stop]))), False
+        return _root(drive, before, beyond), False
     if abs(limit - start) > ground.feature:
         return float(x[-1]), False
     return limit, meets

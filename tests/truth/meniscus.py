@@ -18,10 +18,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import i0e, i1e, k0e, k1e
 
-FAINT = 1e-8
-RTOL = 3e-14
-ROUGHLY = 1e-8
-BESIDE = 1e-6  # of the solution; of its first guess, and around it
+FAINT = 1e-8  # height over l from which on the linear solution is exact to rounding, 1e-16
+RTOL = 3e-14  # of the integration: some roundings
+ROUGHLY = 1e-8  # of the integration that gives a first guess
+BESIDE = 1e-6  # around that guess, in the logarithm of the amplitude
 
 
 class Surface(NamedTuple):
@@ -90,7 +90,8 @@ def _integrated_on_a_disc(radius, phi):
     height = sine * i0e(start) / i1e(start)
 
     def slopes(x, y):
-        r, (h, s, _) = math.exp(x), y.tolist()
+        r = math.exp(x)
+        h, s, _ = y.tolist()
         c = math.sqrt(max(1 - s * s, 1e-6))
         return [s / c * r, r * h - s, r * r * (h * h / 2 + s * s / (1 + c) / c)]
 
@@ -117,7 +118,8 @@ def _integrated(far, radius, start, rtol):
 
     def slopes(x, y):
         r = math.exp(x) if narrow else radius + x
-        (h, s, _), rate = y.tolist(), r if narrow else 1.0
+        rate = r if narrow else 1.0  # dr/dx
+        h, s, _ = y.tolist()
         c = math.sqrt(max(1 - s * s, 1e-6))
         energy = -r * (h * h / 2 + s * s / (1 + c) / c)
         return [-s / c * rate, -(h + s / r) * rate, energy * rate]

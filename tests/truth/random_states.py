@@ -44,20 +44,22 @@ def _bowl(rng, low=-0.3, high=0.7):
 
 def _waves(R, waves, shift=0.0):
     """x²/(2R) and waves (height, wavelength, phase)."""
-    a, m, p = (np.array(v, float)[:, None] for v in zip(*waves, strict=True))
-    q = 2 * np.pi / m
+    amplitude, wavelength, phase = np.array(waves, float).T[:, :, None]
+    q = 2 * np.pi / wavelength
 
     def height(x):
         x = np.asarray(x, float)
-        wavy = np.sum(a * (1 - np.cos(q * x.ravel() + p)), axis=0).reshape(x.shape)
-        return (x - shift) ** 2 / (2 * R) + wavy
+        each = amplitude * (1 - np.cos(q * x.ravel() + phase))
+        return (x - shift) ** 2 / (2 * R) + np.sum(each, axis=0).reshape(x.shape)
 
     def slope(x):
         x = np.asarray(x, float)
-        return (x - shift) / R + np.sum(a * q * np.sin(q * x.ravel() + p), axis=0).reshape(x.shape)
+        each = amplitude * q * np.sin(q * x.ravel() + phase)
+        return (x - shift) / R + np.sum(each, axis=0).reshape(x.shape)
 
-    reach = math.sqrt(2 * R * (HIGH + 2 * float(np.sum(np.abs(a))))) + abs(shift)
-    return Shape(height, slope, reach, (), float(m.min()))
+    highest = HIGH + 2 * float(np.sum(np.abs(amplitude)))
+    reach = math.sqrt(2 * R * highest) + abs(shift)
+    return Shape(height, slope, reach, (), float(wavelength.min()))
 
 
 def ripples(rng, low=0.1, high=1.5):
@@ -170,11 +172,15 @@ def rough(rng):
     n = int(rng.integers(24, 90))
     reach = math.sqrt(2 * R * (HIGH + 1))
     x = np.linspace(-reach, reach, n)
-    wave = np.fft.rfftfreq(n)
-    spectrum = np.maximum(wave, 3 / n) ** -1.3 * ((wave > 0) & (wave < rng.uniform(0.1, 0.5)))
-    z = np.fft.irfft(spectrum * np.exp(2j * np.pi * rng.random(wave.size)), n)
+    frequency = np.fft.rfftfreq(n)
+    highest = rng.uniform(0.1, 0.5)
+    amplitude = np.maximum(frequency, 3 / n) ** -1.3
+    amplitude = amplitude * ((frequency > 0) & (frequency < highest))
+    phase = np.exp(2j * np.pi * rng.random(frequency.size))
+    z = np.fft.irfft(amplitude * phase, n)
     z *= 10 ** rng.uniform(-1, 0) / (z.std() or 1)
-    return Shape(None, None, reach, (), 4 * (x[1] - x[0]), (x, x**2 / (2 * R) + z))
+    samples = (x, x**2 / (2 * R) + z)
+    return Shape(None, None, reach, (), 4 * (x[1] - x[0]), samples)
 
 
 SHAPES = (

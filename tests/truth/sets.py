@@ -15,12 +15,12 @@ from .ground import Ground, Outside, Surfaces, refined_minima
 from .surfaces import surface_of
 from .totals import NOTHING, polished, state_of
 
-PER_FEATURE = 24
-FEWEST = 32
-MOST = 2400
-FINEST = 1e-8  # of the feature
+PER_FEATURE = 24  # nodes: the contact set need only be near enough for Newton's method
+FEWEST = 32  # nodes low enough for contact; with fewer the lowest part is looked at closer
+MOST = 2400  # nodes: the programme takes n² steps
+FINEST = 1e-8  # of the feature: how close it is looked at
 LOW = 3.0  # δ₀: no contact reaches farther below the surface
-TIE = 1e-13
+TIE = 1e-13  # of δ₀ and the depth: rounding of v
 
 
 def lowest(scene, feature, depth):
@@ -55,9 +55,11 @@ def best_lines(scene, ground, surface, depth):
     before = np.full(x.size, -1)
     for i in range(x.size - 1):
         if np.isfinite(cost[i]):  # of all ways to i by now, so that it may be gone on from
-            through = cost[i] + np.append(links[i], _gaps(x[i:], g[i:], surface)[1:])
+            gaps = _gaps(x[i:], g[i:], surface)
+            through = cost[i] + np.append(links[i], gaps[1:])
             lower = through < cost[i + 1 :]
-            cost[i + 1 :][lower], before[i + 1 :][lower] = through[lower], i
+            cost[i + 1 :][lower] = through[lower]
+            before[i + 1 :][lower] = i
     last = int(np.argmin(cost + right))
     path = [last]
     while before[path[-1]] >= 0:
@@ -90,13 +92,15 @@ def _gaps(x, g, surface):
     """Energy of the free surface from the first node to each (n - 1,), inf where it penetrates."""
     t = np.minimum((x[1:] - x[0]) / surface.length, 300.0)
     m = -np.expm1(-t)
-    odd = 2 * (1 - m) / (m * (2 - m))
-    even = m / (2 - m)  # 1/sinh t, tanh t/2
-    slope = (g[1:] - g[0]) * odd - g[0] * even
-    highest = np.maximum.accumulate(np.append(-np.inf, slope[:-1]))
-    energy = (g[1:] - g[0]) ** 2 * odd + (g[1:] ** 2 + g[0] ** 2) * even
+    one_over_sinh = 2 * (1 - m) / (m * (2 - m))  # 1/sinh t
+    tanh_of_half = m / (2 - m)  # tanh t/2
+    here = g[0]
+    there = g[1:]
+    slope = (there - here) * one_over_sinh - here * tanh_of_half
+    highest_before = np.maximum.accumulate(np.append(-np.inf, slope[:-1]))
+    energy = (there - here) ** 2 * one_over_sinh + (there**2 + here**2) * tanh_of_half
     energy *= surface.gamma1 / (2 * surface.length)
-    return np.where(slope >= highest, energy, np.inf)
+    return np.where(slope >= highest_before, energy, np.inf)
 
 
 def _through(x, g, length):

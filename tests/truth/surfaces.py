@@ -51,10 +51,12 @@ class Small:
 
     def gap_shape(self, p, width, left, right):
         """u at distances p from the left line of a gap; left, right: u at its lines."""
-        p, q, t = p / self.length, (width - p) / self.length, width / self.length
-        whole = -np.expm1(-2 * t)
-        one = left * np.exp(-p) * -np.expm1(-2 * q)
-        return (one + right * np.exp(-q) * -np.expm1(-2 * p)) / whole
+        from_left = p / self.length
+        from_right = (width - p) / self.length
+        # sinh(q)/sinh(t) and sinh(p)/sinh(t), scaled so that nothing overflows
+        of_left = left * np.exp(-from_left) * -np.expm1(-2 * from_right)
+        of_right = right * np.exp(-from_right) * -np.expm1(-2 * from_left)
+        return (of_left + of_right) / -np.expm1(-2 * (width / self.length))
 
     def tail_area(self, g):
         """∫u dx of a tail."""
@@ -101,10 +103,11 @@ class Finite:
 
     def facing(self, own, other, width):
         """Outward angle of a gap's surface at the line with displacement `own`."""
-        own, other, width = (np.asarray(v, float) / self.length for v in (own, other, width))
-        own, other, width = np.broadcast_arrays(own, other, width)
+        scaled = [np.asarray(v, float) / self.length for v in (own, other, width)]
+        own, other, width = np.broadcast_arrays(*scaled)
         T = _range(own, other, width)
-        tilt = 2 * np.arcsin(np.clip(_p(own, other, T, np.zeros_like(T)) / 2, -1, 1))
+        p_at_line = _p(own, other, T, np.zeros_like(T))
+        tilt = 2 * np.arcsin(np.clip(p_at_line / 2, -1, 1))
         return tilt if tilt.ndim else float(tilt)
 
     def tail_shape(self, s, g):
@@ -125,12 +128,14 @@ class Finite:
 
     def gap_shape(self, p, width, left, right):
         """u at distances p from the left line of a gap; left, right: u at its lines."""
-        x, left, right = (np.asarray(v, float) / self.length for v in (p, left, right))
+        x = np.asarray(p, float) / self.length
+        left = np.asarray(left, float) / self.length
+        right = np.asarray(right, float) / self.length
         T, ends, passed = _tabulated(float(left), float(right), float(width) / self.length)
-        at = np.clip(np.searchsorted(passed, x) - 1, 0, ends.size - 2)
+        panel = np.clip(np.searchsorted(passed, x) - 1, 0, ends.size - 2)
         tau = np.interp(x, passed, ends)
-        for _ in range(8):
-            off = passed[at] + _across(left, right, T, ends[at], tau) - x
+        for _ in range(8):  # Newton's method for x(τ) = x
+            off = passed[panel] + _across(left, right, T, ends[panel], tau) - x
             tau = tau - off / _rate(_p(left, right, T, tau))
             if np.abs(off).max(initial=0.0) <= 1e-9 * passed[-1]:  # the next would be rounding
                 break
@@ -175,6 +180,8 @@ def _tabulated(left, right, width):
 
 
 class _Unit:
+    """A length of 1, for the shapes of `Small` in τ."""
+
     length = 1.0
 
 
@@ -200,7 +207,7 @@ def _rate(p):
     return (1 - p2 / 2) / np.sqrt(1 - p2 / 4)
 
 
-STEEP = 1.999
+STEEP = 1.999  # p² of a surface that is nearly upright, which has 2
 
 
 def _across(left, right, T, low, high):

@@ -20,8 +20,8 @@ from ..ground import Outside
 from ..totals import NOTHING
 from .depth_paths import Place
 
-LARGEST = 1 / 8
-SMALLEST = 1 / 400  # of the depth scale: steps on the way
+LARGEST = 1 / 8  # of the depth scale: the longest step on the way
+SMALLEST = 1 / 400  # of the depth scale: the shortest
 CLOSE = 1e-9  # of the depth scale: what happens at once
 KINK = 1e-6  # of the depth scale: where a line leaves a corner, or comes to one
 JUMPED = 1e-4  # of the feature: lines that move farther within that have jumped
@@ -187,11 +187,14 @@ class Reading:
 
     def _ahead(self, here, top, goal, way):
         """The next samples on the way, up to one step."""
-        step = ((goal if here is top else top.height) - here.height) / self._rate(here.place)
-        step = min(max(step, SMALLEST * self.scale), LARGEST * self.scale) / self.finer
-        depth = self.path.farthest(here.place, here.place.depth + way * step)
-        on = [way * at for at in self.marks if way * (at - here.place.depth) > 0]
-        there = self._sample(here.place, way * min([way * depth, *on]), way)
+        wanted = goal if here is top else top.height
+        least = (wanted - here.height) / self._rate(here.place)  # before that C cannot be there
+        step = min(max(least, SMALLEST * self.scale), LARGEST * self.scale) / self.finer
+        start = here.place.depth
+        depth = self.path.farthest(here.place, start + way * step)
+        marks_ahead = [way * mark for mark in self.marks if way * (mark - start) > 0]
+        nearest = way * min([way * depth, *marks_ahead])
+        there = self._sample(here.place, nearest, way)
         if not self.path.jumps:
             return [there]
         return [*self._between(here, there, way), there]

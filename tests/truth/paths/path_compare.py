@@ -20,9 +20,9 @@ from .controls import Control, reading_of
 from .depth_paths import depth_path_of
 from .random_paths import path_case, programme
 
-EXACT = 1e-7
-TOPS = 1e-4
-BALANCED = 1e-10  # of the scales: states, tops of C, C after jumps
+EXACT = 1e-7  # of the scales: states on the mesh
+TOPS = 1e-4  # of the scales: tops of C, where it is flat
+BALANCED = 1e-10  # of the range of the control: C after jumps
 AWAY = 1e-6  # of the range of the control: values so near to a jump are not asked for
 LOST = 1e-5  # of the energies: jumps that lose less are not asked for
 NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes looked at closer
@@ -222,27 +222,42 @@ def seen(case, spacing):
     body = case.scene.indenter
     lattice = Lattice.of(case.scene, spacing)
     spacing = lattice.spacing
-    at = (np.asarray(body.corners, float) - lattice.origin) / spacing
-    low = lattice.x(np.floor(at[np.abs(at - np.round(at)) > 1e-9]))
-    off = [x for x in low.tolist() if body.extent[0] <= x and x + spacing <= body.extent[1]]
-    if not off:
+    places = (np.asarray(body.corners, float) - lattice.origin) / spacing
+    between_nodes = np.abs(places - np.round(places)) > 1e-9
+    nodes_before = lattice.x(np.floor(places[between_nodes]))
+    left = np.array(
+        [x for x in nodes_before if body.extent[0] <= x and x + spacing <= body.extent[1]]
+    )
+    if not left.size:
         return None
-    ends = np.array([off, np.add(off, spacing)])
-    (f, f1), middle = body.height(ends), ends.mean(axis=0)
+    right = left + spacing
+    middle = np.array([left, right]).mean(axis=0)
+    f_left = body.height(left)
+    f_right = body.height(right)
+    rise = f_right - f_left
 
-    def told(x, inside, other):
-        i = np.abs(middle - np.asarray(x, float)[..., None]).argmin(axis=-1)
-        return np.where(np.abs(x - middle[i]) <= spacing / 2, inside(x, i), other(x))
+    def on_facets(x, on_facet, elsewhere):
+        """The one function of x and the facet on facets, the other one of x elsewhere."""
+        facet = np.abs(middle - np.asarray(x, float)[..., None]).argmin(axis=-1)
+        inside = np.abs(x - middle[facet]) <= spacing / 2
+        return np.where(inside, on_facet(x, facet), elsewhere(x))
+
+    def height_of_facet(x, facet):
+        return f_left[facet] + rise[facet] * (x - left[facet]) / spacing
+
+    def slope_of_facet(x, facet):
+        return rise[facet] / spacing
 
     def height(x):
-        return told(x, lambda x, i: f[i] + (f1 - f)[i] * (x - ends[0, i]) / spacing, body.height)
+        return on_facets(x, height_of_facet, body.height)
 
     def slope(x):
-        return told(x, lambda x, i: (f1 - f)[i] / spacing, body.slope)
+        return on_facets(x, slope_of_facet, body.slope)
 
     kept = [x for x in body.corners if not (np.abs(middle - x) <= spacing / 2).any()]
-    punch = [FlatPunch(body.walls[1])] if body.walls else []  # whose ends are those of the body
-    faceted = sum(punch, Profile(height, slope, body.extent, sorted({*kept, *ends.ravel()})))
+    faceted = Profile(height, slope, body.extent, sorted({*kept, *left, *right}))
+    if body.walls:
+        faceted = faceted + FlatPunch(body.walls[1])  # whose ends are those of the body
     return case._replace(scene=replace(case.scene, indenter=faceted))
 
 

@@ -96,8 +96,10 @@ def polygon(rng):
     reach = math.sqrt(2 * R * (HIGH + 1))
     x = np.linspace(-reach, reach, n)
     x[1:-1] += rng.uniform(-0.3, 0.3, n - 2) * (x[1] - x[0])
-    z = x**2 / (2 * R) + rng.uniform(0, 10 ** rng.uniform(-1.5, 0), n)
-    return Shape(None, None, reach, (), min(1.0, float(np.diff(x).min())), (x, z))
+    highest = 10 ** rng.uniform(-1.5, 0)
+    z = x**2 / (2 * R) + rng.uniform(0, highest, n)
+    feature = min(1.0, float(np.diff(x).min()))
+    return Shape(None, None, reach, (), feature, (x, z))
 
 
 def waves(rng):
