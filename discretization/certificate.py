@@ -51,7 +51,17 @@ class Certificate(NamedTuple):
 
     @classmethod
     def undeformed(cls, penetration: float = 0.0) -> Certificate:
-        """The certificate of a surface on which no force acts: only penetration is possible."""
+        """The certificate of a surface on which no force acts: only penetration is possible.
+
+        Parameters
+        ----------
+        penetration : float
+            That of the indenter into the surface.
+
+        Returns
+        -------
+        Certificate
+        """
         return cls(penetration, 0.0, 0.0, 0.0, 0.0)
 
     @property

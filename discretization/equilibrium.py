@@ -232,7 +232,18 @@ class Equilibrium:
         return math.pi - self.angle_deficit
 
     def displacement(self, x: ArrayLike) -> Array:
-        """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside."""
+        """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside.
+
+        Parameters
+        ----------
+        x : array_like
+            Positions [length].
+
+        Returns
+        -------
+        ndarray
+            u [length], in the shape of x; nan where x is.
+        """
         x, u, inside = self._measured(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
         part = np.where(inside | np.isnan(x), -1, np.searchsorted(self.contacts[:, 0], x))
@@ -249,7 +260,17 @@ class Equilibrium:
         return x, np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
 
     def inside(self, x: Array) -> Mask:
-        """Whether x is in contact."""
+        """Whether positions are in contact.
+
+        Parameters
+        ----------
+        x : ndarray
+            [length].
+
+        Returns
+        -------
+        ndarray of bool
+        """
         left = np.searchsorted(self.contacts[:, 0], x, side="right") - 1  # -1: none
         return x <= np.append(self.contacts[:, 1], math.nan)[left]
 
@@ -257,6 +278,16 @@ class Equilibrium:
         """Elastic stress of the layer on the indenter, k u(x) of springs: the integrand of Eq. (9).
 
         Zero outside the contact. The surface tension adds line forces at the contact lines (10).
+
+        Parameters
+        ----------
+        x : array_like
+            Positions [length].
+
+        Returns
+        -------
+        ndarray
+            [stress], in the shape of x.
         """
         x, found, inside = self._measured(x)
         if self.scene.layer.exact and inside.any():
@@ -288,6 +319,24 @@ def detached(
     certificate: Certificate,
     spacing: float = math.nan,
 ) -> Equilibrium:
-    """The flat surface without contact."""
+    """The state of the flat surface without contact.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    branch : str
+        For the record.
+    surfaces : Surfaces or LatticeTail
+        Its free surfaces.
+    certificate : Certificate
+    spacing : float
+        Of the nodes [length]; nan on the mesh.
+
+    Returns
+    -------
+    Equilibrium
+    """
     method = "fitted" if math.isnan(spacing) else "lattice"
     return Equilibrium(scene, depth, branch, method, certificate, surfaces, spacing)

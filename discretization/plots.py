@@ -45,7 +45,22 @@ STYLES: dict[str, dict[str, Any]] = {
 def canvas(
     width: float, height: float, rows: int = 1, columns: int = 1, **options: Any
 ) -> tuple[Figure, Any]:
-    """A figure of this size in inches that lays itself out, and its axes; options of `subplots`."""
+    """A figure that lays itself out, and its axes.
+
+    Parameters
+    ----------
+    width, height : float
+        [inches].
+    rows, columns : int
+        Of axes.
+    **options : Any
+        Those of `Figure.subplots`.
+
+    Returns
+    -------
+    figure : Figure
+    axes : Axes, or ndarray of Axes
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -58,9 +73,20 @@ def axis(name: str, unit: Unit) -> str:
 
 
 def plot_state(state: Any, title: str = "", *, si: bool = True) -> Figure:
-    """A matplotlib figure of the surface, and of the right contact line enlarged.
+    """A matplotlib figure of the surface, and of the right contact line enlarged. Assumptions that
+    do not hold are named below.
 
-    si: whether the units are those of SI. Assumptions that do not hold are named below.
+    Parameters
+    ----------
+    state : Equilibrium
+    title : str
+        Title of the figure.
+    si : bool
+        Whether the numbers have SI units, which are then written at the axes.
+
+    Returns
+    -------
+    Figure
     """
     figure, axes = canvas(11, 5, 1, 2)
     draw_state(axes, state, "m" if si else "")
@@ -81,7 +107,13 @@ def draw_state(axes: Any, state: Any, unit: str = "m", last: bool = False) -> No
 
 
 def note(figure: Figure, violated: Iterable[Assumption]) -> None:
-    """The assumptions that do not hold, below a figure; nothing if all do."""
+    """Write the assumptions that do not hold below a figure; nothing if all do.
+
+    Parameters
+    ----------
+    figure : Figure
+    violated : iterable of Assumption
+    """
     terms = ", ".join(f"{a.name} up to {a.value:.2g} (limit {a.limit:g})" for a in violated)
     if terms:
         text = textwrap.wrap(f"Assumptions of the model violated: {terms}", 120)
@@ -148,8 +180,16 @@ def _contact_line(axes: Any, state: Any, unit: str) -> None:
 
 def legs(history: Any) -> list[tuple[str, list[Any]]]:
     """The parts of a path along which the depth rises or falls, and the jumps between them.
+    Infinite depths are left out.
 
-    "loading", "unloading", "jump" or "free" (no contact). Infinite depths are left out.
+    Parameters
+    ----------
+    history : History
+
+    Returns
+    -------
+    list of (str, list of Snapshot)
+        What each part is, "loading", "unloading", "jump" or "free" (no contact), and its states.
     """
     found: list[tuple[str, list[Any]]] = []
     for part in history.parts:
@@ -180,7 +220,19 @@ def _columns(states: list[Any], quantity: str) -> Array:
 
 
 def units(history: Any, quantity: str, si: bool = True) -> tuple[Unit, Unit]:
-    """Units of depth and of the quantity in which a path is drawn."""
+    """Units of depth and of a quantity in which a path is drawn.
+
+    Parameters
+    ----------
+    history : History
+    quantity : {"force", "half_width"}
+    si : bool
+        Whether the numbers have SI units.
+
+    Returns
+    -------
+    depth, quantity : Unit
+    """
     in_contact = [state for kind, states in legs(history) if kind != "free" for state in states]
     depth, values = _columns(in_contact, quantity)
     other = f"N{history.scene.per_length}" if quantity == "force" else "m"

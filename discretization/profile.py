@@ -140,7 +140,20 @@ class Resolved:
 
     @classmethod
     def of(cls, indenter: Indenter, x: Array, edges: ArrayLike = ()) -> Resolved:
-        """With samples at these places, increasing, the corners among them."""
+        """The profile with samples at given places.
+
+        Parameters
+        ----------
+        indenter : Indenter
+        x : ndarray (n,)
+            Places, increasing, the corners among them [length].
+        edges : array_like
+            Those of a pattern [length].
+
+        Returns
+        -------
+        Resolved
+        """
         corners = np.asarray(indenter.corners, float)
         inner = corners[(corners > x[0]) & (corners < x[-1])]
         x = np.repeat(x, 1 + np.isin(x, inner))
@@ -163,15 +176,37 @@ class Resolved:
         return float(self.x[int(np.argmin(self.f))])
 
     def beyond(self, start: float, limit: float) -> slice:
-        """Samples strictly between two positions, increasing."""
+        """The samples strictly between two positions.
+
+        Parameters
+        ----------
+        start, limit : float
+            In either order [length].
+
+        Returns
+        -------
+        slice
+            Of x, f and slope; increasing.
+        """
         first = int(np.searchsorted(self.x, min(start, limit), side="right"))
         stop = int(np.searchsorted(self.x, max(start, limit), side="left"))
         return slice(first, max(first, stop))
 
     def past(self, x: Any, side: Any) -> Any:
-        """x just on this side of a pattern's edge, where adhesion is that of the next patch.
+        """Positions just beside edges of a pattern, where adhesion is that of the next patch.
+        Others are left as they are: next to another line every rounding counts.
 
-        Positions are otherwise left as they are: next to another line every rounding is felt.
+        Parameters
+        ----------
+        x : float or ndarray
+            [length].
+        side : {1, -1}, or ndarray
+            1 to the right of an edge, -1 to the left.
+
+        Returns
+        -------
+        float or ndarray
+            [length].
         """
         if not self.edges.size:
             return x
@@ -181,7 +216,20 @@ class Resolved:
         return found if np.ndim(x) else float(found)
 
     def one_sided(self, x: Array, side: Any) -> tuple[Array, Array]:
-        """f and f' at x of any shape; the slope of a corner is that on this side (1: right)."""
+        """Height and slope of the profile, at corners on one side of them.
+
+        Parameters
+        ----------
+        x : ndarray
+            Positions [length].
+        side : {1, -1}, or ndarray
+            1 for the slope on the right of a corner, -1 for that on the left.
+
+        Returns
+        -------
+        f, slope : ndarray
+            [length], and f', in the shape of x.
+        """
         f = np.asarray(self.indenter.height(x), float)
         slope = np.asarray(self.indenter.slope(x), float)
         if not len(self.indenter.corners):
@@ -256,7 +304,17 @@ class Resolved:
         return cubic.at((x - self.x[i]) / width)
 
     def falls(self, slopes: str) -> Array:
-        """By how much the slope falls at the corners; for finite slopes the inclination [rad]."""
+        """By how much the slope falls at the corners, or with finite slopes the inclination.
+
+        Parameters
+        ----------
+        slopes : {"small", "finite"}
+
+        Returns
+        -------
+        ndarray
+            In the order of `corners`; [rad] with finite slopes.
+        """
         left = np.flatnonzero(np.diff(self.x) == 0)
         before = self.slope[left]
         after = self.slope[left + 1]
@@ -283,7 +341,19 @@ class CubicSlope(NamedTuple):
 
 
 def warn_hidden(places: Array, stacklevel: int) -> None:
-    """AccuracyWarning of features that quadrature has found between the samples."""
+    """Warn of features that quadrature has found between the samples.
+
+    Parameters
+    ----------
+    places : ndarray (n,)
+        Where they are [length].
+    stacklevel : int
+        Of the warning, counted from the caller.
+
+    Warns
+    -----
+    AccuracyWarning
+    """
     named = ", ".join(f"{x!r}" for x in places[: _MISSED.named].tolist())
     warnings.warn(
         f"the profile has a feature near x = {named} that is narrower than its samples: it was "
@@ -392,7 +462,24 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
 
 
 def heights(indenter: Indenter, x: Array) -> Array:
-    """f at x. ValueError unless they are finite."""
+    """Heights of a profile.
+
+    Parameters
+    ----------
+    indenter : Indenter
+    x : ndarray (n,)
+        Positions [length].
+
+    Returns
+    -------
+    ndarray (n,)
+        f [length].
+
+    Raises
+    ------
+    ValueError
+        Unless they are finite.
+    """
     f = np.asarray(indenter.height(x), float)
     if not np.isfinite(f).all():
         bad = float(x[~np.isfinite(f)][0])
@@ -421,7 +508,19 @@ class UnknownProfile(ValueError):
 
 
 def unknown(depth: float, x: float) -> UnknownProfile:
-    """Of a contact that spreads at a depth to an end of the known profile."""
+    """The error of a contact that spreads to an end of the known profile.
+
+    Parameters
+    ----------
+    depth : float
+        At which it does [length].
+    x : float
+        That end [length].
+
+    Returns
+    -------
+    UnknownProfile
+    """
     return UnknownProfile(depth, x)
 
 

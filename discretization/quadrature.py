@@ -639,7 +639,17 @@ class Integrals:
         return cls(scene, profile, x, f, parts, hidden)
 
     def at(self, x: Array) -> Array:
-        """The five integrals (5, n) from the lowest point to x (n,)."""
+        """The integrals of `densities` from the lowest point to places.
+
+        Parameters
+        ----------
+        x : ndarray (n,)
+            [length].
+
+        Returns
+        -------
+        ndarray (5, n)
+        """
         last = self.x.size - 1
         before = np.clip(np.searchsorted(self.x, x) - 1, 0, last)
         after = np.minimum(before + 1, last)

@@ -129,9 +129,20 @@ def _of_free(state: Any) -> Array:
 
 
 def with_surface(state: Any, surface: float) -> dict[str, float]:
-    """The parts of a state whose surface stores this; the layer itself, for the springs, the rest.
+    """Energy and force of a state in parts, from what its surface stores. The layer itself stores
+    the rest, under the name of the springs. Lines pull by the slopes beside them, and the rest
+    of the force is the pressure.
 
-    Lines pull by the slopes beside them, and the rest of the force is the pressure.
+    Parameters
+    ----------
+    state : Equilibrium
+    surface : float
+        Energy of the surface [energy/length].
+
+    Returns
+    -------
+    dict of str to float
+        By the names in `STORED` and `ACTING`.
     """
     adhesion = -state.scene.work_of_adhesion * state.contact_area
     lines = _of_lines(state)
@@ -145,7 +156,16 @@ def with_surface(state: Any, surface: float) -> dict[str, float]:
 
 
 def of_path(history: Any) -> tuple[Assumption, ...]:
-    """What a load path assumes whatever its states are: of surfaces, samples and nodes."""
+    """What a load path assumes whatever its states are: of surfaces, samples and nodes.
+
+    Parameters
+    ----------
+    history : History
+
+    Returns
+    -------
+    tuple of Assumption
+    """
     nodes = resolution(history.scene, history.spacing or math.nan)
     return (*assumptions(history.scene, None), *nodes, *_left_to_nodes(history.on_nodes))
 
@@ -163,7 +183,16 @@ def _left_to_nodes(ranges: Sequence[tuple[float, float]]) -> tuple[Assumption, .
 
 
 def violated(shown: Any) -> tuple[str, ...]:
-    """The violated assumptions of a state or of a path, one sentence each."""
+    """The violated assumptions of a state or of a path, one sentence each.
+
+    Parameters
+    ----------
+    shown : Equilibrium or History
+
+    Returns
+    -------
+    tuple of str
+    """
     return tuple(str(one) for one in shown.validity if not one.holds)
 
 
@@ -230,7 +259,17 @@ def warn_coarse(assumed: tuple[Assumption, ...], stacklevel: int) -> None:
 
 
 def html(shown: Any) -> str:
-    """The text of a state or of a path for notebooks."""
+    """The text of a state or of a path for notebooks.
+
+    Parameters
+    ----------
+    shown : Equilibrium or History
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     return f"<pre>{escape(str(shown))}</pre>"
 
 
@@ -372,9 +411,17 @@ def _relative_to(state: Any) -> list[str]:
 
 
 def path_columns(history: Any) -> dict[str, Array]:
-    """Columns (n,) of a data frame: what is imposed, and the state at every step.
+    """Columns of a data frame: what is imposed, and the state at every step.
 
-    left, right: the outermost contact lines, nan when detached; contacts: how many there are.
+    Parameters
+    ----------
+    history : History
+
+    Returns
+    -------
+    dict of ndarray (n,)
+        left, right: the outermost contact lines [length], nan when detached; contacts: how many
+        there are.
     """
     left, right = history.contacts.T
     inner = np.array([len(lines) // 2 + 1 for lines in history.inner], float)
@@ -389,15 +436,33 @@ def path_columns(history: Any) -> dict[str, Array]:
 
 
 def path_line(history: Any) -> str:
-    """One line with the counts and the energy lost."""
+    """One line with the counts and the energy lost.
+
+    Parameters
+    ----------
+    history : History
+
+    Returns
+    -------
+    str
+    """
     counts = f"{len(history)} steps of {history.control}, {len(history.events)} events"
     return f"History({counts}, dissipated={history.dissipated:.6g})"
 
 
 def path_text(history: Any, si: bool = True) -> str:
-    """The events in their order, the most tensile state, the energy lost, and what does not hold.
+    """The events in their order, the most tensile state, the energy lost, and assumptions that do
+    not hold.
 
-    si: with SI units, which the numbers have if those of the scene do.
+    Parameters
+    ----------
+    history : History
+    si : bool
+        Whether SI units are written, which the numbers have if those of the scene do.
+
+    Returns
+    -------
+    str
     """
     control = history.control
     count = len(history.events)

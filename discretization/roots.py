@@ -320,9 +320,20 @@ def newton_crossings(
     rise: Array,
     enough: float,
 ) -> Array:
-    """As `crossings`, by Newton's method: h gives values and slopes.
+    """Zeros of n functions, all at once, by Newton's method and halving. Done is also what
+    converges quadratically and will be one rounding off at the next step.
 
-    Done is also what converges quadratically and will be one rounding off at the next step.
+    Parameters
+    ----------
+    h : callable
+        h(x, numbers): values and slopes (k,) of the functions with these numbers at x (k,).
+    lo, hi, guess, rise, enough : ndarray (n,), and float
+        As of `crossings`.
+
+    Returns
+    -------
+    ndarray (n,)
+        As of `crossings`.
     """
 
     def evaluate(x: Array, own: Indices, last: Array, last_value: Array) -> tuple[Array, Array]:

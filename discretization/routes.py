@@ -332,7 +332,16 @@ def _followed(scene: Scene, *, nodes: bool) -> bool:
 
 
 def one_contact(scene: Scene) -> bool:
-    """Whether at any depth there is at most one stable contact, with one line on each side."""
+    """Whether at any depth there is at most one stable contact, with one line on each side.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    bool
+    """
     return scene.indenter.convex and (
         not scene.axisymmetric or isinstance(scene.indenter, UNIMODAL)
     )
@@ -344,12 +353,30 @@ def refined(scene: Scene) -> bool:
 
 
 def refinable(scene: Scene) -> bool:
-    """Whether paths of several contacts are found on nodes and refined."""
+    """Whether paths of several contacts are found on nodes and refined.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    bool
+    """
     return refined(scene) and scene.gamma1 > 0 and not one_contact(scene)
 
 
 def vectorised(scene: Scene) -> None:
-    """ValueError unless many states of a scene can be found at once: those of one contact."""
+    """Raise an error unless many states of a scene can be found at once: those of one contact.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    ValueError
+    """
     _check(Question(scene, "adhered", nodes=False), MANY_LIMITS)
 
 

@@ -70,7 +70,20 @@ class ContactLines:
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, depth: float) -> ContactLines:
-        """For depths up to this one [length]."""
+        """What moves the lines of a scene, for depths up to one.
+
+        Parameters
+        ----------
+        scene : Scene
+        profile : Resolved
+            Its profile.
+        depth : float
+            The largest depth [length].
+
+        Returns
+        -------
+        ContactLines
+        """
         surfaces = surfaces_of(scene)
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
         size = size or scene.layer.h  # of no adhesion at touching itself
@@ -114,14 +127,45 @@ class ContactLines:
         return self.pressed(lines, touch, depth) if depth >= touch else self.relaxed(lines, depth)
 
     def settled(self, lines: Lines, depth: float) -> Lines:
-        """Lines that are near a state at rest, moved to it; raises as `adhered`."""
+        """Lines that are near a state at rest, moved to it.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of every contact [length].
+        depth : float
+            [length].
+
+        Returns
+        -------
+        tuple of float
+            [length]; () without contact.
+
+        Raises
+        ------
+        NotCertifiedError, ValueError
+            As `adhered`.
+        """
         kept = self.retracted(lines, depth)
         if not kept:
             return () if depth < self.profile.touch else self.adhered(depth)
         return self.pressed(kept, depth, depth)
 
     def penetration(self, lines: Lines, depth: float) -> float:
-        """How far the profile sticks through the free surfaces, at worst [length]."""
+        """How far the profile sticks through the free surfaces, at worst [length].
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of every contact [length].
+        depth : float
+            [length].
+
+        Returns
+        -------
+        float
+            [length], 0 if the surfaces are clear of it.
+        """
         parts = free_parts(lines)
         clearances = [
             self.pressed_surface.least_clearance(pair, depth, exact=True)[0] for pair in parts
@@ -216,11 +260,35 @@ class ContactLines:
         return np.isfinite(x) & ~np.isin(x, pinning)
 
     def forces_opening_corners(self, corners: Array) -> Array:
-        """Forces that would open contacts at corners, beyond what lines hold there."""
+        """Forces that would open contacts at corners, beyond what lines hold there.
+
+        Parameters
+        ----------
+        corners : ndarray (n,)
+            All corners of the profile [length].
+
+        Returns
+        -------
+        ndarray (n,)
+            [force/length]; negative where the corner stays closed.
+        """
         return self.scene.gamma1 * (self.profile.falls(self.scene.slopes) - self.holds(corners))
 
     def opening(self, lines: Lines, depth: float) -> list[float]:
-        """Forces that would open contacts: where they do not adhere, and at corners."""
+        """Forces that would open contacts: where they do not adhere, and at corners.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of every contact [length].
+        depth : float
+            [length].
+
+        Returns
+        -------
+        list of float
+            [force/length].
+        """
         scene = self.scene
         search = self.pressed_surface.search
         ends = np.array(lines)
@@ -284,7 +352,18 @@ class ContactLines:
         return ()
 
     def holds(self, x: Array) -> Array:
-        """The kinks at x (n,) that both lines of a closed gap hold: 2 √(2w/γ₁), or as angles."""
+        """The kinks that both lines of a closed gap hold: 2 √(2w/γ₁), or as angles with finite
+        slopes.
+
+        Parameters
+        ----------
+        x : ndarray (n,)
+            Positions [length].
+
+        Returns
+        -------
+        ndarray (n,)
+        """
         w = self.scene.opened.work_of_adhesion
         pattern = self.scene.pattern
         least = np.ones_like(x)
@@ -296,7 +375,18 @@ class ContactLines:
         return 4 * half if self.scene.slopes == "small" else 4 * np.arcsin(half)
 
     def bare(self, contacts: Array) -> list[Pair]:
-        """The parts of contacts (m, 2) that do not adhere: all where w = 0, or bare patches."""
+        """The parts of contacts that do not adhere: all where w = 0, or bare patches of a pattern.
+
+        Parameters
+        ----------
+        contacts : ndarray (m, 2)
+            Ends of the contacts [length].
+
+        Returns
+        -------
+        list of pairs of float
+            Their ends [length].
+        """
         if not self.scene.opened.work_of_adhesion:
             return [(left, right) for left, right in contacts.tolist() if left < right]
         if self.scene.pattern is None:
@@ -314,7 +404,20 @@ class ContactLines:
         return found
 
     def retracted(self, lines: Lines, depth: float) -> Lines:
-        """Lines taken to a smaller depth."""
+        """Lines taken to a smaller depth, without the contacts that are lost.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of every contact [length].
+        depth : float
+            [length].
+
+        Returns
+        -------
+        tuple of float
+            [length].
+        """
         while lines:
             receded = self._receded(lines, depth)
             kept = self.unpulled(self._closed(receded), depth)
@@ -348,7 +451,20 @@ class ContactLines:
         return tuple(kept)
 
     def unpulled(self, lines: Lines, depth: float) -> Lines:
-        """Without contacts of one point that are pulled: the surface is clear without them."""
+        """Lines without contacts of one point that are pulled: without them the surface is clear.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of every contact [length].
+        depth : float
+            [length].
+
+        Returns
+        -------
+        tuple of float
+            [length].
+        """
         kept: list[float] = []
         for (before, left), (right, beyond) in pairwise(free_parts(lines)):
             if left < right or not self._pulled(left, (before, beyond), depth):
@@ -367,5 +483,16 @@ class ContactLines:
 
 
 def free_parts(lines: Sequence[float]) -> list[Pair]:
-    """Both lines of every free surface, infinite where there is none."""
+    """The lines of every free surface from left to right, infinite where there is none.
+
+    Parameters
+    ----------
+    lines : sequence of float
+        Both ends of every contact [length].
+
+    Returns
+    -------
+    list of pairs of float
+        The left and the right line of each surface [length].
+    """
     return pairs((-math.inf, *lines, math.inf))

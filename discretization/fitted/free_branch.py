@@ -72,7 +72,16 @@ class FreeBranch(NamedTuple):
 
 
 def applies(scene: Scene) -> bool:
-    """Whether the line of the only contact is free from its loss on: the profile has no corners."""
+    """Whether the line of the only contact is free from its loss on: the profile has no corners.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    bool
+    """
     body = scene.indenter
     try:
         vectorised(scene)

@@ -73,7 +73,17 @@ _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggaus
 
 
 def surfaces_of(scene: Scene) -> Surfaces:
-    """The free surfaces of a scene, by its slopes and geometry."""
+    """The free surfaces of a scene, by its slopes and geometry.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    Surfaces
+        Those of small slopes, of finite slopes, or of menisci about an axis.
+    """
     if scene.slopes == "small":
         return SmallSurfaces(scene)
     return MeniscusSurfaces(scene) if scene.axisymmetric else FiniteSurfaces(scene)
@@ -126,6 +136,16 @@ class RestDepths:
         """What rounding of heights makes of D, of surfaces with lines (.., 2).
 
         ε (l/L)² of the size of depths, or in narrow gaps (l/L) of l times the rounding of f'.
+
+        Parameters
+        ----------
+        lines : ndarray (.., 2)
+            The left and the right line of free surfaces [length].
+
+        Returns
+        -------
+        ndarray (..)
+            [length].
         """
         q = lines[..., 0]
         p = lines[..., 1]
@@ -203,11 +223,33 @@ class RestDepths:
         return f + self.surfaces.rest_depth(side, x, f - f, f1, beyond, w)
 
     def at(self, x: Any) -> LinePosition | None:
-        """A line at x, or lines (n,); None at infinity."""
+        """Lines with the heights of the profile there.
+
+        Parameters
+        ----------
+        x : float or ndarray (n,)
+            Positions [length].
+
+        Returns
+        -------
+        LinePosition or None
+            None at infinity.
+        """
         return LinePosition(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
 
     def w(self, direction: Any) -> Any:
-        """The work of adhesion of contacts that close (direction 1), and that open (-1)."""
+        """The work of adhesion of contacts that close, or of those that open.
+
+        Parameters
+        ----------
+        direction : {1, -1}, or ndarray
+            1 where they close, -1 where they open.
+
+        Returns
+        -------
+        float or ndarray
+            [energy/area].
+        """
         closing = self.scene.work_of_adhesion
         opening = self.scene.opened.work_of_adhesion
         if closing == opening:
@@ -218,6 +260,18 @@ class RestDepths:
         """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
 
         A line at a corner is on that side of it to which it moves.
+
+        Parameters
+        ----------
+        lines : ndarray (n, 2)
+            Positions of the left and the right line [length].
+        direction : {1, -1}
+            1 where lines advance, -1 where they recede.
+
+        Returns
+        -------
+        ndarray (2, n, 2)
+            Least and largest positions [length].
         """
         known = self.profile.joints
         after = known.searchsorted(lines, "right")
@@ -294,11 +348,37 @@ class RestDepths:
         return rest
 
     def ahead(self, lines: Array, direction: int) -> Array:
-        """D just ahead of lines (.., 2) that advance (direction 1) or recede (-1)."""
+        """D just ahead of lines: outwards if they advance, inwards if they recede.
+
+        Parameters
+        ----------
+        lines : ndarray (.., 2)
+            Positions of the left and the right line [length].
+        direction : {1, -1}
+            1 where lines advance, -1 where they recede.
+
+        Returns
+        -------
+        ndarray (.., 2)
+            [length].
+        """
         return self.one_sided(SIDES, lines, lines[..., ::-1], direction, direction)
 
     def depths(self, lines: Array, direction: int) -> Array:
-        """D of both lines (n, 2) of surfaces, infinite of a line at infinity."""
+        """D of both lines of free surfaces, at places that are no corners.
+
+        Parameters
+        ----------
+        lines : ndarray (n, 2)
+            Positions of the left and the right line [length].
+        direction : {1, -1}
+            1 with the adhesion of a contact that closes, -1 of one that opens.
+
+        Returns
+        -------
+        ndarray (n, 2)
+            [length]; infinite of a line at infinity.
+        """
         return self._facing(lines, lines, direction)
 
     def with_rates(self, lines: Array, room: Array, direction: int) -> tuple[Array, Array]:

@@ -206,7 +206,17 @@ class SingleContact:
         return (left, right) if touches else ()
 
     def pointed(self, x: float) -> bool:
-        """Whether a contact of the one point x stands for one too narrow for doubles."""
+        """Whether a contact of the one point x stands for one too narrow for doubles.
+
+        Parameters
+        ----------
+        x : float
+            Position of a contact of one point [length].
+
+        Returns
+        -------
+        bool
+        """
         return x == self.apex and self.tip > 0
 
     @functools.cached_property
@@ -323,7 +333,20 @@ class SingleContact:
         return min(max(x, start), end)
 
     def opening(self, lines: tuple[float, ...], depth: float) -> list[float]:
-        """Forces that would open a contact without adhesion: -kg at an end, as f'' >= 0."""
+        """Forces that would open a contact without adhesion: -kg at an end, as f'' >= 0.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of the contact [length].
+        depth : float
+            [length].
+
+        Returns
+        -------
+        list of float
+            [force/length]; [] where it adheres.
+        """
         scene = self.scene
         if scene.opened.work_of_adhesion:
             return []
@@ -332,7 +355,21 @@ class SingleContact:
         return (unit * (f - depth)).tolist()
 
     def penetration(self, lines: tuple[float, ...], depth: float) -> float:
-        """How far the profile sticks through; not beside a contact, as u' + f' grows outwards."""
+        """How far the profile sticks through the surface; never beside a contact, as u' + f' grows
+        outwards.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of the contact [length]; () without one.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        float
+            [length].
+        """
         return 0.0 if lines else max(0.0, depth - self.touch)
 
     @functools.cached_property

@@ -443,7 +443,17 @@ class _Block:
 
 
 def runs(contact: Mask) -> Nodes:
-    """First and last node of each contact (m, 2), of a mask of all nodes."""
+    """First and last node of each contact.
+
+    Parameters
+    ----------
+    contact : ndarray of bool (n,)
+        Which nodes are in contact.
+
+    Returns
+    -------
+    ndarray of int (m, 2)
+    """
     return np.flatnonzero(np.diff(np.pad(contact, 1))).reshape(-1, 2) - (0, 1)
 
 

@@ -202,7 +202,27 @@ def _neutral(found: State) -> bool:
 
 
 def on_lattice_warning(scene: Scene, depth: float, spacing: float, **options: Any) -> Equilibrium:
-    """The state of `on_lattice`, with an AccuracyWarning where the nodes do not resolve it."""
+    """The state of `on_lattice`, with an AccuracyWarning where the nodes do not resolve it.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    spacing : float
+        Distance of the nodes [length].
+    **options : Any
+        Those of `on_lattice`.
+
+    Returns
+    -------
+    Equilibrium
+
+    Warns
+    -----
+    AccuracyWarning
+        Where the nodes do not resolve the profile, or a contact.
+    """
     lattice = Lattice.of(scene, spacing)
     state = on_lattice(scene, depth, spacing, lattice=lattice, **options)
     lowest = None

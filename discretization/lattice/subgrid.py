@@ -176,7 +176,17 @@ class Corners(NamedTuple):
 
 @functools.lru_cache
 def facing_sides(lines: int) -> Nodes:
-    """Sides (n,) on which the free surfaces of n lines are: -1 for left lines, 1 for right ones."""
+    """Sides on which the free surfaces of lines are: -1 for left lines, 1 for right ones.
+
+    Parameters
+    ----------
+    lines : int
+        How many lines there are, from left to right.
+
+    Returns
+    -------
+    ndarray of int (lines,)
+    """
     return np.resize([-1, 1], lines)
 
 

@@ -350,7 +350,23 @@ def _missed(states: Sequence[Equilibrium], places: Unseen, inside: Mask) -> Arra
 
 
 def warn_lines(scene: Scene, lattice: Lattice, depth: Array, lines: Array, stacklevel: int) -> None:
-    """AccuracyWarning where lines (n, 2m) of states at depths (n,) are not where they rest."""
+    """Warn where contact lines are not where the profile lets them rest.
+
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    depth : ndarray (n,)
+        [length].
+    lines : ndarray (n, 2m)
+        Positions of all lines of each state [length].
+    stacklevel : int
+        Of the warning, counted from the caller.
+
+    Warns
+    -----
+    AccuracyWarning
+    """
     off = astray(scene, lattice, depth, lines)
     if off.any():
         state, column = np.argwhere(off)[0].tolist()
@@ -370,9 +386,24 @@ def warn_losses(
     lines: tuple[float, ...],
     stacklevel: int,
 ) -> None:
-    """AccuracyWarning if nodes lose a contact that the profile holds at the next depth of a path.
+    """Warn if nodes lose a contact that the profile holds at the next depth of a path.
 
-    before, lines: those of all contacts at the depth before, and at this one.
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    depth : float
+        [length].
+    before : tuple of float
+        Both ends of all contacts at the depth before [length].
+    lines : tuple of float
+        Both ends of all contacts at this depth [length].
+    stacklevel : int
+        Of the warning, counted from the caller.
+
+    Warns
+    -----
+    AccuracyWarning
     """
     now = list(zip(lines[::2], lines[1::2], strict=True))
     for left, right in zip(before[::2], before[1::2], strict=True):
@@ -389,7 +420,20 @@ def warn_losses(
 
 
 def lowest_within(scene: Scene, lattice: Lattice, left: float, right: float) -> float:
-    """x of the lowest point of the profile within a link of a contact."""
+    """Position of the lowest point of the profile within a link of a contact.
+
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    left, right : float
+        Ends of the contact [length].
+
+    Returns
+    -------
+    float
+        [length].
+    """
     low, high = scene.indenter.extent
     start = max(left - lattice.spacing, low)
     end = min(right + lattice.spacing, high)
@@ -813,7 +857,24 @@ def warn_narrow(
     lowest: float | None,
     stacklevel: int,
 ) -> None:
-    """AccuracyWarning if nodes have no contact at a depth where there is a narrow one."""
+    """Warn if nodes have no contact at a depth where there is a narrow one.
+
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    depth : float
+        [length].
+    branch : {"adhered", "global"}
+    lowest : float or None
+        Position of the lowest point of the profile, where it is known [length].
+    stacklevel : int
+        Of the warning, counted from the caller.
+
+    Warns
+    -----
+    AccuracyWarning
+    """
     width = lost_too_early(scene, lattice, depth, branch, lowest)
     if width:
         warnings.warn(

@@ -63,12 +63,33 @@ _NEVER = Change(-math.inf, ())
 
 
 def paired(nodes: Sequence[int]) -> Contacts:
-    """The contacts between these first and last nodes in one row."""
+    """Contacts by their first and last nodes.
+
+    Parameters
+    ----------
+    nodes : sequence of int
+        These of all contacts in one row.
+
+    Returns
+    -------
+    Contacts
+    """
     return tuple(zip(nodes[::2], nodes[1::2], strict=True))
 
 
 def ends_of(nodes: Contacts) -> list[End]:
-    """The ends of all free parts, and in between of all contacts, from left to right."""
+    """The ends of all free surfaces, and in between of all contacts, from left to right.
+
+    Parameters
+    ----------
+    nodes : Contacts
+        First and last nodes of the contacts.
+
+    Returns
+    -------
+    list of (int or None)
+        None first and last.
+    """
     return [None, *itertools.chain(*nodes), None]
 
 
@@ -105,7 +126,18 @@ class Walk:
         self.weakest: dict[tuple[int, int], int] = {}  # of contacts: the node that opens first
 
     def touched(self, depth: float) -> Contacts:
-        """The contacts at a depth to which the indenter has been pressed from first touch on."""
+        """The contacts at a depth to which the indenter has been pressed from first touch on.
+
+        Parameters
+        ----------
+        depth : float
+            [length].
+
+        Returns
+        -------
+        Contacts
+            () before first touch.
+        """
         touch = self.row.touch
         lowest = self.row.lowest
         if lowest > depth:
@@ -184,9 +216,20 @@ class Walk:
         return self._tracked(Front(self, nodes, sign), start, end)
 
     def track_part(self, surfaces: Sequence[tuple[End, End]], start: float, end: float) -> Track:
-        """The same of neighbouring free surfaces alone, as far as they do not feel others.
+        """The path of neighbouring free surfaces alone, as far as they do not feel others.
 
-        Contacts next to them reach as far as their lines have come. Receding outermost lines stay.
+        Parameters
+        ----------
+        surfaces : sequence of pairs of int or None
+            The contact nodes at both ends of each; None: there is none.
+        start, end : float
+            Depths [length].
+
+        Returns
+        -------
+        Track
+            Contacts next to the surfaces reach as far as their lines have come. Receding outermost
+            lines stay.
         """
         sign = 1 if end >= start else -1
         first, *inner, last = itertools.chain(*surfaces)
@@ -319,7 +362,17 @@ class Walk:
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
-        """The first change as the depth grows of a free part between these nodes, or None."""
+        """The first change of a free surface as the depth grows.
+
+        Parameters
+        ----------
+        left, right : int or None
+            Contact nodes at its ends; None: there is none.
+
+        Returns
+        -------
+        Change
+        """
         thresholds = self.closing
         touching, node = thresholds.touches(left, right)
         found = Change(touching, _free((left, node), (node, right)))
@@ -366,7 +419,20 @@ class Walk:
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def fall(self, left: Any, right: Any, left_lone: bool, right_lone: bool) -> Change:
-        """The first move of the lines of a free part as the depth falls, but of lone nodes."""
+        """The first move of the lines of a free surface as the depth falls; those of lone nodes
+        stay.
+
+        Parameters
+        ----------
+        left, right : int or None
+            Contact nodes at its ends; None: there is none.
+        left_lone, right_lone : bool
+            Whether the contact on that side is a lone node.
+
+        Returns
+        -------
+        Change
+        """
         thresholds = self.opening
         found = [_NEVER]
         if not left_lone:
@@ -381,7 +447,19 @@ class Walk:
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def pulled(self, before: End, node: Any, after: End) -> Change:
-        """Where a lone node between two free surfaces lets go."""
+        """The depth at which a lone node between two free surfaces lets go.
+
+        Parameters
+        ----------
+        before, after : int or None
+            Contact nodes beyond these surfaces; None: there is none.
+        node : int
+            The lone node.
+
+        Returns
+        -------
+        Change
+        """
         depth = math.nan
         if self.lines is not None:
             depth = self.lines.depth(before, node, after)
@@ -394,6 +472,15 @@ class Walk:
 
         A contact that is one link shorter on a side than another has the same weakest node, unless
         that was at its end.
+
+        Parameters
+        ----------
+        first, last : int
+            First and last node of the contact.
+
+        Returns
+        -------
+        Change
         """
         if last - first < 2 or self.opening.clear:
             return _NEVER
@@ -425,11 +512,35 @@ class Walk:
         return released - opened * (opening - closing) > least
 
     def energy(self, nodes: Contacts | tuple[int, ...], depth: float) -> float:
-        """U of contacts at a depth."""
+        """Energy U of contacts at a depth.
+
+        Parameters
+        ----------
+        nodes : Contacts, or tuple of int
+            First and last nodes of the contacts.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        float
+            [energy/length].
+        """
         return float(self.row.totals(np.reshape(nodes, (1, -1)), np.array([depth]))[0, 0])
 
     def opened(self, before: Contacts, after: Contacts) -> float:
-        """The length or area that opens, weighted with the pattern's factor."""
+        """The length or area that opens, weighted with the pattern's factor.
+
+        Parameters
+        ----------
+        before, after : Contacts
+            The contacts before and after a change.
+
+        Returns
+        -------
+        float
+            [length or area].
+        """
         bonds = self.row.bonds
         bonded_before = sum(bonds[i:j].sum() for i, j in before)
         bonded_after = sum(bonds[i:j].sum() for i, j in after)

@@ -111,24 +111,80 @@ class Body:
         return abs(power - round(power)) <= _RULES.integer_power
 
     def area(self, a: Any) -> Any:
-        """Contact area of half-width a: 2a per length of a line contact, or πa²."""
+        """Contact area: 2a per length of a line contact, or πa².
+
+        Parameters
+        ----------
+        a : float or ndarray
+            Half-width or radius [length].
+
+        Returns
+        -------
+        float or ndarray
+            [length], or [area].
+        """
         return math.pi * a * a if self.power else 2 * a
 
     def bound(self, a: Any) -> Any:
-        """Work of adhesion times the contact area of half-width a [energy/length, or energy]."""
+        """Work of adhesion times the contact area.
+
+        Parameters
+        ----------
+        a : float or ndarray
+            Half-width or radius [length].
+
+        Returns
+        -------
+        float or ndarray
+            [energy/length], or [energy].
+        """
         return self.scene.work_of_adhesion * self.area(a)
 
     def height(self, x: Any) -> Any:
-        """Height f [length] at distances x."""
+        """Height f of the profile.
+
+        Parameters
+        ----------
+        x : float or ndarray
+            Distances from the lowest point [length].
+
+        Returns
+        -------
+        ndarray
+            [length].
+        """
         return np.asarray(self.scene.indenter.height(self.apex + np.asarray(x)), float)
 
     def slope(self, x: Any, side: Any = 0) -> Any:
-        """Slope f' at distances x; at a corner that on its right (side 1) or left (-1)."""
+        """Slope f' of the profile.
+
+        Parameters
+        ----------
+        x : float or ndarray
+            Distances from the lowest point [length].
+        side : {0, 1, -1}, or ndarray
+            At a corner 1 for the slope on its right, -1 for that on its left.
+
+        Returns
+        -------
+        ndarray
+        """
         position = self.apex + np.asarray(x)
         return np.asarray(self.scene.indenter.slope_beside(position, side), float)
 
     def ends(self, a: float) -> tuple[float, float]:
-        """Positions of both ends of a contact; about the axis the first one is the axis."""
+        """Positions of both ends of a contact; about the axis the first one is the axis.
+
+        Parameters
+        ----------
+        a : float
+            Half-width or radius [length].
+
+        Returns
+        -------
+        tuple of float
+            [length].
+        """
         a = 0.0 if a <= self.tip else a
         return (0.0 if self.power else self.apex - a), self.apex + a
 

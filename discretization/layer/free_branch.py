@@ -61,6 +61,14 @@ def applies(scene: Scene) -> bool:
 
     So it is with small slopes, one work of adhesion, and a convex indenter without corners that is
     symmetric about 0.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    bool
     """
     body = scene.indenter
     one_law = scene.opening is None and scene.pattern is None

@@ -125,9 +125,19 @@ class Lines:
     step: float
 
     def rest_depth(self, a: Any, side: Any) -> Any:
-        """D at half-widths, a number or an array.
+        """Depth D at which a line would rest; see `Body.rest_depth`.
 
-        At a corner that of a line that advances (side 1) or recedes (-1); see `Body.rest_depth`.
+        Parameters
+        ----------
+        a : float or ndarray (n,)
+            Half-widths [length].
+        side : {1, -1}
+            At a corner 1 for a line that advances, -1 for one that recedes.
+
+        Returns
+        -------
+        float or ndarray (n,)
+            [length].
         """
         depth = self.body.rest_depth(a, self.reaction(a), self.excess, side)
         return depth if np.ndim(a) else depth.item()
@@ -250,7 +260,22 @@ class Lines:
                     yield x, beyond
 
     def settled(self, depth: float) -> Rest:
-        """Where the line rests at a depth [length] on the path from first touch."""
+        """Where the line rests at a depth on the path from first touch.
+
+        Parameters
+        ----------
+        depth : float
+            [length].
+
+        Returns
+        -------
+        Rest
+
+        Raises
+        ------
+        ValueError
+            If it comes beyond a known profile.
+        """
         pressed = max(depth, self.body.touch)
         a = 8 * self._small(pressed)
         here = math.inf
@@ -328,7 +353,17 @@ class Table:
         self.panels: dict[tuple[float, float], Panel] = {}
 
     def at(self, a: Any) -> Array:
-        """The coefficients (5, n) at half-widths (n,) [length], or one."""
+        """`Contact.coefficients` at half-widths.
+
+        Parameters
+        ----------
+        a : float or ndarray (n,)
+            [length].
+
+        Returns
+        -------
+        ndarray (5, n)
+        """
         t = np.log2(np.atleast_1d(a))
         return self._read(t, float(np.ceil(t.min())) - 1, float(np.ceil(t.max())))
 

@@ -278,7 +278,18 @@ class Layer(FreeSurface):
         return dict(zip(QUANTITIES, errors, strict=True))
 
     def displaced(self, distance: Array) -> Array:
-        """u of the free surface and its outward slope (2, k) at distances from the line (k,)."""
+        """Displacement of the free surface, and its slope outwards.
+
+        Parameters
+        ----------
+        distance : ndarray (k,)
+            Distances from the line [length].
+
+        Returns
+        -------
+        ndarray (2, k)
+            u [length], and u'.
+        """
         of_upper_half = self.contact.poles.decays.imag >= 0  # conjugates come in pairs
         decays = self.contact.poles.decays[of_upper_half]
         amplitudes = self.contact.amplitudes[of_upper_half] @ np.array([self.u_line, 1.0])

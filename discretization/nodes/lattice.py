@@ -246,7 +246,17 @@ class Lattice:
         return scene
 
     def weight(self, at: Any) -> Any:
-        """Weights of nodes, or of links by their middles: 1."""
+        """Weights of nodes, or of links, in sums: 1.
+
+        Parameters
+        ----------
+        at : int or ndarray
+            Numbers of nodes, or of the middles of links.
+
+        Returns
+        -------
+        float or ndarray
+        """
         return 1.0
 
     def sizes(self, first: float, count: int, unit: float = 1.0) -> Array:
@@ -269,7 +279,20 @@ class Lattice:
         return np.broadcast_to(np.float64(unit * self.cell), count)
 
     def tail_stiffness(self, nodes: Any, side: int) -> Any:
-        """Force of tails beyond these nodes on them over u; their springs' own is not counted."""
+        """Stiffness of tails beyond contact nodes; their springs' own is not counted.
+
+        Parameters
+        ----------
+        nodes : int or ndarray
+            The contact nodes.
+        side : {1, -1}
+            On which the tails are.
+
+        Returns
+        -------
+        float or ndarray
+            [stress].
+        """
         return self.surface_stiffnesses(math.inf, nodes, side)[1]
 
     def surface_stiffnesses(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
@@ -341,7 +364,18 @@ class Lattice:
         return LatticeTail(self.log_decay / self.spacing)
 
     def x(self, node: Any) -> Any:
-        """Position of a node (or an array of nodes)."""
+        """Position of nodes.
+
+        Parameters
+        ----------
+        node : float or ndarray
+            Their numbers.
+
+        Returns
+        -------
+        float or ndarray
+            [length].
+        """
         return self.origin + self.spacing * node
 
 

@@ -122,7 +122,18 @@ class NodalEnergy:
             self.tension = self.tension - self.bonds() / lattice.spacing
 
     def bonds(self, at: Any = np.s_[:]) -> Array:
-        """Adhesion of these links, or without tension of these nodes' springs [energy/length]."""
+        """Adhesion of links in contact, or without tension of the springs of nodes in contact.
+
+        Parameters
+        ----------
+        at : slice, or ndarray of int
+            Which links or nodes; all by default.
+
+        Returns
+        -------
+        ndarray
+            [energy/length].
+        """
         if not self.lattice.gamma1:
             return np.asarray(self.lattice.w * self.cells[at] * self.contact[at])
         both_ends = self.contact[1:][at] & self.contact[:-1][at]
@@ -131,7 +142,17 @@ class NodalEnergy:
         return np.asarray(self.adhesion[at] * both_ends)
 
     def balance(self, u: ArrayLike) -> Balance:
-        """Energy and forces at displacements u (n,) and fixed contact."""
+        """Energy and forces at given displacements and fixed contact.
+
+        Parameters
+        ----------
+        u : array_like (n,)
+            Displacements [length].
+
+        Returns
+        -------
+        Balance
+        """
         u = np.asarray(u, float)
         end_pulls = self.pulls * u[[0, -1]]
         forces = np.empty(u.size)
@@ -189,17 +210,47 @@ class NodalEnergy:
         )
 
     def value(self, u: ArrayLike) -> float:
-        """U[u] [energy/length]."""
+        """The energy U[u].
+
+        Parameters
+        ----------
+        u : array_like (n,)
+            Displacements [length].
+
+        Returns
+        -------
+        float
+            [energy/length].
+        """
         return self.balance(u).energy
 
     def gradient(self, u: ArrayLike) -> Array:
-        """∂U/∂u_i [force/length] (n,) at fixed contact: on contact nodes the indenter's force."""
+        """∂U/∂u_i at fixed contact: on contact nodes the force of the indenter.
+
+        Parameters
+        ----------
+        u : array_like (n,)
+            Displacements [length].
+
+        Returns
+        -------
+        ndarray (n,)
+            [force/length].
+        """
         return self.balance(u).forces
 
     def hessian(self, u: ArrayLike = 0.0) -> Array:
-        """∂²U/∂u_i∂u_j [force/length²] at u, lower banded (2, n): diagonal, then sub-diagonal.
+        """∂²U/∂u_i∂u_j at fixed contact. On a linear lattice it is the same at every u.
 
-        Of a linear lattice it is the same at every u.
+        Parameters
+        ----------
+        u : array_like (n,)
+            Displacements [length].
+
+        Returns
+        -------
+        ndarray (2, n)
+            Lower banded [force/length²]: the diagonal, then the sub-diagonal.
         """
         lattice = self.lattice
         u = np.broadcast_to(np.asarray(u, float), self.contact.shape)

@@ -52,7 +52,20 @@ _AHEAD = np.append(0, np.unique((1.1 ** np.arange(226)).astype(np.int64)))
 
 
 def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
-    """x of the nodes; nodes on an end of the extent stay on it in spite of rounding."""
+    """Positions of nodes; those on an end of the extent stay on it in spite of rounding.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    indenter : Indenter
+    nodes : ndarray
+        The lattice's numbers of the nodes.
+
+    Returns
+    -------
+    ndarray
+        x [length].
+    """
     x = np.asarray(lattice.x(nodes))
     low, high = indenter.extent
     if (low, high) == (-math.inf, math.inf):
@@ -61,7 +74,25 @@ def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Arr
 
 
 def heights(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
-    """f at the nodes. ValueError unless they are finite."""
+    """Heights of the profile at nodes.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    indenter : Indenter
+    nodes : ndarray
+        The lattice's numbers of the nodes.
+
+    Returns
+    -------
+    ndarray
+        f [length].
+
+    Raises
+    ------
+    ValueError
+        Unless they are finite.
+    """
     return profile.heights(indenter, positions(lattice, indenter, nodes))
 
 
@@ -118,7 +149,19 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int
 
 
 def numbers(lattice: Lattice, extent: tuple[float, float]) -> tuple[int, int]:
-    """The first and the last node between two places."""
+    """The first and the last node between two places, those on a node included.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    extent : tuple of float
+        [length].
+
+    Returns
+    -------
+    first, last : int
+        The lattice's numbers.
+    """
     low, high = ((x - lattice.origin) / lattice.spacing for x in extent)
     first = math.ceil(max(low - ON_NODE, -_LIMITS.endless))
     last = math.floor(min(high + ON_NODE, _LIMITS.endless))
@@ -154,6 +197,23 @@ class Row:
 
         Of a convex profile they end some links beyond the last that holds when the indenter is
         pressed to this depth, or touches; of others they are all nodes of the region.
+
+        Parameters
+        ----------
+        scene : Scene
+            Its part that has nodes (`Lattice.scene_on_nodes`).
+        lattice : Lattice
+        depth : float
+            [length].
+
+        Returns
+        -------
+        Row
+
+        Raises
+        ------
+        ValueError
+            As `region`.
         """
         first, last, lowest = region(lattice, scene.indenter, depth)
         if scene.indenter.convex:
@@ -213,9 +273,17 @@ class Row:
         return float(self.f[self.touch])
 
     def adhesion(self, work: float) -> Array:
-        """Adhesion of links (n - 1,), link i after node i: work times length or area, and pattern.
+        """Adhesion of links: work times their length or area, and the factor of the pattern.
 
-        work: [energy/area]; so the result is [energy/length], or energy about an axis.
+        Parameters
+        ----------
+        work : float
+            Work of adhesion [energy/area].
+
+        Returns
+        -------
+        ndarray (n - 1,)
+            Link i is the one after node i [energy/length], or [energy] about an axis.
         """
         links = self.lattice.sizes(self.first + 0.5, self.size - 1, work)
         pattern = self.scene.pattern
@@ -258,7 +326,19 @@ class Row:
         return _running(springs, self.touch), _running(links, self.touch)
 
     def refuse_unknown(self, depth: float, nodes: Contacts) -> None:
-        """ValueError for contacts at an end of the profile that is not the end of the body."""
+        """Raise an error if contacts reach an end of the profile that is not the end of the body.
+
+        Parameters
+        ----------
+        depth : float
+            [length].
+        nodes : Contacts
+            First and last nodes of the contacts.
+
+        Raises
+        ------
+        ValueError
+        """
         low, high = self.scene.indenter.extent
         first = nodes[0][0]
         last = nodes[-1][1]

@@ -90,14 +90,40 @@ class Thresholds:
         """Depths (n,) at which a line at each of these nodes advances over the next link.
 
         As `advance`, of surfaces of at least three links.
+
+        Parameters
+        ----------
+        nodes : ndarray of int (n,)
+            Contact nodes at the line.
+        side : {1, -1}
+            On which the links are.
+        other : int or None
+            Contact node at the line that it faces, three links away or more; None: there is none.
+
+        Returns
+        -------
+        ndarray (n,)
+            [length].
         """
         works = self.work[nodes if side > 0 else nodes - 1]
         return np.asarray(self._advance(nodes, side, works, other))
 
     def touches_next(self, nodes: Nodes, side: int, other: int | None) -> Array:
-        """Depths (n,) at which the surface beside a line at each of these nodes touches the next.
+        """Depths at which the surface beside a line at each of these nodes touches the next node.
 
-        other: the node of the line that it faces, three links away or more; None: there is none.
+        Parameters
+        ----------
+        nodes : ndarray of int (n,)
+            Contact nodes at the line.
+        side : {1, -1}
+            On which the surface is.
+        other : int or None
+            As of `advances`.
+
+        Returns
+        -------
+        ndarray (n,)
+            [length].
         """
         none = np.zeros(nodes.shape)
         return np.asarray(self._advance(nodes, side, none, other))
@@ -175,7 +201,18 @@ class Thresholds:
         return Spans.of(self.lattice, self.f.size + 1)
 
     def advance_both(self, left: int, right: int) -> float:
-        """Depth at which both lines of a span advance at once; ∞ if they never do."""
+        """Depth at which both lines of a gap advance at once.
+
+        Parameters
+        ----------
+        left, right : int
+            Contact nodes at the lines.
+
+        Returns
+        -------
+        float
+            [length]; ∞ if they never do.
+        """
         if right - left < 3:
             return math.inf
         f = self.heights
@@ -295,9 +332,19 @@ class Thresholds:
         return math.sqrt(2 * float(self.work.max(initial=0.0)) / self.lattice.spring_stiffness)
 
     def clears(self, left: int | None, right: int | None, depth: float) -> bool:
-        """Whether the surface between two contact nodes (None: none there) clears the indenter.
+        """Whether a free surface clears the indenter, but for rounding, which is largest in the
+        slopes of a gap of two links.
 
-        But for rounding, which is largest in the slopes of a span of two links.
+        Parameters
+        ----------
+        left, right : int or None
+            Contact nodes at its ends; None: there is none.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        bool
         """
         touch, _ = self.touches(left, right)
         steepness = 1 + 2 * self.lattice.link_stiffness / self.lattice.spring_stiffness
@@ -308,6 +355,18 @@ class Thresholds:
         """Depth below which a lone node between two contacts (None: none there) is pulled.
 
         Where the node would touch, less its rounding, so that one that has just touched stays.
+
+        Parameters
+        ----------
+        left, right : int or None
+            Contact nodes beyond the free surfaces beside it; None: there is none.
+        node : int
+            The lone node.
+
+        Returns
+        -------
+        float
+            [length].
         """
         remainder, shape = self._surface(left, right, node)
         height = self.f[node]

@@ -42,7 +42,17 @@ class LinePosition(NamedTuple):
 
 
 def only_line(left: LinePosition | None, right: LinePosition | None) -> LinePosition:
-    """The line of a tail, the left one of a gap."""
+    """The line of a tail, or the left one of a gap.
+
+    Parameters
+    ----------
+    left, right : LinePosition or None
+        The lines of a free surface.
+
+    Returns
+    -------
+    LinePosition
+    """
     line = left if left is not None else right
     assert line is not None, "a free surface has a line"
     return line
@@ -316,7 +326,19 @@ class Surfaces:
         raise NotImplementedError
 
     def refusal(self, left: LinePosition | None, right: LinePosition | None, depth: float) -> str:
-        """The message for a surface that would turn over."""
+        """The message for a surface that would turn over.
+
+        Parameters
+        ----------
+        left, right : LinePosition or None
+            The lines of the surface.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        str
+        """
         line = only_line(left, right)
         name = "r" if self.scene.axisymmetric else "x"
         where = f"at the contact line {name} = {line.x!r}"
