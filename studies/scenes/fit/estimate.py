@@ -414,16 +414,17 @@ def _left_out(data: Data, points: Mask, reason: str) -> list[str]:
 
 
 def _quality(model: Model, best: Best) -> Quality:
+    """The quality of a fit, from residuals whose points far out count as in the robust loss."""
     data = model.data
-    count = int(data.used.sum())
-    free = int(data.free.sum())
-    # twice the roots of the weights: a point far out counts no more than c of the loss
-    contact, out, ends = np.split(best.fun * data.roots, [count, count + free])
-    sigma = data.sigma if noise(data.curve.force) else 0.0
-    # no noise is less than what simulated forces are to be trusted to
-    least = SIMULATED * data.size if sigma else 0.0
-    lone = np.empty(0) if free else data.curve.force[model.without_contact(best.x)]
-    return quality_of(contact, np.append(out, ends), lone, best.spare, max(sigma, least))
+    residuals = best.fun * data.roots
+    in_contact, others = np.split(residuals, [int(data.used.sum())])
+    sigma = 0.0
+    if noise(data.curve.force):
+        sigma = max(data.sigma, SIMULATED * data.size)  # simulated forces are no better
+    out_of_contact = np.empty(0)
+    if not data.free.any():  # no line there is fitted, and the force should be zero
+        out_of_contact = data.curve.force[model.without_contact(best.x)]
+    return quality_of(in_contact, others, out_of_contact, best.spare, sigma)
 
 
 def _baseline(model: Model, best: Best, reaches: Array, fits: bool) -> list[Estimate]:

@@ -327,15 +327,18 @@ def baseline(curve: Curve, free: Mask, wave: float = 0.0) -> Array:
     instrument that measures it from first touch on. None (n, 0) without free points. Interference
     adds a cosine and a sine of the position with so many waves per length.
     """
-    x = curve.depth - curve.depth[0]
-    order = np.linspace(0.0, 1.0, curve.depth.size)
-    columns = np.stack([np.ones(x.size), x, order], axis=1)
+    n = curve.depth.size
     if not free.any():
-        return columns[:, :0]
-    if _is_constant(curve.depth[free], curve.depth):
-        return columns[:, :1]
-    columns = columns[:, : 3 if free[0] and free[-1] else 2]
-    return np.concatenate([columns, wave_columns(x, wave)], axis=1) if wave else columns
+        return np.empty((n, 0))
+    columns = [np.ones(n)]
+    if not _is_constant(curve.depth[free], curve.depth):
+        position = curve.depth - curve.depth[0]
+        columns.append(position)
+        if free[0] and free[-1]:
+            columns.append(np.linspace(0.0, 1.0, n))
+        if wave:
+            columns += [*wave_columns(position, wave).T]
+    return np.stack(columns, axis=1)
 
 
 class Mark(NamedTuple):

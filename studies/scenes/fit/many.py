@@ -141,11 +141,12 @@ def plot(record: Record, names: Sequence[str], title: str) -> Figure:
     figure, panels = canvas(5.5 * len(names), 4.5, 1, len(names), squeeze=False)
     fits = record.column("fits") == 1
     for axes, name in zip(panels[0], names, strict=True):
-        values, (unit, _, area) = record.column(name)[fits], UNITS[name].partition("/")
-        size = prefixed(values, unit)
-        axes.hist(values / size.size, bins="auto", color=BLUE)
-        axes.axvline(float(np.median(values)) / size.size, color="black", ls="--", label="median")
-        axes.set(xlabel=f"{name} in {size.symbol}/{area}", ylabel="curves")
+        values = record.column(name)[fits]
+        unit = prefixed(values, UNITS[name])
+        median = float(np.median(values)) / unit.size
+        axes.hist(values / unit.size, bins="auto", color=BLUE)
+        axes.axvline(median, color="black", ls="--", label="median")
+        axes.set(xlabel=f"{name} in {unit.symbol}", ylabel="curves")
         axes.yaxis.get_major_locator().set_params(integer=True)
         axes.legend()
     figure.suptitle(f"{title}: {fits.sum()} of {fits.size} curves", fontsize=12)

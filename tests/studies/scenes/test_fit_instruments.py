@@ -5,6 +5,7 @@ import inspect
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -228,6 +229,13 @@ def test_a_folder_is_fitted_resumed_and_shares_a_parameter(tmp_path, capsys, mon
     (tmp_path / "none").mkdir()
     with pytest.raises(ValueError, match="holds no curves"):
         many.curves(tmp_path / "none", Reading())
+
+
+def test_the_figure_of_a_folder_has_units():
+    columns = {"fits": np.ones(4), "w": 1e-4 * np.arange(1.0, 5.0), "E": np.full(4, 3e4)}
+    record = SimpleNamespace(column=columns.__getitem__)
+    figure = many.plot(record, ["w", "E"], "four curves")
+    assert [axes.get_xlabel() for axes in figure.axes] == ["w in µJ/m²", "E in kPa"]
 
 
 def test_a_common_parameter_is_weighted_and_says_when_it_is_none():
