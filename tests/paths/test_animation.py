@@ -59,7 +59,8 @@ def test_a_loop_is_written_with_its_jumps_drawn_slowly(tmp_path):
     assert not slow[0].surface.any() and slow[animation._FILM.jump_frames - 1].surface.any()
 
 
-def test_what_cannot_be_animated_is_refused_before_anything_is_drawn(tmp_path):
+def test_what_cannot_be_animated_is_refused(tmp_path):
+    """Before anything is drawn."""
     path = load_path(CASES["line"], depths=[-2e-6, -1e-6])
     with pytest.raises(ValueError, match="no state in contact"):
         path.animate(tmp_path / "none.gif")

@@ -146,7 +146,8 @@ def programme(scene, control):
 
 
 @pytest.mark.parametrize("scene", [RIPPLED_SPHERE, STEEP_CRESTS], ids=["rings", "steep"])
-def test_a_second_contact_about_an_axis_or_with_finite_slopes_is_refused(scene):
+def test_a_second_contact_is_refused(scene):
+    """About an axis and with finite slopes a path has one contact."""
     with pytest.raises(NotCertifiedError, match="another contact begins"):
         load_path(scene, depths=LOOP)
 

@@ -147,7 +147,7 @@ def gap(d):
 
 
 @pytest.mark.parametrize("kind", LINE)
-def test_a_gap_that_opens_at_the_edge_of_a_bare_patch_is_followed_on_nodes(kind):
+def test_a_gap_at_the_edge_of_a_bare_patch(kind):
     """The mesh follows one contact over a pattern, and says so where a gap opens."""
     with pytest.raises(NotCertifiedError, match="use method='lattice'"):
         load_path(wedge(pattern=LINE[kind]), depths=DEPTHS)

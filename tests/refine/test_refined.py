@@ -140,7 +140,8 @@ def test_a_loop_loses_what_its_events_release():
 @pytest.mark.parametrize(
     ("kind", "seed"), [("load_small", 2), ("load_edges", 13), ("load_opening", 3)]
 )
-def test_paths_have_the_events_of_close_nodes_and_lose_what_is_put_in(kind, seed):
+def test_paths_have_the_events_of_close_nodes(kind, seed):
+    """And lose what is put in."""
     case = path_case(kind, seed)
     touch = resolve(case.scene, 0.0).touch
     top = touch + case.deep * case.scale
@@ -167,7 +168,7 @@ def test_a_dead_load_is_read_off_the_same_path():
     assert known.force[[1, 2, 4, 5]] == pytest.approx(loads[[0, 1, 3, 4]], rel=1e-9, abs=0)
 
 
-def test_without_adhesion_a_gap_closes_and_opens_at_the_pressure_of_its_crest():
+def test_a_gap_without_adhesion_closes_and_opens():
     """There kg + γ₁f'' = 0: f = x²/20 + 0.1 cos 2x at x = 0, l = 1/2, d = 0.1 + 0.3 l²."""
     body = Profile(
         lambda x: np.asarray(x) ** 2 / 20 + 0.1 * np.cos(2 * np.asarray(x)),
@@ -185,7 +186,7 @@ def test_without_adhesion_a_gap_closes_and_opens_at_the_pressure_of_its_crest():
     assert not path.on_nodes and abs(path.dissipated) <= 1e-11 * path.energy.max()
 
 
-def test_what_closer_nodes_never_confirm_keeps_the_values_of_nodes(monkeypatch):
+def test_what_is_never_confirmed_keeps_the_nodes(monkeypatch):
     """With a warning and the depths; beyond these it is refined again."""
     scene = ripples()
     depths = np.array([0.0, 1.0, 2.0, 0.5, -1.0]) * DELTA0
@@ -271,7 +272,7 @@ def crests(count, seed):
     return plain(Profile(height, slope, extent=(-count - 6, count + 6)), w=0.02)
 
 
-def test_events_in_another_order_than_on_nodes_do_not_depend_on_the_goal():
+def test_events_in_another_order_than_on_nodes():
     """Of two contacts that close one after the other nodes have the wrong one first.
 
     A path that ended between the two depths kept a contact whose lines had passed each other.

@@ -46,7 +46,8 @@ def test_states_without_adhesion_are_found_at_once(seed):
 
 
 @pytest.mark.parametrize("factor", [1.5, 4.0])
-def test_states_with_two_works_of_adhesion_stand_where_they_are_pinned(factor):
+def test_states_with_two_works_of_adhesion(factor):
+    """They stand where they are pinned."""
     scene = rough(2)
     opening = SurfaceEnergies.from_work(scene.gamma1, factor * scene.work_of_adhesion)
     scene = replace(scene, opening=opening)
@@ -83,7 +84,7 @@ def test_contacts_next_to_an_event_are_not_believed():
     assert steady_contacts(nodes, lost.at - 2 * margin, margin) == ()
 
 
-def test_states_right_beside_an_event_are_those_before_and_after_it():
+def test_states_right_beside_an_event():
     """Nodes are no guide there, as they have the event at another depth."""
     scene = rough(3)
     touch = resolve(scene, 0.0).touch

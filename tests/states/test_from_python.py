@@ -46,7 +46,8 @@ def test_a_state_is_told_in_one_line_and_in_full(state):
     )
 
 
-def test_numbers_have_units_and_the_digits_that_their_errors_allow():
+def test_numbers_have_units_and_digits():
+    """As many digits as their errors allow."""
     nodes = {"method": "lattice", "spacing": SCENE.elastocapillary_length / 20}
     state = minimise(SCENE, LIFT, **nodes)
     shown = readings.rounded

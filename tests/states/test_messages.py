@@ -219,7 +219,7 @@ def test_a_path_that_is_not_followed_is_refused_in_words(scene, options, words):
         load_path(scene, **options)
 
 
-def test_a_scan_known_too_little_is_refused_for_the_depth_that_was_given():
+def test_a_scan_known_too_little_is_refused():
     """A bump on a table, as a profilometer scans it: touching it spreads the contact at once."""
     x = np.linspace(0, 2e-3, 400)
     bump = Sampled(x, 6e-6 * np.exp(-(((x - 1e-3) / 3e-4) ** 2)) + 5e-8 * np.sin(x / 3e-5))

@@ -235,7 +235,9 @@ def test_everything_is_listed_once_in_its_group(capsys, monkeypatch):
     assert "usage: elastocap run [-h]" in capsys.readouterr().out
 
 
-def test_failures_say_so_and_answers_stand_alone_or_in_one_object(capsys, monkeypatch):
+def test_failures_say_so_in_one_object_or_alone(capsys, monkeypatch):
+    """So do answers: alone or in one object."""
+
     class Study:
         @staticmethod
         def main(argv):

@@ -35,7 +35,8 @@ def test_a_tutorial_draws_its_figure(name, tmp_path):
     assert not [path for path in tmp_path.iterdir() if path != target]
 
 
-def test_without_an_argument_the_figure_has_the_name_of_the_script(tmp_path):
+def test_the_figure_has_the_name_of_the_script(tmp_path):
+    """Without an argument."""
     given = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
     script = FOLDER / "loop_and_pull_off.py"
     done = subprocess.run(

@@ -38,9 +38,8 @@ def test_sliders_move_the_state(name):
     assert place.x0 > 0 and place.x1 < figure.bbox.x1 and place.y1 < figure.bbox.y1
 
 
-def test_the_window_can_be_drawn_into_a_file_and_needs_a_display_else(
-    tmp_path, capsys, monkeypatch
-):
+def test_the_window_can_be_drawn_into_a_file(tmp_path, capsys, monkeypatch):
+    """Without a file it needs a display."""
     monkeypatch.setenv("MPLBACKEND", "Agg")
     scene = str(SCENES / "gelatin_wedge.toml")
     picture = tmp_path / "window.png"

@@ -322,7 +322,8 @@ def test_digits_that_are_missing_are_noise():
     assert noise(curve.force) == pytest.approx(1e-12, rel=0.3)
 
 
-def test_loading_and_unloading_apart_are_called_viscoelastic_or_two_works():
+def test_loading_and_unloading_apart_are_named():
+    """Viscoelastic, or two works of adhesion."""
     half = CLEAN.force.size // 2
     unloads = np.arange(CLEAN.force.size) >= half
     lag = np.where(unloads & (CLEAN.drive > 0), -0.1 * np.abs(CLEAN.force).max(), 0.0)

@@ -299,7 +299,8 @@ def test_a_map_of_a_sweep_leaves_detached_states_out(written, tmp_path):
     assert force.lines[-1].get_xdata().size == apart
 
 
-def test_a_logarithmic_range_has_a_logarithmic_axis_and_negative_depths_a_minus():
+def test_a_logarithmic_range_has_a_logarithmic_axis():
+    """And negative depths have a minus."""
     works = tuple(np.geomspace(1e-5, 7e-5, 5).tolist())
     grid = Grid((Axis("surfaces.w", works), Axis("depth", (-1e-6, 0.0, 1e-6))))
     found = [{"force": at, "half_width": 1e-6, "label": "global"} for at in range(15)]
