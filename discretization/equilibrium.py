@@ -183,15 +183,18 @@ class Equilibrium:
 
         At a corner f' is taken on the contact's side (12); at a lone tip on the outer side.
         """
-        sides = np.array([-1.0, 1.0])
-        wide = self.contacts[:, 1:] > self.contacts[:, :1]
-        own = np.where(self.pinned, np.where(wide, -sides, sides), 0.0)
-        f1 = self.scene.indenter.slope_beside(self.contacts, own)
+        sides = np.array([-1.0, 1.0])  # of the free surface beside left and right lines
+        is_point = self.contacts[:, 1:] == self.contacts[:, :1]
+        read_side = np.where(is_point, sides, -sides)  # on which f' of a corner is read
+        read_side = np.where(self.pinned, read_side, 0.0)
+        f1 = self.scene.indenter.slope_beside(self.contacts, read_side)
         if not (self.scene.gamma1 and self.contacts.size):
             return sides * f1, np.zeros_like(f1)
-        at = [np.array([line.x for line in pair if line]) for pair in self.free_surfaces]
-        parts = zip(at, self.free_surfaces, strict=True)
-        u1 = [self.surfaces.shape(x, *pair, self.depth)[1] for x, pair in parts]
+        u1 = []
+        for lines in self.free_surfaces:
+            x = np.array([line.x for line in lines if line])
+            _, slope = self.surfaces.shape(x, *lines, self.depth)
+            u1.append(slope)
         return sides * f1, sides * np.concatenate(u1).reshape(-1, 2)
 
     @property
@@ -244,20 +247,29 @@ class Equilibrium:
         ndarray
             u [length], in the shape of x; nan where x is.
         """
-        x, u, inside = self._measured(x)
+        x, u, inside = self._undisplaced(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
-        part = np.where(inside | np.isnan(x), -1, np.searchsorted(self.contacts[:, 0], x))
-        tense = self.scene.gamma1 and self.contacts.size
-        for i, pair in enumerate(self.free_surfaces if tense else ()):
-            own = part == i
+        if not (self.scene.gamma1 and self.contacts.size):
+            return u
+        # Free surface number i is the one beyond i contacts.
+        contacts_before = np.searchsorted(self.contacts[:, 0], x)
+        surface = np.where(inside | np.isnan(x), -1, contacts_before)
+        for i, lines in enumerate(self.free_surfaces):
+            own = surface == i
             if own.any():
-                u[own] = self.surfaces.shape(x[own], *pair, self.depth)[0]
+                u[own] = self.surfaces.shape(x[own], *lines, self.depth)[0]
         return u
 
-    def _measured(self, x: ArrayLike) -> tuple[Array, Array, Mask]:
-        """Positions, or distances from the axis; 0, or nan as they are; which are in contact."""
-        x = np.abs(np.asarray(x, float)) if self.scene.axisymmetric else np.asarray(x, float)
-        return x, np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
+    def _undisplaced(self, x: ArrayLike) -> tuple[Array, Array, Mask]:
+        """Positions as arrays, about an axis as radii; u = 0 there; which are in contact.
+
+        u is nan where x is.
+        """
+        positions = np.asarray(x, float)
+        if self.scene.axisymmetric:
+            positions = np.abs(positions)
+        u = np.where(np.isnan(positions), math.nan, 0.0)
+        return positions, u, self.inside(positions)
 
     def inside(self, x: Array) -> Mask:
         """Whether positions are in contact.
@@ -271,8 +283,11 @@ class Equilibrium:
         -------
         ndarray of bool
         """
-        left = np.searchsorted(self.contacts[:, 0], x, side="right") - 1  # -1: none
-        return x <= np.append(self.contacts[:, 1], math.nan)[left]
+        contact = (
+            np.searchsorted(self.contacts[:, 0], x, side="right") - 1
+        )  # -1: none begins before
+        right_ends = np.append(self.contacts[:, 1], math.nan)
+        return x <= right_ends[contact]
 
     def pressure(self, x: ArrayLike) -> Array:
         """Elastic stress of the layer on the indenter, k u(x) of springs: the integrand of Eq. (9).
@@ -289,7 +304,7 @@ class Equilibrium:
         ndarray
             [stress], in the shape of x.
         """
-        x, found, inside = self._measured(x)
+        x, found, inside = self._undisplaced(x)
         if self.scene.layer.exact and inside.any():
             found[inside] = self.surfaces.pressure(self, x[inside])
         else:

@@ -26,7 +26,8 @@ from energy.checks import array
 from energy.description import alike, described
 
 METHODS = ("auto", "fitted", "lattice")
-_SHALLOW = 1e-12  # of the thickness: the first depth that is tried where nothing adheres
+# Of the thickness: the depth of indentation that is tried first where nothing adheres.
+_SHALLOW = 1e-12
 
 
 def load_path(
@@ -167,7 +168,8 @@ def _programme(machine_stiffness: float | None, **given: ArrayLike | None) -> tu
 def _deepest(scene: Scene, control: Control, deepest: float) -> float:
     """A depth that is not reached by values of the control up to `deepest`.
 
-    Under a load or a machine one with certainly enough force, or the last of a known profile.
+    Under a load or a machine depths of indentation grow twofold (from δ₀), or fourfold (from next
+    to none), until the force is certainly enough, or the known profile ends.
     """
     if control.stiffness is None:
         return deepest
@@ -188,10 +190,11 @@ def _deepest(scene: Scene, control: Control, deepest: float) -> float:
 
 
 def _least_force(scene: Scene, depth: float) -> float:
-    """Half of what the springs resist at least at a depth to which a contact is pressed.
+    """A lower bound of the force at a depth to which a contact is pressed, halved for safety.
 
-    No surface is higher than δ₀ above the undeformed one, or the indenter, between the outermost
-    lines or beside them, where it decays over l. The trapezoidal rule is enough for a bound.
+    k∫u dx with the least u there may be: between the outermost lines no surface is lower than the
+    indenter or δ₀ above the undeformed one, and beside them it is pulled up by δ₀ at most, over l.
+    Half of that allows for the trapezoidal rule, by which it is summed between samples.
     """
     profile = resolve(scene, depth)
     length = scene.elastocapillary_length

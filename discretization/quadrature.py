@@ -622,17 +622,22 @@ class Integrals:
         Integrals
         """
         density = functools.partial(densities, scene, profile.touch)
-        ends = np.array([profile.x[:-1], profile.x[1:]])
-        low = (np.minimum(profile.f[:-1], profile.f[1:]) <= level) & (ends[0] < ends[1])
-        found = summed(density, ends[:, low], _PANEL.exact, np.zeros((5, 1)), smooth=True)
+        between_samples = np.array([profile.x[:-1], profile.x[1:]])
+        is_low = np.minimum(profile.f[:-1], profile.f[1:]) <= level
+        is_low &= between_samples[0] < between_samples[1]
+        no_loss = np.zeros((5, 1))
+        found = summed(density, between_samples[:, is_low], _PANEL.exact, no_loss, smooth=True)
+
         x = np.unique(np.append(profile.x, found.ends))
         f = np.asarray(profile.indenter.height(x), float)
         sums = np.zeros((5, x.size - 1))
         sums[:, np.searchsorted(x, found.ends[0])] = found.sums
         lowest = int(np.argmin(f))
-        before = -np.cumsum(sums[:, :lowest][:, ::-1], axis=1)[:, ::-1]
+        to_the_left = sums[:, :lowest][:, ::-1]
+        before = -np.cumsum(to_the_left, axis=1)[:, ::-1]
         after = np.cumsum(sums[:, lowest:], axis=1)
         parts = np.hstack([before, np.zeros((5, 1)), after])
+
         hidden = np.empty(0)
         if not profile.indenter.complete:
             hidden = profile.hidden(scene, _closer(profile, found.ends))

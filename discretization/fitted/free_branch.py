@@ -199,35 +199,36 @@ def _ends(
 ) -> tuple[float, float] | None:
     """Half-widths at which the contact is lost, and at which its line rests at a depth.
 
-    None if they are not among the places. Both are looked for at ever closer places at once, and
-    are at last where a parabola through three places is least, and where a straight line is at the
-    depth: D is then known to rounding where it is least.
+    D is least at the first, and `deepest` at the other one. They are looked for between ever closer
+    places, and are at last the lowest point of a parabola through three places, and the zero of a
+    straight line: D is then known to rounding where it is least. None if they are not among the
+    places.
     """
-    rest = rest_depth(places)
-    least = int(np.argmin(rest))
-    beyond = np.flatnonzero(rest[least:] > deepest)
+    depth = rest_depth(places)
+    least = int(np.argmin(depth))
+    beyond = np.flatnonzero(depth[least:] > deepest)
     if not beyond.size:
         return None
     outer = least + int(beyond[0])
     falls_first = least > 0
     if outer == 0 or (lowest is None and not falls_first):
         return None
-    around = (float(places[max(least - 1, 0)]), float(places[least + 1]))
-    between = (float(places[outer - 1]), float(places[outer]))
+    around_least = (float(places[max(least - 1, 0)]), float(places[least + 1]))
+    around_end = (float(places[outer - 1]), float(places[outer]))
     for _ in range(_SPREAD.rounds):
-        around_least = np.linspace(*around, _SPREAD.places)
-        around_end = np.linspace(*between, _SPREAD.places)
-        rest = rest_depth(np.append(around_least, around_end))
-        fall = rest[: _SPREAD.places]
-        rise = rest[_SPREAD.places :] - deepest
+        near_least = np.linspace(*around_least, _SPREAD.places)
+        near_end = np.linspace(*around_end, _SPREAD.places)
+        depth = rest_depth(np.append(near_least, near_end))  # of both at once
+        fall = depth[: _SPREAD.places]
+        excess = depth[_SPREAD.places :] - deepest
         i = int(np.clip(np.argmin(fall), 1, _SPREAD.places - 2))
-        j = int(np.clip(np.argmax(rise > 0), 1, _SPREAD.places - 1))
-        around = (float(around_least[i - 1]), float(around_least[i + 1]))
-        between = (float(around_end[j - 1]), float(around_end[j]))
-    largest = _zero_of_line(between, rise[j - 1 : j + 1].tolist())
+        j = int(np.clip(np.argmax(excess > 0), 1, _SPREAD.places - 1))
+        around_least = (float(near_least[i - 1]), float(near_least[i + 1]))
+        around_end = (float(near_end[j - 1]), float(near_end[j]))
+    largest = _zero_of_line(around_end, excess[j - 1 : j + 1].tolist())
     if lowest is not None and not falls_first:
         return lowest, largest
-    return _least_of_parabola(around, fall[i - 1 : i + 2].tolist()), largest
+    return _least_of_parabola(around_least, fall[i - 1 : i + 2].tolist()), largest
 
 
 def _zero_of_line(places: tuple[float, float], values: list[float]) -> float:

@@ -83,18 +83,22 @@ class Advance(NamedTuple):
 class _Steps:
     """Which depth is tried next between one that was reached and one that was not.
 
-    By the Illinois method for the clearance (M. Dowell, P. Jarratt, BIT 11 (1971) 168) as far as it
-    is known at both, else by halving; after steps that passed the larger depth is tried again.
+    The clearance is followed to where it is -`touched`/2, at which a contact begins. As far as it
+    is known at both depths, the next one is the zero of the straight line through both, with the
+    Illinois rule: a value that stays is halved when its end stays for a second time (M. Dowell, P.
+    Jarratt, BIT 11 (1971) 168). Else the interval is halved. After `try_again` steps in a row that
+    passed, the larger depth itself is tried again.
 
     Attributes
     ----------
     size, end : float
-        That of depths, and the end of the way [length].
+        Size of depths, and the depth that is to be reached [length].
     low, high : float
-        The depths between which something happens, or a step so long does not tell [length].
+        The depths that was and was not reached [length]: between them something happens, or a
+        step so long is not conclusive.
     room, dip : float
-        The clearances there, `room` above the penetration at which a contact begins [length]; nan
-        where it is not known.
+        The clearances at `low` and `high` above that at which a contact begins [length]; nan where
+        it is not known. Halved by the Illinois rule.
     run : int
         How many steps in a row have passed or, if negative, have not.
     """
@@ -108,7 +112,7 @@ class _Steps:
     run: int = _RULES.try_again
 
     def passed(self, depth: float, clearance: float) -> None:
-        """Nothing has happened up to this depth."""
+        """Record that nothing has happened up to this depth, where the clearance is this."""
         self.room = clearance + _RULES.touched / 2 * self.size
         if self.run > 0:
             self.dip /= 2
@@ -116,7 +120,7 @@ class _Steps:
         self.run = max(self.run, 0) + 1
 
     def failed(self, depth: float, clearance: float) -> None:
-        """Something has happened before this depth, or a step so long does not tell."""
+        """Record that something has happened before this depth, or may have."""
         if self.run < 0:
             self.room /= 2
         self.dip = clearance
@@ -132,7 +136,7 @@ class _Steps:
             return self.end
         try_again = math.isnan(self.dip) and self.run >= _RULES.try_again
         if try_again or self.high - self.low <= _RULES.least_step * self.size:
-            return self.high  # from nearby a step may tell
+            return self.high  # a step from so near may be conclusive
         part = float(np.nan_to_num(self.room / (self.room - self.dip), nan=0.5))
         return self.low + (self.high - self.low) * part
 
@@ -184,7 +188,12 @@ class PressedSurface:
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
 
     def _pressed(self, q: float, p: float, start: float, end: float) -> Advance:
-        """A surface at the end of the way, or where something has happened before."""
+        """Take one surface to the depth `end`, or to where something happens before.
+
+        It has passed a depth if its lines have come to rest there, nothing was overtaken, and it
+        clears the indenter. It has touched where the penetration is at most `touched` of the size
+        of depths. Once steps are as short as `least_step`, lines jump or meet at that depth.
+        """
         size = self.search.rests.size
         steps = _Steps(size, end, low=start, high=end)
         depth = start
@@ -213,11 +222,25 @@ class PressedSurface:
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
 
     def overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:
-        """Whether the surface may have touched ahead of a line that has passed there since.
+        """Whether the surface may have touched the indenter ahead of a line that has passed since.
 
-        Whether D₀ <= d somewhere on its way, before the line itself came by; of where the other
-        line was and is, that is taken which asks for more care. Without adhesion the state does not
-        depend on the way: whether the profile pulls there at the end, which it must not.
+        It has touched at z before the line came by if D₀(z), the rest depth without adhesion, is
+        not more than the depth at which the line passed z. Of the other line's places, before and
+        now, that is taken which lets this happen earlier. Without adhesion the state does not
+        depend on the path: then it is asked whether the profile pulls there at the end.
+
+        Parameters
+        ----------
+        q, p : float
+            The lines before [length].
+        moved : tuple of float
+            The lines now [length].
+        low, high : float
+            Depths between which they have moved [length].
+
+        Returns
+        -------
+        bool
         """
         left, right = moved
         return self._passes_touch(1, (q, left), (p, right), low, high) or self._passes_touch(
@@ -225,7 +248,7 @@ class PressedSurface:
         )
 
     def _passes_touch(self, side: int, line: Pair, other: Pair, low: float, high: float) -> bool:
-        """The same of one line on its way; both lines by where they were and are."""
+        """`overtakes` for one line, which moves from and to the places in `line`."""
         rests = self.search.rests
         profile = rests.profile
         own = profile.beyond(*line)
@@ -243,7 +266,11 @@ class PressedSurface:
         return bool((touches <= np.minimum(comes_by, high) - TIE * rests.size).any())
 
     def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
-        """Both lines of a free surface advance to an end from sample to sample until it touches."""
+        """The lines of a surface after a jump at a depth: they advance until the surface touches.
+
+        Lines stand on samples in turn, so that a touch on the way is not missed; `end` is where
+        they rest if there is none, None if they meet.
+        """
         if end == (q, p):  # nothing moves: it has touched a little before
             place = self.least_clearance(end, depth)[1]
             return q, place, place, p
@@ -282,12 +309,26 @@ class PressedSurface:
     def least_clearance(
         self, lines: Pair, depth: float, *, exact: bool = False
     ) -> tuple[float, float]:
-        """The least of the minima of the clearance v = u - g between two lines, and where; or ∞.
+        """The least of the minima of the clearance v = u - g between two lines, and where.
 
-        Those of the cubics through v and v' at samples, solved for where that may be the least and
-        negative, unless its sign is certain and need not be exact. Towards a line v vanishes: that
-        is no minimum. As the surface is nowhere lower than at both lines and far away, samples of
-        the profile that are higher by a part of δ₀ do not count.
+        The minima are those of the cubics through v and v' at samples. One that may be the least
+        and negative is solved for, unless only its sign is needed and that is certain. Towards a
+        line v vanishes: that is no minimum. As the surface is nowhere lower than at both lines and
+        far away, samples of the profile that are higher by a part of δ₀ do not count.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            The left and the right line, infinite where there is none [length].
+        depth : float
+            [length].
+        exact : bool
+            Whether the value itself is needed.
+
+        Returns
+        -------
+        clearance, place : float
+            [length]; ∞ and nan if there is no minimum.
         """
         rests = self.search.rests
         height = rests.profile.indenter.height

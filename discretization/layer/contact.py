@@ -175,7 +175,14 @@ class Contact:
         self.lines = scene.gamma1 * body.symmetry_factor * a**body.power * self.reaction
 
     def _loads(self) -> Array:
-        """Nodal loads (e, 3, 13): m u of the flow for both parts of u, and (m f')' of the v_j."""
+        """Nodal loads of the fields, in units of a: of the flow, and of all other poles.
+
+        Returns
+        -------
+        ndarray (e, 3, 13)
+            m u for the part of u that is u(a), and for the other part; (m f')' of the v_j, which
+            have no load by u(a).
+        """
         mass = self.elements.mass
         derivative = gauss_lobatto(DEGREE)[2]
         flow = self.a * self.a * mass * self.u
@@ -193,9 +200,9 @@ class Contact:
     def _amplitudes(self, outward_slopes: Complex) -> Complex:
         """A (n, 2): the fields outside have the values and slopes of those inside at the line.
 
-        The first equation is that of u(a) itself, the others of ψ and φ_j: their reactions from
-        inside, `own` and `given` of `Fields`, balance a A times their slopes outside. Rows are
-        scaled to the size 1.
+        The first equation, Σ A = u(a), is that of u itself. The others are those of ψ and φ_j:
+        what a field pulls from inside, own · value - given (`Fields`), and from outside, a times
+        its slope, add up to 0. Rows are scaled to the size 1.
         """
         own = self.fields.own
         given = self.fields.given

@@ -151,7 +151,7 @@ class Layer(FreeSurface):
     def is_point(self) -> bool:
         """Whether it is a contact with the lowest point alone that carries no force.
 
-        Beside what its half-width makes, which is not quite 0.
+        The force may be what the half-width of such a contact makes of it, which is not quite 0.
         """
         if self.a > self.body.tip:
             return False
@@ -252,9 +252,13 @@ class Layer(FreeSurface):
     def errors(self, state: Any) -> dict[str, float]:
         """Relative errors of half-width, force and energy.
 
-        Parts are what poles with a coarser tolerance change, over the ratio of the tolerances, and
-        rounding. The energy at a fixed contact is the least of a quadratic form, and as wrong as
-        its stiffness. At rest dP/da = -m γ₁σ √(2w/γ₁), by which dU/da changes with the depth.
+        With poles of a tolerance 30 times as large, everything is off by 30 times as much: what
+        that changes, divided by 30, is the error, and rounding is added.
+
+        - The half-width is off by what D is off by, over dD/da.
+        - The force is off directly, and by dP/da = -m γ₁σ √(2w/γ₁) times the error of a.
+        - The energy is the least of a quadratic form at a fixed contact, and so relatively as
+          wrong as the poles; a that is off changes it by nothing, as ∂U/∂a = 0.
         """
         if self.is_point:
             return dict.fromkeys(QUANTITIES, 0.0)
@@ -344,7 +348,7 @@ class Layer(FreeSurface):
         return on_elements(ends, nodal, distance)[0]
 
     def parts(self, state: Any) -> dict[str, float]:
-        """Energy and force of a state in parts; γ₁/2 ∫u'² outside is a sum in ln x."""
+        """Energy and force of a state in parts; γ₁/2 ∫u'² outside is summed in steps of ln x."""
         x = DECAYED / float(self.contact.poles.decays.real.min()) * _PLACES
         slope = self.displaced(x)[1]
         density = slope**2 * self.body.symmetry_factor * (self.a + x) ** self.body.power
