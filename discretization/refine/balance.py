@@ -12,7 +12,7 @@ the root of what is left, which is smooth in t.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +25,7 @@ from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array, Indices, Mask
 
 DEGREE = 12  # of the Lobatto rule in t
-TOLERANCE = 1e-10  # of the energy's scale: what a piece may be off by, or it is halved
-REFUSED = 1e-9  # of the same: a piece that halving does not mend
+TOLERANCE = 1e-9  # of the energy's scale: what a piece may be off by
 _HALVINGS = 12
 _FIRST = 4  # parts of a life at first
 _CUTS = 16  # rounds in which the depth of a corner is enclosed
@@ -81,22 +80,22 @@ def drawn_lives(lives: Sequence[Life], depths: Array) -> Array:
 
     Of a life too short for pieces the first or last ones.
     """
-    pieces = [piece for life in lives for piece in life.pieces]
-    counts = np.array([len(life.pieces) for life in lives])
     found = np.empty((*depths.shape, 2))
-    short = np.flatnonzero(counts == 0)
-    for i in short.tolist():
-        life = lives[i]
-        early = life.direction * (depths[i] - (life.start + life.end) / 2) <= 0
-        found[i] = np.where(early[:, None], life.first, life.last)
-    others = np.flatnonzero(counts)
-    if others.size:
-        which = (np.cumsum(counts) - counts)[:, None] + np.zeros(depths.shape, int)
-        for i in np.flatnonzero(counts > 1).tolist():
-            direction = lives[i].direction
-            ends = [direction * float(piece.depths[-1]) for piece in lives[i].pieces[:-1]]
-            which[i] += np.searchsorted(ends, direction * depths[i])
-        found[others] = drawn(pieces, which[others], depths[others])
+    long_lives = list[int]()
+    pieces = list[Piece]()
+    which = np.zeros(depths.shape, int)
+    for i, life in enumerate(lives):
+        if not life.pieces:
+            early = life.direction * (depths[i] - (life.start + life.end) / 2) <= 0
+            found[i] = np.where(early[:, None], life.first, life.last)
+            continue
+        own = np.searchsorted(life.passed[:-1], life.direction * depths[i])
+        first = int(own.min())
+        which[i] = own - first + len(pieces)
+        pieces += life.pieces[first : int(own.max()) + 1]
+        long_lives.append(i)
+    if long_lives:
+        found[long_lives] = drawn(pieces, which[long_lives], depths[long_lives])
     return found
 
 
@@ -115,11 +114,21 @@ def _quarters(life: Life) -> list[_Part]:
     return [_Part(life, depths[i], depths[i + 1], ends[i], ends[i + 1]) for i in range(_FIRST)]
 
 
-def _guess(part: _Part, depths: Array) -> Array:
-    """Lines (k, 2) near those of a part at depths on it."""
-    if part.whole is None:
-        return part.life.guesses(depths)
-    return drawn([part.whole], np.zeros(depths.size, int), depths)
+def _guesses(parts: Sequence[_Part], depths: Array) -> Array:
+    """Lines (p, k, 2) near those of parts at depths (p, k) on them."""
+    guesses = np.empty((*depths.shape, 2))
+    halves = list[int]()
+    wholes = list[Piece]()
+    for i, part in enumerate(parts):
+        if part.whole is None:
+            guesses[i] = part.life.guesses(depths[i])
+        else:
+            halves.append(i)
+            wholes.append(part.whole)
+    if halves:
+        which = np.arange(len(halves))[:, None] + np.zeros(depths.shape[1], int)
+        guesses[halves] = drawn(wholes, which, depths[halves])
+    return guesses
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +138,6 @@ class Balance:
     events: Events
     totals: Totals
     scale: float
-    worst: list[float] = field(default_factory=list)
 
     def pieces(self, lives: Sequence[Life]) -> None:
         """Find the pieces of all these lives, from their known start to their known end."""
@@ -144,6 +152,7 @@ class Balance:
             todo = self._divided(todo, last=turn == _HALVINGS)
         for life in lives:
             life.pieces.sort(key=lambda piece: life.direction * float(piece.depths[0]))
+            life.passed = np.array([life.direction * piece.depths[-1] for piece in life.pieces])
 
     def _divided(self, todo: list[_Part], *, last: bool) -> list[_Part]:
         """Parts that are pieces are kept with their lives; the rest in smaller parts."""
@@ -164,9 +173,8 @@ class Balance:
         to_cut = list[tuple[_Part, float, float, Array, Array]]()
         for i, part in enumerate(todo):
             short = last or abs(part.end - part.start) <= _SHORT * self.events.equations.size
-            if balanced[i] or (short and good[i] and off[i] <= REFUSED):
+            if balanced[i] or (short and good[i] and off[i] <= TOLERANCE):
                 part.life.pieces.append(Piece(depths[i], lines[i]))
-                self.worst.append(float(off[i]))
             elif short:
                 raise NotRefined(
                     f"between depth = {part.start!r} and {part.end!r} energy and work differ by "
@@ -186,15 +194,13 @@ class Balance:
         return rest
 
     def _at_rest(self, parts: list[_Part], depths: Array) -> tuple[Array, Mask, Mask]:
-        """Lines (p, j, 2), which are pinned, and whether parts are at rest (p,)."""
-        lives = [part.life for part in parts]
-        guess = np.array([_guess(part, row) for part, row in zip(parts, depths, strict=True)])
-        length = self.events.equations.length
-        found = self.events.rest(lives, guess, depths, reach=_FAR * length, rounds=_ROUNDS)
-        lines = found.lines.reshape(guess.shape)
-        pinned = found.pinned.reshape(guess.shape)
-        good = found.at_rest.reshape(depths.shape)
-        self._again(parts, depths, lines, pinned, good)
+        """Lines (p, j, 2), which are pinned, and whether parts are at rest (p,).
+
+        Known ends are left as they are: next to a fold Newton's method hardly converges.
+        """
+        lines = _guesses(parts, depths)
+        pinned = np.zeros(lines.shape, bool)
+        good = np.zeros(depths.shape, bool)
         for i, part in enumerate(parts):
             if part.first is not None:
                 lines[i, 0] = part.first
@@ -202,24 +208,36 @@ class Balance:
             if part.last is not None:
                 lines[i, -1] = part.last
                 good[i, -1] = True
+        self._settle(parts, depths, lines, lines, pinned, good)
+        for known in ("first", "last"):
+            ends = np.array([getattr(part.life, known) for part in parts])
+            starts = np.repeat(ends[:, None], depths.shape[1], axis=1)
+            self._settle(parts, depths, starts, lines, pinned, good)
         return lines, pinned, np.asarray(good.all(axis=1))
 
-    def _again(
-        self, parts: list[_Part], depths: Array, lines: Array, pinned: Mask, good: Mask
+    def _settle(
+        self,
+        parts: list[_Part],
+        depths: Array,
+        starts: Array,
+        lines: Array,
+        pinned: Mask,
+        good: Mask,
     ) -> None:
-        """Where lines did not come to rest from their nodes, try it from either end of the life."""
-        length = self.events.equations.length
-        for known in ("first", "last"):
-            row, column = np.nonzero(~good)
-            if not row.size:
-                return
-            lives = [parts[i].life for i in row]
-            start = np.array([getattr(life, known) for life in lives])[:, None]
-            at = depths[row, column][:, None]
-            found = self.events.rest(lives, start, at, reach=_FAR * length, rounds=_ROUNDS)
-            lines[row, column] = found.lines
-            pinned[row, column] = found.pinned
-            good[row, column] = found.at_rest
+        """Take the lines that are not `good` yet to rest from others (p, j, 2), in place."""
+        row, column = np.nonzero(~good)
+        if not row.size:
+            return
+        found = self.events.rest(
+            [parts[i].life for i in row],
+            starts[row, column][:, None],
+            depths[row, column][:, None],
+            reach=_FAR * self.events.equations.length,
+            rounds=_ROUNDS,
+        )
+        lines[row, column] = found.lines
+        pinned[row, column] = found.pinned
+        good[row, column] = found.at_rest
 
     def _cut(self, parts: list[tuple[_Part, float, float, Array, Array]]) -> list[_Part]:
         """Parts on both sides of the depths at which lines become pinned, or free."""

@@ -29,6 +29,7 @@ PARTS = 15  # depths in a range, at which surfaces are taken to rest together
 _CLOSE = 1e-14  # of the size of depths: a range that is no wider encloses an event
 _OPEN = 1e-11  # of the same: one that is wider after all rounds does not
 _MOST = 60  # rounds
+_ROOTS = 4  # rounds before each of which the event may be a root: a fold is sharp from nearby only
 _LEFT = (0.75, 0.5, 0.25, 0.06, 0.01, 1e-4)  # of the way to a root: surfaces must be at rest there
 _LONGER = 4.0  # than the last range, at all depths of which surfaces were at rest
 _EARLIER = (0.02, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)  # margins before the depth on nodes
@@ -333,17 +334,34 @@ class Events:
 
         Roots where they are folds or meetings, else enclosed. And which are missed.
         """
-        low, high, lines = low.copy(), high.copy(), lines.copy()
+        low = low.copy()
+        narrower = high.copy()
+        lines = lines.copy()
         missed = np.zeros(low.size, bool)
-        known = self._at_roots(group, low, high, lines)
-        todo = np.flatnonzero(~known)
-        if todo.size:
-            part = _Group([group.events[i] for i in todo])
-            rows = np.isin(group.owner, todo)
-            narrowed = self._narrowed(part, low[todo], high[todo], lines[rows])
-            low[todo], lines[rows], missed[todo] = narrowed
-            low[todo], lines[rows] = self._at_folds(part, low[todo], lines[rows])
+        todo = np.arange(low.size)
+        for _ in range(_ROOTS):
+            part, rows = self._part(group, todo)
+            at = low[todo]
+            to = narrower[todo]
+            there = lines[rows]
+            known = self._at_roots(part, at, to, there)
+            unknown = np.flatnonzero(~known)
+            self._narrow(part, at, to, there, unknown)
+            low[todo] = at
+            narrower[todo] = to
+            lines[rows] = there
+            todo = todo[unknown]
+            if not todo.size:
+                return low, lines, missed
+        part, rows = self._part(group, todo)
+        found = self._narrowed(part, low[todo], narrower[todo], high[todo], lines[rows])
+        low[todo], lines[rows], missed[todo] = found
+        low[todo], lines[rows] = self._at_folds(part, low[todo], lines[rows])
         return low, lines, missed
+
+    def _part(self, group: _Group, own: Indices) -> tuple[_Group, Mask]:
+        """Some events of a group, and which of its rows are theirs."""
+        return _Group([group.events[i] for i in own]), np.isin(group.owner, own)
 
     def _at_roots(self, group: _Group, low: Array, high: Array, lines: Array) -> Mask:
         """Which events (g,) are the first fold or meeting between the low and the high depths.
@@ -445,11 +463,15 @@ class Events:
         )
 
     def _narrowed(
-        self, group: _Group, low: Array, high: Array, lines: Array
+        self, group: _Group, low: Array, high: Array, last: Array, lines: Array
     ) -> tuple[Array, Array, Mask]:
-        """The last depths (g,) at which surfaces are at rest, their lines, and which are missed."""
-        low, high, lines = low.copy(), high.copy(), lines.copy()
-        last = high.copy()
+        """The last depths (g,) at which surfaces are at rest, their lines, and which are missed.
+
+        last: the high depths before they were narrowed.
+        """
+        low = low.copy()
+        high = high.copy()
+        lines = lines.copy()
         for _ in range(_MOST):
             middle = low + (high - low) / 2
             wide = np.abs(high - low) > _CLOSE * self.equations.size
@@ -457,29 +479,35 @@ class Events:
             todo = np.flatnonzero(wide)
             if not todo.size:
                 break
-            part = _Group([group.events[i] for i in todo])
-            rows = np.isin(group.owner, todo)
-            found, good = self._tried(part, low[todo], high[todo], lines[rows])
-            for j, i in enumerate(todo):
-                share = np.arange(PARTS + 2) / (PARTS + 1)
-                depths = low[i] + (high[i] - low[i]) * share
-                depths[-1] = high[i]
-                if good[j].all():  # from nearer the high end is at rest: the range was too short
-                    low[i] = high[i]
-                    lines[np.flatnonzero(group.owner == i)] = found[part.owner == j, -1]
-                    step = _LONGER * abs(low[i] - depths[0])
-                    high[i] = low[i] + group.directions[i] * max(step, _CLOSE * self.equations.size)
-                    continue
-                first = int(np.argmin(good[j]))
-                high[i] = depths[first + 1]
-                if first:
-                    low[i] = depths[first]
-                    lines[np.flatnonzero(group.owner == i)] = found[part.owner == j, first - 1]
+            self._narrow(group, low, high, lines, todo)
         at = np.array([event.at for event in group.events])
         margins = np.array([event.before[0].nodes.margin for event in group.events])
         late = group.directions * (low - np.where(group.directions * (last - at) > 0, last, at))
         still_open = np.abs(high - low) > _OPEN * self.equations.size
         return low, lines, (late > margins) | still_open
+
+    def _narrow(self, group: _Group, low: Array, high: Array, lines: Array, todo: Indices) -> None:
+        """Narrow the ranges of some events once, in place."""
+        if not todo.size:
+            return
+        part, rows = self._part(group, todo)
+        found, good = self._tried(part, low[todo], high[todo], lines[rows])
+        for j, i in enumerate(todo):
+            own = np.flatnonzero(group.owner == i)
+            share = np.arange(PARTS + 2) / (PARTS + 1)
+            depths = low[i] + (high[i] - low[i]) * share
+            depths[-1] = high[i]
+            if good[j].all():  # from nearer the high end is at rest: the range was too short
+                low[i] = high[i]
+                lines[own] = found[part.owner == j, -1]
+                step = _LONGER * abs(low[i] - depths[0])
+                high[i] = low[i] + group.directions[i] * max(step, _CLOSE * self.equations.size)
+                continue
+            first = int(np.argmin(good[j]))
+            high[i] = depths[first + 1]
+            if first:
+                low[i] = depths[first]
+                lines[own] = found[part.owner == j, first - 1]
 
     def _at_folds(self, group: _Group, low: Array, lines: Array) -> tuple[Array, Array]:
         """The same, where an equilibrium disappears at the fold itself."""

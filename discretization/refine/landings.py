@@ -143,11 +143,9 @@ class Landings:
 
     def _releases(self, event: Happening, after: Array) -> bool:
         """Whether lines that jump to these (n, 2) gain no energy, as beyond a barrier they may."""
-        if event.smooth:
+        if event.smooth or not len(event.lines_before):
             return True
-        before = 0.0
-        if len(event.lines_before):
-            before = self._energy(event.lines_before, event.depth)
+        before = self._energy(event.lines_before, event.depth)
         return self._energy(after, event.depth) - before <= _GAINED * self.scale
 
     def _energy(self, surfaces: Array, depth: float) -> float:

@@ -39,7 +39,8 @@ class Life:
     trace: depths, in the order of the way, from which its contact nodes are these.
 
     What refinement finds: start, end: depths; first, last: lines (2,) there; pieces: in between;
-    cuts: depths at which a line becomes pinned or free.
+    passed: the depths of their ends times the direction; cuts: depths at which a line becomes
+    pinned or free.
     """
 
     nodes: FoundNodes
@@ -52,6 +53,7 @@ class Life:
     first: Array = field(default_factory=lambda: np.full(2, math.nan))
     last: Array = field(default_factory=lambda: np.full(2, math.nan))
     pieces: list[Piece] = field(default_factory=list)
+    passed: Array = field(default_factory=lambda: np.empty(0))
     cuts: list[float] = field(default_factory=list)
 
     def guess(self, depth: float) -> Array:
