@@ -17,7 +17,7 @@ import heapq
 import itertools
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -159,10 +159,8 @@ class Walk:
         """
         sign = 1 if depth >= start else -1
         if not self.row.clear:
-            track = self.track(nodes, start, depth)
-            while track.at is not None:
-                track = self.track(track.after, track.at, depth)
-            return track.after
+            tracks = list(self.tracks(nodes, start, depth))
+            return tracks[-1].after
         ((first, last),) = nodes
         ahead_left, ahead_right = self._ahead(nodes, sign)
         first -= sign * self._links(*ahead_left, sign, depth)
@@ -212,8 +210,19 @@ class Walk:
         -------
         Track
         """
+        return next(self.tracks(nodes, start, end))
+
+    def tracks(self, nodes: Contacts, start: float, end: float) -> Iterator[Track]:
+        """The same from event to event, until the last depth or the loss of all contact."""
         sign = 1 if end >= start else -1
-        return self._tracked(Front(self, nodes, sign), start, end)
+        front = Front(self, nodes, sign)
+        depth = start
+        while True:
+            track, front = self._tracked(front, depth, end)
+            yield track
+            if track.at is None or not track.after:
+                return
+            depth = track.at
 
     def track_part(self, surfaces: Sequence[tuple[End, End]], start: float, end: float) -> Track:
         """The path of neighbouring free surfaces alone, as far as they do not feel others.
@@ -234,10 +243,11 @@ class Walk:
         sign = 1 if end >= start else -1
         first, *inner, last = itertools.chain(*surfaces)
         nodes = paired([end for end in inner if end is not None])
-        return self._tracked(Front(self, nodes, sign, (first, last)), start, end)
+        track, _ = self._tracked(Front(self, nodes, sign, (first, last)), start, end)
+        return track
 
-    def _tracked(self, front: "Front", start: float, end: float) -> Track:
-        """The path of a front to another depth, up to the first event.
+    def _tracked(self, front: "Front", start: float, end: float) -> tuple[Track, "Front"]:
+        """The path of a front to another depth, up to the first event, and the front there.
 
         All changes at one depth happen before it is decided whether they are an event.
         """
@@ -252,11 +262,11 @@ class Walk:
             if last or sign * (change.depth - depth) > 0:  # all at this depth has happened
                 after = front.nodes
                 if self._is_jump(trace[-1][1], after, changes, depth):
-                    return Track(trace, depth, paired(after))
+                    return Track(trace, depth, paired(after)), front
                 if changes:
                     trace.append((depth, after))
                 if last:
-                    return Track(trace, None, paired(after))
+                    return Track(trace, None, paired(after)), front
                 changes = 0
                 changes_at_jump = 0
                 smooth = self._smooth_steps(after, depth, end)

@@ -37,7 +37,8 @@ _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 _ASIDE = 0.5  # margins of the depths of nodes: so far before a depth at which they fail is refined
 _BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
-_MOST_FAILURES = 4  # legs on nodes alone, after which all is left to nodes: each costs seconds
+_MOST_FAILURES = 4  # of nodes of a closeness, after which closer ones are taken for all that is
+# left, and legs on nodes alone, after which all is: each costs a walk to the end of the route
 _NOISE = 0.25  # of √(2w/γ₁): more noise of the slopes, and lines go from facet to facet by jumps.
 # With .16 (400 samples, noise of half a percent of δ₀) all is refined in 10 s, with .4 in 30 s.
 _NEAR_NODES = 4.0  # spacings: so near to those of nodes lines must rest to be refined again
@@ -56,6 +57,14 @@ class Place(NamedTuple):
     contacts: row.Contacts = ()
     on_nodes: float = 0.0
     nodal: Point | None = None
+
+
+class Shortened(NamedTuple):
+    """A route that ends at a depth before its goal, since nodes do not lead further."""
+
+    direction: int
+    depth: float
+    goal: float
 
 
 @dataclass(eq=False)
@@ -132,14 +141,16 @@ def _is_nodal(point: Point) -> bool:
     return point.memory is not None and point.memory.nodal is not None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class RefinedBranch(Branch):
     """Any number of contacts of a line contact with small slopes under a prescribed depth.
 
     refinements: on nodes of each closeness, as far as they have been needed; known: points of the
-    path, by depth and lines; on_nodes: first and last depths of what is not refined; certified:
-    lines and depths of states that are known to be in equilibrium; noisy: whether the noise of the
-    samples decides where lines rest, so that nothing is refined.
+    path, by depth and lines; on_nodes: first and last depths of what is not refined; failures: how
+    often nodes of each closeness have failed; shortened: the last route that ended before its goal;
+    certified: lines and depths of states that are known
+    to be in equilibrium; noisy: whether the noise of the samples decides where lines rest, so that
+    nothing is refined.
     """
 
     scene: Scene
@@ -149,6 +160,8 @@ class RefinedBranch(Branch):
     refinements: dict[int, Refinement] = field(default_factory=dict)
     known: dict[tuple[float, tuple[float, ...]], Point] = field(default_factory=dict)
     on_nodes: list[tuple[float, float]] = field(default_factory=list)
+    failures: list[int] = field(default_factory=lambda: [0] * len(CLOSER))
+    shortened: Shortened | None = None
     noisy: bool = False
     certified: set[tuple[tuple[float, ...], float]] = field(default_factory=set)
 
@@ -185,7 +198,9 @@ class RefinedBranch(Branch):
     def refinement(self, level: int) -> Refinement:
         """On nodes of this closeness."""
         if level not in self.refinements:
-            found = Refinement.of(self.scene, self.profile, self.deepest, CLOSER[level])
+            found = Refinement.of(
+                self.scene, self.profile, self.deepest, CLOSER[level], self.refinements.get(0)
+            )
             self.refinements[level] = found
         return self.refinements[level]
 
@@ -222,11 +237,23 @@ class RefinedBranch(Branch):
         if ahead and index + 1 == len(way.stretches) and way.goal == point.depth:
             ahead = False
         if not ahead:
-            found = self._followed(point, goal)
+            aim = self._aim(point, goal, direction)
+            found = self._followed(point, aim)
             if not isinstance(found, Way):
-                return self._remembered(self._nodal_leg(point, found))
+                nodal = self._nodal_leg(point, found)
+                self.shortened = Shortened(direction, nodal.end.depth, aim)
+                return self._remembered(nodal)
             way, index = found, 0
+            if way.goal != aim:
+                self.shortened = Shortened(direction, way.goal, aim)
         return self._remembered(self._stretch(point, goal, way, index))
+
+    def _aim(self, point: Point, goal: float, direction: int) -> float:
+        """A goal, or that of a route which nodes have cut short at a point."""
+        cut = self.shortened
+        if cut is None or cut.direction != direction or cut.depth != point.depth:
+            return goal
+        return direction * max(direction * goal, direction * cut.goal)
 
     def _stretch(self, point: Point, goal: float, way: Way, index: int) -> RefinedLeg:
         """The leg from a point on a stretch, up to its end or to where a line becomes pinned."""
@@ -264,32 +291,52 @@ class RefinedBranch(Branch):
         return known_lines(way.refinement.equations, free_surfaces(lines), depth)
 
     def _followed(self, point: Point, goal: float) -> Way | float:
-        """The route from a point to a depth, on nodes as close as needed, or as far as they lead.
+        """The route from a point to a depth, or as far as nodes lead, on nodes as close as needed.
 
-        Where they lead nowhere, the depth up to which the route is left to nodes alone.
+        Where nodes fail at a depth, the route ends before it. Next to that depth closer ones are
+        tried, which have to lead past it only. Where none do, the depth up to which the route is
+        left to nodes alone.
         """
         direction = 1 if goal >= point.depth else -1
-        failed = list[float]()
         start = None
         if len(self.on_nodes) < _MOST_FAILURES and not self.noisy:
             start = self._start(point, direction)
         if start is None:
-            return self._passed(point, goal, [])
-        for level in range(start.memory.level, len(CLOSER)):
+            return goal
+        target = goal
+        for level in range(self._usual_level, len(CLOSER)):
+            try:
+                return self._way(start, target, level)
+            except NotRefined as reason:
+                failed = reason.depth
+            self.failures[level] += 1
+            way = self._way_before(start, failed, direction, level)
+            if way is not None:
+                return way
+            target = self._passed(point, goal, failed)
+        return target
+
+    @property
+    def _usual_level(self) -> int:
+        """The closeness of the nodes that have not failed often yet, or the closest ones."""
+        usable = [level for level, count in enumerate(self.failures) if count < _MOST_FAILURES]
+        return min(usable, default=len(CLOSER) - 1)
+
+    def _way_before(self, start: Point, failed: float, direction: int, level: int) -> Way | None:
+        """The route up to before a depth at which nodes fail; None if that is next to the start.
+
+        Nodes may fail again, at a depth before that.
+        """
+        aside = direction * _ASIDE * self.refinement(0).nodes.margin
+        goal = failed - aside
+        while direction * (goal - start.depth) > 0:
             try:
                 return self._way(start, goal, level)
             except NotRefined as reason:
-                failed.append(reason.depth)
-        beyond = [depth for depth in failed if not math.isnan(depth)]
-        for level in range(start.memory.level, len(CLOSER)):
-            before = self._before(point, beyond, direction)
-            if before is None:
-                break
-            try:
-                return self._way(start, before, level)
-            except NotRefined:
-                continue
-        return self._passed(point, goal, beyond)
+                if not direction * (goal - reason.depth) > 0:
+                    return None
+                goal = reason.depth - aside
+        return None
 
     def _way(self, start: Point, goal: float, level: int) -> Way:
         """The route from a point on nodes of a closeness."""
@@ -312,24 +359,12 @@ class RefinedBranch(Branch):
                 raise NotRefined(f"no equilibrium beyond depth = {state[1]!r}", state[1])
         self.certified.update(states)
 
-    def _before(self, point: Point, failed: list[float], direction: int) -> float | None:
-        """A depth before the furthest one at which nodes of some closeness fail; None if none."""
-        if not failed:
-            return None
-        furthest = max(failed, key=lambda depth: direction * depth)
-        before = furthest - direction * _ASIDE * self.refinement(0).nodes.margin
-        return before if direction * (before - point.depth) > 0 else None
-
-    def _passed(self, point: Point, goal: float, failed: list[float]) -> float:
-        """A depth beyond those at which nodes fail, but not beyond the goal."""
+    def _passed(self, point: Point, goal: float, failed: float) -> float:
+        """A depth beyond that at which nodes fail, if this is known, but not beyond the goal."""
         direction = 1 if goal >= point.depth else -1
-        beyond = goal
-        if failed:
-            first = min(failed, key=lambda depth: direction * depth)
-            beyond = first + direction * _BEYOND * self.refinement(0).nodes.margin
-        if direction * (beyond - goal) > 0 or direction * (beyond - point.depth) <= 0:
-            beyond = goal
-        return beyond
+        beyond = failed + direction * _BEYOND * self.refinement(0).nodes.margin
+        ahead = direction * (beyond - point.depth) > 0 and direction * (goal - beyond) > 0
+        return beyond if ahead else goal
 
     def _start(self, point: Point, direction: int) -> Point | None:
         """A point from where the route can be refined; None where lines near nodes do not rest."""

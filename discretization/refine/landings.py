@@ -20,7 +20,7 @@ from discretization.nodes.row import Contacts
 from discretization.refine.equations import lines_of_surfaces
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.first_touch import faces_at_touch
-from discretization.refine.lives import CREEPING, Happening, Pair, pairs
+from discretization.refine.lives import CREEPING, Happening, Life, Pair, pairs
 from discretization.refine.nodes import FoundNodes
 from discretization.refine.settle import settle
 from discretization.refine.totals import Totals
@@ -100,6 +100,23 @@ class Landings:
             else:
                 failed.append(event)
         return failed
+
+    def merged(self, event: Happening, place: int) -> Array | None:
+        """Lines (2,) of the surface that two neighbours become at an event, None without rest.
+
+        place: the number of the left one. The contacts on both sides of them stay.
+        """
+        rows = event.lines_before
+        outer = np.array([rows[place, 0], rows[place + 1, 1]])
+        both = Life(event.before[place].nodes, event.direction, [], first=outer)
+        depths = np.array([[event.depth]])
+        found = self.events.rest([both], outer[None, None], depths, downhill=True)
+        (lines,) = found.lines
+        inside = place == 0 or rows[place - 1, 1] < lines[0]
+        inside &= place + 2 == len(rows) or lines[1] < rows[place + 2, 0]
+        if not (found.at_rest[0] and inside):
+            return None
+        return np.asarray(lines)
 
     def _stand(self, event: Happening) -> None:
         """Find where the lines after an event stand before they move, with two works of adhesion.

@@ -121,24 +121,17 @@ def walked(nodes: FoundNodes, contacts: Contacts, start: float, goal: float) -> 
     alive = [Life(nodes, direction, [(start, pair)]) for pair in pairs(contacts)]
     first = list(alive)
     events = list[Happening]()
-    depth = start
-    while alive:
-        track = nodes.walk.track(contacts, depth, goal)
-        at, after = track.at, track.after
+    for track in nodes.walk.tracks(contacts, start, goal):
         last = paired(track.trace[-1][1])
         _noted(alive, track.trace)
-        if at is None:
+        if track.at is None:
             break
-        if _creeps(last, after):
-            _noted(alive, [(at, tuple(itertools.chain(*after)))])
-            contacts = after
-            depth = at
+        if _creeps(last, track.after):
+            _noted(alive, [(track.at, tuple(itertools.chain(*track.after)))])
             continue
-        found = _divided(alive, pairs(last), pairs(after), at)
+        found = _divided(alive, pairs(last), pairs(track.after), track.at)
         events += found
         alive = _alive(alive, found)
-        contacts = after
-        depth = at
     return Walked(first, events, goal)
 
 
@@ -198,17 +191,21 @@ def _divided(
     direction = alive[0].direction
     found = list[Happening]()
     if direction > 0:
+        unchanged = set(after)
         for life, pair in zip(alive, before, strict=True):
+            if pair in unchanged:
+                continue
             inside = [new for new in after if _holds(pair, new)]
-            if inside != [pair]:
-                found.append(_happening(at, [life], inside, life.nodes, direction))
+            found.append(_happening(at, [life], inside, life.nodes, direction))
         return found
     if not after:
         return [_happening(at, list(alive), [], alive[0].nodes, direction)]
+    unchanged = set(before)
     for pair in after:
+        if pair in unchanged:
+            continue
         joined = [life for life, old in zip(alive, before, strict=True) if _holds(pair, old)]
-        if [life.trace[-1][1] for life in joined] != [pair]:
-            found.append(_happening(at, joined, [pair], alive[0].nodes, direction))
+        found.append(_happening(at, joined, [pair], alive[0].nodes, direction))
     return found
 
 

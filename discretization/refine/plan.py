@@ -10,6 +10,7 @@ import numpy as np
 from discretization.nodes.row import Contacts
 from discretization.profile import Resolved
 from discretization.refine.balance import Balance, drawn_lives
+from discretization.refine.cascades import Cascades
 from discretization.refine.crests import Crests
 from discretization.refine.equations import Equations, free_surfaces
 from discretization.refine.events import Events, NotRefined
@@ -58,20 +59,30 @@ class Refinement:
     balance: Balance
 
     @classmethod
-    def of(cls, scene: Scene, profile: Resolved, deepest: float, closer: int = 1) -> Refinement:
-        """For depths up to the deepest; closer: how many times closer nodes are than usual."""
-        equations = Equations.of(scene, profile, deepest)
+    def of(
+        cls,
+        scene: Scene,
+        profile: Resolved,
+        deepest: float,
+        closer: int = 1,
+        like: Refinement | None = None,
+    ) -> Refinement:
+        """For depths up to the deepest.
+
+        closer: how many times closer nodes are than usual; like: on other nodes, with the same
+        equations and integrals.
+        """
         nodes = FoundNodes.of(scene, profile, deepest, closer)
+        closer_nodes = FoundNodes.of(scene, profile, deepest, CLOSER * closer)
+        equations = Equations.of(scene, profile, deepest) if like is None else like.equations
+        totals = Totals.of(equations) if like is None else like.totals
         events = Events(equations)
-        totals = Totals.of(equations)
         delta0 = scene.opened.critical_separation
         displaced = max(delta0, abs(deepest - profile.touch), equations.size * _TOGETHER)
         scale = scene.stiffness * displaced**2 * equations.length
-        closer_nodes = FoundNodes.of(scene, profile, deepest, CLOSER * closer)
         landings = Landings(events, closer_nodes, totals, scale)
-        return cls(
-            scene, nodes, equations, events, landings, totals, Balance(events, totals, scale)
-        )
+        balance = Balance(events, totals, scale)
+        return cls(scene, nodes, equations, events, landings, totals, balance)
 
     def touched(self) -> tuple[Contacts, float, Array]:
         """Contacts at first touch on nodes, the depth of that there, and lines (n, 2) at rest.
@@ -146,6 +157,7 @@ class Refinement:
             enclosed += ready
             unknown = [event for event in unknown if not any(event is r for r in ready)]
             now = self._happen(enclosed, happened, direction, goal)
+            unknown += Cascades(self.landings).found(now)
             if not now:
                 lost = self._lost(enclosed, happened, direction, goal)
                 if lost is None:

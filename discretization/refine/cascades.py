@@ -1,0 +1,76 @@
+"""Contacts that nodes lose together, and that are lost one after the other off the nodes.
+
+On nodes a contact is lost a little late. A neighbour that would have been lost soon afterwards may
+then be lost at the same depth. Off the nodes the first of them is the one whose lines have met. The
+free surfaces beside it become one; if that comes to rest, the others are lost later.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discretization.refine.landings import Landings
+from discretization.refine.lives import Happening, Life
+from energy.arrays import Array
+
+_MET = 1e-6  # of l: lines of a contact that is lost are as near to each other
+
+
+@dataclass(frozen=True, eq=False)
+class Cascades:
+    """What takes apart events at which several contacts are lost."""
+
+    landings: Landings
+
+    def found(self, happened: Sequence[Happening]) -> list[Happening]:
+        """The events at which later contacts are lost, of events at which several seemed to be.
+
+        Those events are then the loss of the first contact alone.
+        """
+        later = list[Happening]()
+        for event in happened:
+            if event.direction > 0 or len(event.before) < 3:
+                continue
+            place = self._first_lost(event)
+            if place is None:
+                continue
+            merged = self.landings.merged(event, place)
+            if merged is not None:
+                later.append(_taken_apart(event, place, merged))
+        return later
+
+    def _first_lost(self, event: Happening) -> int | None:
+        """The number of the surface on the left of the contact whose lines have met."""
+        rows = event.lines_before
+        widths = rows[1:, 0] - rows[:-1, 1]
+        place = int(np.argmin(widths))
+        closed = widths[place] <= _MET * self.landings.events.equations.length
+        return place if closed else None
+
+
+def _taken_apart(event: Happening, place: int, merged: Array) -> Happening:
+    """Make an event the loss of one contact; the event at which the others are lost.
+
+    place: the number of the surface on the left of that contact; merged: lines (2,) of the surface
+    that is there afterwards.
+    """
+    nodes = event.before[0].nodes
+    left = event.before[place]
+    right = event.before[place + 1]
+    pair = (left.trace[-1][1][0], right.trace[-1][1][1])
+    between = Life(nodes, event.direction, [(event.at, pair)], born=event)
+    before = [*event.before[:place], between, *event.before[place + 2 :]]
+    later = Happening(event.at, before, event.after)
+    for life in before:
+        life.dies = later
+    for life in event.after:
+        life.born = later
+        life.start = float("nan")
+    event.before = [left, right]
+    event.lines_before = event.lines_before[place : place + 2]
+    event.after = [between]
+    event.lines_after = merged[None]
+    return later
