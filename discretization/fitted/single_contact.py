@@ -312,10 +312,12 @@ class SingleContact:
         step = max(DIFFERENCES.step * self._span(x), DIFFERENCES.least_ulps * math.ulp(x))
         if width <= _APEX.narrow * self.scene.elastocapillary_length and x != self.apex:
             step = min(step, abs(x - self.apex) / 2)
-        before = max((corner for corner in corners if corner < x), default=-math.inf)
-        after = min((corner for corner in corners if corner > x), default=math.inf)
-        low = self._within(max(x - step, (x + before) / 2))
-        high = self._within(min(x + step, (x + after) / 2))
+        corner_before = max((corner for corner in corners if corner < x), default=-math.inf)
+        corner_after = min((corner for corner in corners if corner > x), default=math.inf)
+        half_way_before = (x + corner_before) / 2
+        half_way_after = (x + corner_after) / 2
+        low = self._within(max(x - step, half_way_before))
+        high = self._within(min(x + step, half_way_after))
         return low, high
 
     def _span(self, x: float) -> float:

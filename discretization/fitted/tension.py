@@ -7,7 +7,7 @@ there is no gap where nothing pulls, and one around every place that does.
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -90,14 +90,14 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     """
     length = scene.elastocapillary_length
     start, end = sorted((one, other))
-    cells = _between_samples(profile, start, end)
-    cells = cells[:, cells[1] - cells[0] > _RULES.shortest * length]
-    if not cells.size:
+    intervals = _between_samples(profile, start, end)
+    intervals = intervals.of(intervals.width > _RULES.shortest * length)
+    if not intervals.low.size:
         return Pull()
     ends = (math.nan, math.nan)
     for _ in range(1 + _RULES.closer):
-        cells = _divided(profile, cells)
-        x, values = _along(cells, _pulls(scene, profile, cells, depth))
+        parts = intervals.divided(profile)
+        x, values = _along(parts, _mean_pulls(scene, profile, parts, depth))
         i = int(np.argmax(values))
         worst = float(values[i])
         around = values[max(i - 1, 0) : i + 2]
@@ -110,27 +110,65 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
             sees_last = found[1] < x[-1] or x[-1] == end
             if (sees_first and sees_last) or math.isnan(ends[0]):
                 ends = found
-        cells = _beside_part(cells, i)
+        intervals = parts.beside(i)
     if worst <= 0:
         return Pull(0.0, ends, 0.0)
     width = min((ends[1] - ends[0]) / length, 1.0)
     return Pull(worst, ends, worst * width)
 
 
-def _between_samples(profile: Resolved, start: float, end: float) -> Array:
-    """Intervals (4, n) between neighbouring samples: both ends, and f' inside at them."""
+class _Intervals(NamedTuple):
+    """Intervals of the contact; arrays (n,), or (n, parts) once they are divided.
+
+    Attributes
+    ----------
+    low, high : ndarray
+        Their ends [length].
+    slope_low, slope_high : ndarray
+        f' at these, inside of the interval.
+    """
+
+    low: Array
+    high: Array
+    slope_low: Array
+    slope_high: Array
+
+    @property
+    def width(self) -> Array:
+        """Their lengths."""
+        return self.high - self.low
+
+    def of(self, own: Any) -> "_Intervals":
+        """Those of these numbers."""
+        return _Intervals(*(values[own] for values in self))
+
+    def divided(self, profile: Resolved) -> "_Intervals":
+        """Each in equal parts (n, parts)."""
+        share = np.arange(_RULES.parts + 1) / _RULES.parts
+        x = self.low[:, None] + self.width[:, None] * share
+        x[:, -1] = self.high
+        slope = np.asarray(profile.indenter.slope(x.ravel()), float).reshape(x.shape)
+        slope[:, 0] = self.slope_low
+        slope[:, -1] = self.slope_high
+        return _Intervals(x[:, :-1], x[:, 1:], slope[:, :-1], slope[:, 1:])
+
+    def beside(self, i: int) -> "_Intervals":
+        """The part in which `_along` has its place i, and those on both sides of it."""
+        interval, place = divmod(i, _RULES.parts + 2)
+        number_in_interval = min(max(place - 1, 0), _RULES.parts - 1)
+        number = _RULES.parts * interval + number_in_interval
+        own = slice(max(number - 1, 0), number + 2)
+        return _Intervals(*(values.ravel()[own] for values in self))
+
+
+def _between_samples(profile: Resolved, start: float, end: float) -> _Intervals:
+    """The intervals between neighbouring samples from one position to another."""
     own = profile.beyond(start, end)
     x = np.concatenate([[start], profile.x[own], [end]])
     slope = profile.slope[own]
-    first, last = profile.one_sided(np.array([start, end]), (1, -1))[1]
-    return np.array([x[:-1], x[1:], [first, *slope], [*slope, last]])
-
-
-def _beside_part(parts: Array, i: int) -> Array:
-    """The part (4, 1..3) in which `_along` has its place i, and those beside it."""
-    interval, place = divmod(i, _RULES.parts + 2)
-    part = _RULES.parts * interval + min(max(place - 1, 0), _RULES.parts - 1)
-    return parts.reshape(4, -1)[:, max(part - 1, 0) : part + 2]
+    _, slopes_at_ends = profile.one_sided(np.array([start, end]), (1, -1))
+    first, last = slopes_at_ends
+    return _Intervals(x[:-1], x[1:], np.append(first, slope), np.append(slope, last))
 
 
 def bounds(scene: Scene, profile: Resolved) -> Array:
@@ -148,9 +186,9 @@ def bounds(scene: Scene, profile: Resolved) -> Array:
     """
     x = profile.x
     slope = profile.slope
-    parts = _divided(profile, np.array([x[:-1], x[1:], slope[:-1], slope[1:]]))
+    parts = _Intervals(x[:-1], x[1:], slope[:-1], slope[1:]).divided(profile)
     with np.errstate(divide="ignore", invalid="ignore"):  # at a corner
-        _, values = _along(parts, _pulls(scene, profile, parts, 0.0))
+        _, values = _along(parts, _mean_pulls(scene, profile, parts, 0.0))
         of_intervals = values.reshape(x.size - 1, -1)
         rise = _RULES.rises * np.ptp(of_intervals, axis=1)
         lower = of_intervals.min(axis=1) - rise
@@ -159,40 +197,40 @@ def bounds(scene: Scene, profile: Resolved) -> Array:
     return np.where(long_enough, np.array([lower, upper]), ANY)
 
 
-def _divided(profile: Resolved, cells: Array) -> Array:
-    """Parts (4, n, _PARTS) of intervals (4, n) of the contact: ends, and f' at them, inside."""
-    lo, hi, one, other = cells
-    x = lo[:, None] + (hi - lo)[:, None] * (np.arange(_RULES.parts + 1) / _RULES.parts)
-    x[:, -1] = hi
-    slope = np.asarray(profile.indenter.slope(x.ravel()), float).reshape(x.shape)
-    slope[:, 0] = one
-    slope[:, -1] = other
-    return np.array([x[:, :-1], x[:, 1:], slope[:, :-1], slope[:, 1:]])
+def _mean_pulls(scene: Scene, profile: Resolved, parts: _Intervals, depth: float) -> Array:
+    """The mean pull over k of parts, -g - l² times the mean of f'', less what may be rounding.
 
-
-def _pulls(scene: Scene, profile: Resolved, parts: Array, depth: float) -> Array:
-    """The mean pull of every part, less what may be rounding."""
-    lo, hi, one, other = parts
+    The mean of f is that of the cubic through heights and slopes at both ends.
+    """
     height = profile.indenter.height
-    width = hi - lo
-    f = (height(lo) + height(hi)) / 2 - width * (other - one) / 12
+    width = parts.width
+    at_low = parts.slope_low
+    at_high = parts.slope_high
+    f = (height(parts.low) + height(parts.high)) / 2 - width * (at_high - at_low) / 12
     if scene.slopes == "finite":
-        one = one / np.sqrt(1 + one * one)
-        other = other / np.sqrt(1 + other * other)
-    one = one * scene.measure(lo)
-    other = other * scene.measure(hi)
-    noise = _RULES.rounding * (np.abs(one) + np.abs(other))
-    bend = (other - one + noise) / (width * scene.measure((lo + hi) / 2))
+        at_low = at_low / np.sqrt(1 + at_low * at_low)
+        at_high = at_high / np.sqrt(1 + at_high * at_high)
+    at_low = at_low * scene.measure(parts.low)
+    at_high = at_high * scene.measure(parts.high)
+    noise = _RULES.rounding * (np.abs(at_low) + np.abs(at_high))
+    middle = (parts.low + parts.high) / 2
+    bend = (at_high - at_low + noise) / (width * scene.measure(middle))
     return np.asarray(f - depth - scene.elastocapillary_length**2 * bend)
 
 
-def _along(parts: Array, mean: Array) -> tuple[Array, Array]:
-    """Places and the pull there: at the middles of parts, and at both ends of every interval.
+def _along(parts: _Intervals, mean: Array) -> tuple[Array, Array]:
+    """Places along divided intervals (n, parts), and the pull there.
 
-    At the ends, where it may be largest, that of the parabola with the means of the next three.
+    The places are the middles of the parts, with their mean pull, and both ends of every interval,
+    where the pull may be largest: that is the end of the parabola with the means of the next three.
+
+    Returns
+    -------
+    x, pull : ndarray (n (parts + 2),)
+        [length].
     """
-    lo, hi = parts[:2]
-    x = np.hstack([lo[:, :1], (lo + hi) / 2, hi[:, -1:]])
+    middles = (parts.low + parts.high) / 2
+    x = np.hstack([parts.low[:, :1], middles, parts.high[:, -1:]])
     first = mean[:, :3] @ _TO_END
     last = mean[:, :-4:-1] @ _TO_END
     values = np.hstack([first[:, None], mean, last[:, None]])

@@ -314,9 +314,14 @@ def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
     """
     middle = corner.middle(zeta > corner.zeta)
     mean, rise, bend, turn = corner.cubic(steps, middle)
+    # Whole links between the node of the line and the middle of the cubic, inwards ones negative.
+    is_before_middle = middle[..., None] > LINKS
+    is_inside_contact = LINKS < 0
+    passed = is_before_middle * 1 - is_inside_contact
+    known_steps = np.where(np.isnan(steps), 0.0, steps)
+    whole_links = (known_steps * passed).sum(axis=-1)
+
     t = zeta - middle
-    passed = (middle[..., None] > LINKS) * 1 - (LINKS < 0)
-    whole_links = (np.where(np.isnan(steps), 0.0, steps) * passed).sum(axis=-1)
     mean_of_part = mean + rise / 2 * t + (t * t - 1) * (bend / 3 + turn / 4 * t)
     return whole_links + np.where(np.isnan(mean_of_part), 0.0, t * mean_of_part)
 
@@ -483,32 +488,41 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[list
         U [energy/length] and P [force/length] that states have more than those on their nodes.
     """
     if max(map(len, states)) == 1:
-        lines, more = _found(row, np.reshape(states, (-1, 2)), depths)
-        return list(lines), more.sum(axis=-1)
+        lines, by_line = _found(row, np.reshape(states, (-1, 2)), depths)
+        return list(lines), by_line.sum(axis=-1)
     nodes = [np.ravel(contacts) for contacts in states]
-    count = len(nodes)
-    first_contacts = [one[:2] for one in nodes]
-    last_contacts = [one[-2:] for one in nodes]
-    lines, more = _found(row, np.array(first_contacts + last_contacts), np.tile(depths, 2))
-    left = lines[:count, 0]
-    right = lines[count:, 1]
-    added = more[:, :count, 0] + more[:, count:, 1]
+    left, right, added = _outermost_lines(row, nodes, depths)
     gaps = [one.size // 2 - 1 for one in nodes]
     if not any(gaps):
         return list(np.column_stack([left, right])), added
 
     # Gaps with the contacts on either side, of all states; those that are alike only once.
-    state = np.repeat(np.arange(count), gaps)
-    beside = np.concatenate([_pairs_of_contacts(one) for one in nodes if one.size > 2])
-    known_depths, at = np.unique(depths[state], return_inverse=True)
-    gaps_and_depths = np.column_stack([beside, at])
-    alike, own = np.unique(gaps_and_depths, axis=0, return_inverse=True)
-    lines, more = _found(row, alike[:, :4], known_depths[alike[:, 4]])
-    of_gaps = (more[..., 1] + more[..., 2])[:, own.ravel()]
-    added += [np.bincount(state, each, count) for each in of_gaps]
-    inner = np.split(lines[own.ravel(), 1:3].ravel(), 2 * np.cumsum(gaps)[:-1])
+    count = len(nodes)
+    state_of_gap = np.repeat(np.arange(count), gaps)
+    contacts_beside = np.concatenate([_pairs_of_contacts(one) for one in nodes if one.size > 2])
+    known_depths, depth_number = np.unique(depths[state_of_gap], return_inverse=True)
+    gaps_and_depths = np.column_stack([contacts_beside, depth_number])
+    distinct, number = np.unique(gaps_and_depths, axis=0, return_inverse=True)
+    number = number.ravel()
+    lines, by_line = _found(row, distinct[:, :4], known_depths[distinct[:, 4]])
+
+    both_lines = by_line[..., 1] + by_line[..., 2]
+    added += [np.bincount(state_of_gap, each, count) for each in both_lines[:, number]]
+    facing_lines = lines[number, 1:3].ravel()
+    inner = np.split(facing_lines, 2 * np.cumsum(gaps)[:-1])
     of_each_state = zip(left, inner, right, strict=True)
     return [np.array([first, *facing, last]) for first, facing, last in of_each_state], added
+
+
+def _outermost_lines(row: Row, nodes: Sequence[Nodes], depths: Array) -> tuple[Array, Array, Array]:
+    """The leftmost and the rightmost line of each state, and what both add to U and P (2, s)."""
+    count = len(nodes)
+    first_contacts = [one[:2] for one in nodes]
+    last_contacts = [one[-2:] for one in nodes]
+    lines, by_line = _found(row, np.array(first_contacts + last_contacts), np.tile(depths, 2))
+    left = lines[:count, 0]
+    right = lines[count:, 1]
+    return left, right, by_line[:, :count, 0] + by_line[:, count:, 1]
 
 
 def _pairs_of_contacts(nodes: Nodes) -> Nodes:

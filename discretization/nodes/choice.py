@@ -92,13 +92,15 @@ def chosen_spacing(scene: Scene, depth: float) -> float:
 
 def _half_waves(profile: Resolved, level: float, slight: float) -> Array:
     """Lengths from one local extreme to the next, one of them at most this high above f = 0."""
-    turns = np.flatnonzero(np.diff(np.sign(profile.slope)) != 0)
-    extremes = np.unique(np.concatenate([[0], turns, [profile.x.size - 1]]))
-    lengths = np.diff(profile.x[extremes])
+    slope_changes_sign = np.diff(np.sign(profile.slope)) != 0
+    turns = np.flatnonzero(slope_changes_sign)
+    ends = [0, profile.x.size - 1]
+    extremes = np.unique(np.append(turns, ends))
     heights = profile.f[extremes]
+    lengths = np.diff(profile.x[extremes])
     rises = np.abs(np.diff(heights))
-    low = np.minimum(heights[1:], heights[:-1]) <= level
-    return np.asarray(lengths[low & (rises > slight) & (lengths > 0)])
+    is_low = np.minimum(heights[1:], heights[:-1]) <= level
+    return np.asarray(lengths[is_low & (rises > slight) & (lengths > 0)])
 
 
 def _first_contacts(scene: Scene, profile: Resolved, level: float) -> Array:

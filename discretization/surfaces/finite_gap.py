@@ -295,15 +295,18 @@ class Gaps:
         The imbalance of a node, of a reaction, and of the constancy of u²/2 + cos φ.
         """
         left_pull, right_pull = self.pulls[:, 0].tolist()
-        u = self.u[0]
-        size = float(abs(u[0]) + abs(u[-1])) + abs(left_pull) + abs(right_pull) or 1.0
+        u_left = float(self.u[0, 0])
+        u_right = float(self.u[0, -1])
+        size = abs(u_left) + abs(u_right) + abs(left_pull) + abs(right_pull) or 1.0
         imbalance = float(np.abs(self._nodal_imbalance(left_pull, right_pull)).max())
 
+        # Differences between both lines of cos φ and of u²/2, as products that lose no digits.
         cosines = math.sqrt(max(1 - left_pull * left_pull, 0.0))
         cosines += math.sqrt(max(1 - right_pull * right_pull, 0.0))
         cosine_falls = (right_pull - left_pull) * (right_pull + left_pull) / cosines
-        change = -self.rises[0][-1] * (u[0] + u[-1]) / 2 + cosine_falls
-        return max(imbalance, abs(float(change)) / size) / size
+        half_square_rises = float(self.rises[0, -1]) * (u_left + u_right) / 2
+        change = cosine_falls - half_square_rises
+        return max(imbalance, abs(change) / size) / size
 
     def _nodal_imbalance(self, left_pull: float, right_pull: float) -> Array:
         """∂F/∂u of all nodes of the first surface, less what pulls at both lines."""

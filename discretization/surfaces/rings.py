@@ -90,13 +90,17 @@ def stiffness(side: Any, s: Any) -> Any:
     """
     if isinstance(s, float) and s >= AXIS_RADIUS:
         return float(FAMILY.one(side, s)[0] / leading_order(side, s))
-    near = np.maximum(s, AXIS_RADIUS)
-    found = FAMILY.at(side, np.ravel(near)).reshape(np.shape(near)) / leading_order(side, near)
-    if (near == s).all():
+    known = np.maximum(s, AXIS_RADIUS)
+    values = FAMILY.at(side, np.ravel(known)).reshape(np.shape(known))
+    found = values / leading_order(side, known)
+    if (known == s).all():
         return found[()]
+    # Closer to the axis springs do not matter: outside a ring of compliance -log(ratio) is put in
+    # series, inside S is proportional to the radius.
     ratio = np.where(np.greater(s, 0), np.minimum(s / AXIS_RADIUS, 1.0), 1.0)
-    beyond = found / (ratio * (1 - near * found * np.log(ratio)))
-    return np.where(np.greater(side, 0), beyond, found * ratio)[()]
+    outside = found / (ratio * (1 - known * found * np.log(ratio)))
+    inside = found * ratio
+    return np.where(np.greater(side, 0), outside, inside)[()]
 
 
 def leading_order(side: Any, s: Any) -> Any:
