@@ -90,7 +90,7 @@ def load_path(
     touching else; under force and machine control it starts at first touch. Without long-range
     attraction contact begins on touching, at d = min f.
 
-    Under load control the indenter jumps to the next depth with the same P, held by a machine of
+    Under load control the indenter jumps to the next depth with the same P, under a machine of
     stiffness K to the next one with the same d + P/K: larger depths as the control rises, smaller
     ones as it falls. A jump is an event.
 

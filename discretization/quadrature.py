@@ -89,7 +89,7 @@ class HeightSteps:
     left_out : int
         Steps with the largest differences that do not count, as there may be a corner on them.
     golden : float
-        Golden section: multiples of it, less whole numbers, repeat at no period of the profile.
+        Golden section: the fractional parts of its multiples repeat at no period of the profile.
     """
 
     count: int = 32
@@ -155,7 +155,7 @@ class Halves(NamedTuple):
         Of the first and the second halves.
     divisible : ndarray of bool (n,)
         Whether there is a floating-point number in the middle.
-    whole, whole_sizes : ndarray (m, n)
+    coarse, coarse_sizes : ndarray (m, n)
         Integrals over the panels, and of absolute values.
     sums, sizes : ndarray (m, n)
         The same over both halves together.

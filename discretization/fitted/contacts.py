@@ -4,8 +4,8 @@ In contact u = d - f is prescribed, so the free surfaces, two tails and the gaps
 do not feel each other, and energy and force are sums over the contacts and over them.
 
 The conditions of ../certificate.py for lines that move continuously, depths over the largest of |d|
-and δ₀, at lines with l |f'| added, a term of D. Of a path, on which depths are only told apart by
-TIE of the largest, no less than makes that pass:
+and δ₀, at lines with l |f'| added, a term of D. Depths of a path are only known to
+TIE of the largest, and the scale is no less than makes that pass:
 
     penetration   max (g - u) between the contacts and beyond them, at the samples that resolve the
                   profile and at the extremes between them; and just ahead of every line the
@@ -65,7 +65,7 @@ class Contacts:
 
     @functools.cached_property
     def pinned(self) -> Mask:
-        """Which lines are held, as the end at an axis is (m, 2)."""
+        """Which lines (m, 2) are pinned; the end of a contact at an axis counts as pinned."""
         of_lines = [not line.free for line in self.line_states]
         at_axis = [True] * (self.x.size - len(of_lines))
         return np.array(at_axis + of_lines).reshape(-1, 2)

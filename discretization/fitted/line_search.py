@@ -264,7 +264,7 @@ class EquilibriumFinder:
         direction: int,
         exact: bool,
     ) -> float | None:
-        """The first place on this way at which a line rests; of one that recedes also the limit.
+        """The first place in this direction at which a line rests; if it recedes also the limit.
 
         Or if that need not be exact, one just before it.
         """
@@ -284,7 +284,7 @@ class EquilibriumFinder:
         return first_zero(self.rests.profile, h, (x, limit), closed, exact, tie)
 
     def _nearby(self, start: Pair, depth: float, direction: int) -> Pair | None:
-        """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
+        """Both lines of a gap in stable equilibrium beyond a start, by Newton's method.
 
         None where a sample lies in between, they are not stable, or it fails.
         """
@@ -299,7 +299,7 @@ class EquilibriumFinder:
         return q, p
 
     def _further(self, q: float, p: float, step: Pair, depth: float, direction: int) -> Pair:
-        """The lines of a gap further on the same way, in growing steps of the one that moves most.
+        """The lines of a gap further on in the same direction, in growing steps of the faster one.
 
         Where an equilibrium has just disappeared they would pass its place by ever smaller ones.
         The other line is at rest meanwhile, and no step leaves the first beyond where it rests.

@@ -71,7 +71,7 @@ class Advance(NamedTuple):
     depth : float
         Where they are so [length].
     rests : bool
-        Whether that is the end of the way.
+        Whether that is the depth to which it was to be pressed.
     """
 
     parts: list[Pair]
@@ -227,7 +227,7 @@ class PressedSurface:
         It has touched at z before the line came by if D₀(z), the rest depth without adhesion, is
         not more than the depth at which the line passed z. Of the other line's places, before and
         now, that is taken which lets this happen earlier. Without adhesion the state does not
-        depend on the path: then it is asked whether the profile pulls there at the end.
+        depend on the path: then the criterion is whether the profile pulls there at the end.
 
         Parameters
         ----------
@@ -268,7 +268,7 @@ class PressedSurface:
     def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
         """The lines of a surface after a jump at a depth: they advance until the surface touches.
 
-        Lines stand on samples in turn, so that a touch on the way is not missed; `end` is where
+        Lines stand on samples in turn, so that a touch in between is not missed; `end` is where
         they rest if there is none, None if they meet.
         """
         if end == (q, p):  # nothing moves: it has touched a little before
@@ -286,7 +286,7 @@ class PressedSurface:
         return end or ()
 
     def _next_places(self, q: float, p: float, goal: Pair, depth: float) -> list[Pair]:
-        """Where the lines stand next on their way to a goal, from sample to sample.
+        """Where the lines stand next as they move to a goal from sample to sample.
 
         The left one goes as far as it does beside the other; where it does not, the right one; and
         both to the next sample where neither does.

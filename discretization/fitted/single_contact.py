@@ -221,7 +221,7 @@ class SingleContact:
 
     @functools.cached_property
     def tip(self) -> float:
-        """Least distance from the apex at which a line is told from it; 0 where lines get there.
+        """Least distance of a line from the apex that is distinct from 0; 0 where lines get there.
 
         Lines get to a corner, to an axis, and to an apex beside which the slope does not change, as
         at a kink nobody declared.
@@ -272,7 +272,7 @@ class SingleContact:
         pinned = at_corner or unresolved
 
         # D is read a few roundings outside and inside of a free line, at a corner exactly there,
-        # and of a point that stands for a contact where lines can be told from it.
+        # and of a point that stands for a contact where lines are distinct from it.
         rounding = 0.0 if pinned else side * ULPS * math.ulp(x)
         outside = self._within(x + (side * self.tip if unresolved else rounding))
         inside = self._within(x - rounding)

@@ -49,7 +49,7 @@ class LatticeSearch:
         Nodes at most, as only the contacts are needed: what takes some seconds.
     same_energy : float
         Of the energy's scale: energies of the same state, far above rounding and as far below what
-        two states differ by that a lattice tells apart.
+        two states differ by that a lattice can distinguish.
     """
 
     per_length: int = 16

@@ -1,6 +1,6 @@
-"""Where lines come to rest, zeros of D - d: the first one on a way, or both of a gap.
+"""Where lines come to rest, zeros of D - d: the first one along a profile, or both of a gap.
 
-The first place on the way along a profile where a function is no longer negative: it is read at the
+The first place along the profile where a function is no longer negative: it is read at the
 samples of the resolved profile, at corners on either side, until it is. Between samples a maximum
 is looked for wherever one could reach 0, so that a stop is not missed next to where it disappears.
 
@@ -92,7 +92,13 @@ _NEWTON = NewtonRules()
 
 
 class Samples(NamedTuple):
-    """Places (n,) in the order of the way, the same twice at a corner, and the function there."""
+    """Places (n,) in the order in which they are passed, corners twice, and the function there.
+
+    Attributes
+    ----------
+    x, values : ndarray (n,)
+        Positions [length], and the function there.
+    """
 
     x: Array
     values: Array
@@ -105,7 +111,7 @@ class Samples(NamedTuple):
 def first_zero(
     profile: Resolved, h: Function, ends: tuple[float, float], closed: bool, exact: bool, tie: float
 ) -> float | None:
-    """The first place on the way along a profile at which a function is not negative.
+    """The first place along a profile at which a function is not negative.
 
     Parameters
     ----------
@@ -114,9 +120,9 @@ def first_zero(
         h(x, f, f1): its values at places with these heights and slopes of the profile, which h(x)
         reads itself.
     ends : tuple of float
-        Start and limit of the way [length].
+        Start and limit of the search, in this order [length].
     closed : bool
-        Whether the limit belongs to the way; another line does not.
+        Whether the limit itself is searched, too; it is not where another line is.
     exact : bool
         Whether the zero itself is needed; otherwise it is a place just before it.
     tie : float
@@ -152,9 +158,9 @@ def first_zero(
 
 
 def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
-    """x, f and f' (3, n) of the samples strictly between, in the order of the way.
+    """x, f and f' (3, n) of the samples strictly between, in the order in which they are passed.
 
-    With some more where the way is short, and next to its end.
+    There are some more where these are few, and next to the limit.
     """
     own = profile.beyond(start, limit)
     found = np.array([profile.x[own], profile.f[own], profile.slope[own]])[:, ::side]
@@ -234,7 +240,7 @@ def gap_at_rest(rests: RestDepths, lines: Array, depth: float, direction: int) -
         Where the left and the right line are [length].
     depth : float
         [length].
-    way : {1, -1}
+    direction : {1, -1}
         1 where lines advance, -1 where they recede.
 
     Returns
@@ -273,7 +279,7 @@ class Step(enum.Enum):
 
     MOVES = "the lines still move"
     RESTS = "they rest: the step is rounding, or the next one will be"
-    FAILS = "they meet, a corner is in the way, they are not stable, or steps do not shrink"
+    FAILS = "they meet, are stopped by a corner, are not stable, or steps do not shrink"
 
 
 @dataclass(eq=False)
@@ -340,7 +346,7 @@ class _GapNewton:
         self.slow += step > _NEWTON.shrinks * self.last
         too_slow = not rests and self.slow > _NEWTON.patience
         fails = stuck or too_slow or not math.isfinite(step) or not new[0] < new[1]
-        if not fails:  # from afar it is followed only where it is stable all the way
+        if not fails:  # only where lines are stable at every step do they lead to this equilibrium
             fails = not stable(self.rates[None], free)[0]
 
         width = float(new[1] - new[0])

@@ -5,11 +5,11 @@ the displacements of a state, and by single moves away from it:
 
     penetration   max (g_i - u_i)/δ over the free nodes,                          <= tolerance
     stationarity  max |∂U/∂u_i| / kΔxδ over the free nodes,                       <= tolerance
-    opening       a contact node pulled (∂U/∂u_i < 0) may only be held by its adhesion: opening
+    opening       a contact node pulled (∂U/∂u_i < 0) may only be kept by its adhesion: opening
                   that node alone, the others as they are, must not lower the energy; a lone
                   node has no adhesion, unless on a path it stands for a contact narrower than a
                   link, both lines of which pull with √(2wγ₁) at most
-    neighbours    no line gains energy by one link either way, after which the surface stays above
+    neighbours    no line gains energy by one link in or out, after which the surface stays above
                   the indenter, as a fraction of the terms of that change
     force         dU/dd (sum of nodal forces on the contacts) against kΔx Σ u_i over the whole line
 

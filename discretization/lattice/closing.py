@@ -7,7 +7,7 @@ face rest as well, so that of x, the depth d, and the faced lines q and p
 
     D(x; q) = d,   D(x; p) = d,   D(q; x) = d,   D(p; x) = d,
 
-found by Newton's method; a line that is faced by nothing, and one held at a corner, drops out. The
+found by Newton's method; a line that is faced by nothing, or pinned at a corner, drops out. The
 depth is that of the continuum to O(Δx²), while the last link of a contact opens up to half a link
 too early, at an error O(Δx).
 """

@@ -220,10 +220,18 @@ class _Ends:
 
 
 class _Start(NamedTuple):
-    """A start seen from a block.
+    """A start relative to a block, in units in which y = h and z = 1 at the origin of the block.
 
-    which: its place in `_Ends`; value: V; h: its drop; more, z, y: y - h, z - 1 and y, in units in
-    which y = h and z = 1 at the origin.
+    Attributes
+    ----------
+    which : int
+        Its place in `_Ends`.
+    value : float
+        V [energy/length].
+    h : float
+        Its drop [length].
+    more, z, y : float
+        y - h, z - 1 and y.
     """
 
     which: int
@@ -235,7 +243,7 @@ class _Start(NamedTuple):
 
 
 def _placed(ends: _Ends, which: Nodes, value: Array, origin: int) -> list[_Start]:
-    """Starts as seen from an origin."""
+    """Starts relative to an origin."""
     h = ends.h[which]
     log_y, log_z = ends.logs(which, origin)
     more = h * np.expm1(log_y)

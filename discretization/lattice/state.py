@@ -1,6 +1,6 @@
 """Equilibria on a lattice: which method finds the contacts, and the end of a path from first touch.
 
-Contacts of a convex profile are alone all the way, and found without following the path.
+A convex profile has a single contact at any depth, which is found without following the path.
 """
 
 import functools

@@ -670,7 +670,7 @@ def _few_links(scene: Scene, lattice: Lattice, lines: Array) -> Mask:
 def _pinned_by_profile(
     scene: Scene, lattice: Lattice, depth: Array, lines: Array, tolerance: float
 ) -> Mask:
-    """Whether each contact (n, m) of lines (n, 2m) is held by the profile within a link of it.
+    """Whether each contact (n, m) of lines (n, 2m) is kept by the profile within a link of it.
 
     There the left line does not recede at one place, and the right one at the same or further on.
     """

@@ -558,7 +558,7 @@ class Walk:
 
 
 class Front:
-    """The contacts of a walk under way, and the next change of every part of them.
+    """The contacts of a walk that goes on, and the next change of every part of them.
 
     Contacts prescribe the displacement, so that parts do not feel each other: after a change only
     the parts that it has changed need a new next one. A heap has the earliest first; entries of

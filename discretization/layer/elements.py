@@ -65,7 +65,7 @@ def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ..
     shortest : float
         1/√τ of the stiffest pole [length].
     first : float
-        Where the grading begins, as a fraction of the way from one kink, or line, to the next.
+        Where the grading begins, as a fraction of the distance from one kink, or line, to the next.
 
     Returns
     -------

@@ -127,7 +127,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 class Nodes(FreeSurface):
-    """The surface held down at nodes on each side of the lowest point of a profile.
+    """The surface with prescribed displacements at nodes on each side of a lowest point.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ class Nodes(FreeSurface):
 
     @property
     def stored(self) -> float:
-        """Energy of the surface that is held down at all nodes."""
+        """Energy of the surface whose displacement is prescribed at all nodes."""
         return float(self.y @ self.y) / 2
 
     @property

@@ -62,7 +62,7 @@ def chosen_spacing(scene: Scene, depth: float) -> float:
     Warns
     -----
     AccuracyWarning
-        If that is more than what the profile asks for, as the nodes would be too many.
+        If that is more than what the profile needs, as the nodes would be too many.
     """
     profile = resolve(scene, depth)
     indenter = scene.indenter
@@ -81,7 +81,7 @@ def chosen_spacing(scene: Scene, depth: float) -> float:
     least = float(np.ptp(profile.x[[0, -1]])) / _NODES.most
     if spacing < least:
         warnings.warn(
-            f"the profile asks for nodes {spacing!r} apart; with {_NODES.most} of them they are "
+            f"the profile needs nodes {spacing!r} apart; with {_NODES.most} of them they are "
             f"{least!r} apart, and contacts may be missed; give it a smaller extent, or a spacing",
             AccuracyWarning,
             stacklevel=3,

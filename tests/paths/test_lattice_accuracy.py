@@ -118,6 +118,6 @@ def test_a_spacing_that_is_chosen_resolves_the_profile():
 
 def test_a_profile_that_would_need_too_many_nodes_is_told():
     scene = plain(Parabola(1e-6).within(-5.0, 5.0), w=0.02)
-    with pytest.warns(AccuracyWarning, match="asks for nodes"):
+    with pytest.warns(AccuracyWarning, match="needs nodes"):
         path = load_path(scene, depths=[-0.1, -0.05], method="lattice")
     assert path.spacing == pytest.approx(10 / 200_000, rel=1e-2)
