@@ -322,7 +322,7 @@ def fit(
         best = sought(model)
     notes += (*curve.notes, *map(str, held), *_disturbances(model.data))
     if not chosen.all():
-        notes += (f"{(~chosen).sum()} points outside of the chosen depths are left out",)
+        notes += (f"left out: {(~chosen).sum()} points outside of the chosen depths",)
     condition, weakest = conditioning(best.jac, len(names))
     reach = math.sqrt((best.limit - 1) * best.squares) * spreads(best.jac, len(names))
     quality = _quality(model, best)

@@ -120,7 +120,7 @@ class Hold(NamedTuple):
     depth: float
 
     def __str__(self) -> str:
-        return f"a hold of {self.points} points at d = {self.depth:.4g} m is left out"
+        return f"left out: a hold of {self.points} points at d = {self.depth:.4g} m"
 
 
 def holds(curve: Curve) -> tuple[Hold, ...]:

@@ -43,7 +43,7 @@ def test_a_hold_is_named_and_left_out():
     assert hold.points == 82 and moving.depth.size == curve.depth.size - 82
     found = fit(SCENE, curve, **FAST)
     assert_found(found)
-    assert "a hold of 82 points at d = 6e-08 m is left out" in str(found)
+    assert "left out: a hold of 82 points at d = 6e-08 m" in str(found)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.2e-9])
@@ -77,7 +77,7 @@ def test_depths_are_chosen_and_left_out():
     for chosen in ({"depth_range": (-1e-7, 40e-9)}, {"exclude": [(40e-9, 1e-7)]}):
         found = fit(SCENE, curve, **FAST, **chosen)
         assert_found(found)
-        assert f"{spoilt.sum()} points outside of the chosen depths are left out" in str(found)
+        assert f"left out: {spoilt.sum()} points outside of the chosen depths" in str(found)
 
 
 @pytest.mark.parametrize(
