@@ -101,7 +101,7 @@ class ElasticLayer:
 
     @property
     def stiffness(self) -> float:
-        """Stiffness per area k = Ẽ/h [stress/length], Eq. (3): what no variation meets."""
+        """Stiffness per area k = Ẽ/h [stress/length], Eq. (3), of a uniform displacement."""
         return self.modulus / self.h
 
     def stiffness_at(self, q: ArrayLike) -> Array:
@@ -158,8 +158,8 @@ def effective_length(layer: ElasticLayer, gamma1: float) -> float:
         return float(np.sqrt(gamma1 / layer.stiffness))
     if layer.nu == 0.5:
         raise ValueError(
-            "nu = 0.5: an incompressible layer has no effective length, as without variation "
-            "nothing displaces it; give a smaller Poisson's ratio"
+            "nu = 0.5: an incompressible layer has no effective length, as no pressure displaces "
+            "it uniformly; give a smaller Poisson's ratio"
         )
     log_qh = np.arange(_LOWEST_LOG, _HIGHEST_LOG, _LOG_STEP)
     qh = np.exp(log_qh)

@@ -118,12 +118,13 @@ def half_space_pull_off(*, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLi
     R = positive("R", R)
     w = positive("w", w)
     a = np.cbrt(9 * np.pi * w * R**2 / (8 * half_space_modulus(E, nu)))
-    return _pulled(-1.5 * np.pi * w * R, half_space_depth(a, R=R, E=E, nu=nu, w=w), a)
+    return _state(-1.5 * np.pi * w * R, half_space_depth(a, R=R, E=E, nu=nu, w=w), a)
 
 
-def _pulled(*state: ArrayLike) -> PullOff:
-    """All three broadcast to one shape."""
-    return PullOff(*map(unwrap, np.array(np.broadcast_arrays(*state), np.float64)))
+def _state(force: ArrayLike, d: ArrayLike, a: ArrayLike) -> PullOff:
+    """Force, depth and half-width of pull-off, broadcast to one shape."""
+    broadcast = np.array(np.broadcast_arrays(force, d, a), np.float64)
+    return PullOff(*map(unwrap, broadcast))
 
 
 def _flow(E: ArrayLike, h: ArrayLike, w: ArrayLike) -> tuple[Array, Array]:
@@ -204,7 +205,7 @@ def incompressible_pull_off(*, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: Arra
     w = positive("w", w)
     _, mu = _flow(E, h, w)
     a = np.cbrt(12 * R * mu)
-    return _pulled(-3 * np.pi * w * R, mu / a, a)
+    return _state(-3 * np.pi * w * R, mu / a, a)
 
 
 def incompressible_cylinder_depth(
@@ -256,7 +257,7 @@ def incompressible_cylinder_pull_off(
     w = positive("w", w)
     stiff, mu = _flow(E, h, w)
     a = np.cbrt(6 * R * mu)
-    return _pulled(-1.2 * stiff * mu * a**2, 0.0, a)
+    return _state(-1.2 * stiff * mu * a**2, 0.0, a)
 
 
 def tension_force(a: ArrayLike, *, R: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:

@@ -22,6 +22,7 @@ every point and the floors, one `dptsv` of each size; runtime_vs_error.png: time
 of a, of the rough profile against the number of nodes, for tasks with more than a point a method.
 """
 
+import itertools
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -49,9 +50,19 @@ from studies.shared.timing import middle, tridiagonal_seconds
 
 @dataclass(frozen=True)
 class Parameters:
-    """Sizes for the fast methods; time a method may take before its next size is left out [s].
+    """What is measured.
 
-    steps: of the loop; repeats: at least 3 times this is 1.
+    Attributes
+    ----------
+    sizes : tuple of int
+        Numbers of nodes; a method stops at its own largest.
+    patience : float
+        Time that the repeats of a point may take [s]; a method that takes a quarter of it once
+        gets no larger size.
+    repeats : int
+        Calls that are timed, fewer where patience runs out.
+    steps : int
+        Depths of the loop.
     """
 
     sizes: tuple[int, ...] = (1000, 2000, 4000, 10_000, 20_000, 40_000, 10**5, 10**6, 10**7)
@@ -60,11 +71,32 @@ class Parameters:
     steps: int = 1000
 
 
+# A first call longer than this many times the patience stands alone, and no size that is expected
+# to take longer is begun.
+_LONGEST_REPEATED = 5
+_LONGEST_NOTE = 120  # characters of what a method that failed said, a line of a table
+
 QUICK = Parameters(sizes=(10**3, 10**4), patience=0.05, repeats=3, steps=100)
 
 
 def timed(work: Callable[[], Any], repeats: int, patience: float) -> tuple[list[float], Any]:
-    """Times of `repeats` calls, of fewer, but one, once patience has run out; the last answer."""
+    """Times of calls.
+
+    Parameters
+    ----------
+    work : callable
+    repeats : int
+        Calls; fewer once patience has run out, but one at least.
+    patience : float
+        Seconds that all may take.
+
+    Returns
+    -------
+    times : list of float
+        Of each call [s].
+    answer
+        Of the last call.
+    """
     times: list[float] = []
     while not times or (len(times) < repeats and sum(times) <= patience):
         start = time.perf_counter()
@@ -74,25 +106,46 @@ def timed(work: Callable[[], Any], repeats: int, patience: float) -> tuple[list[
 
 
 def measure(task: Task, method: Method, size: float, parameters: Parameters) -> Point:
-    """One point; a method that fails says so in its note."""
+    """One point; a method that fails says so in its note.
+
+    Parameters
+    ----------
+    task : Task
+    method : Method
+    size : float
+        Number of nodes, or a tolerance.
+    parameters : Parameters
+
+    Returns
+    -------
+    Point
+    """
     try:
         start = time.perf_counter()
         solve, unknowns = method.make(task, size)
         modelling = time.perf_counter() - start
         (first,), answer = timed(solve, 1, 0.0)
         times = [first]
-        if first <= 5 * parameters.patience:
+        if first <= _LONGEST_REPEATED * parameters.patience:
             times, answer = timed(solve, parameters.repeats, parameters.patience)
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, IndexError) as problem:
-        note = f"{type(problem).__name__}: {problem}".splitlines()[0][:120]
+        note = f"{type(problem).__name__}: {problem}".splitlines()[0][:_LONGEST_NOTE]
         return Point.failed(task.name, method.name, size, note)
     per_step = np.array(times) / task.depths.size
     median, spread = middle(per_step)
     floor = tridiagonal_seconds(unknowns, 3)
-    prepared = modelling, first / task.depths.size
-    done = task.errors(answer), bool(answer.success)
     return Point(
-        task.name, method.name, size, unknowns, *prepared, median, spread, median / floor, *done
+        task.name,
+        method.name,
+        size,
+        unknowns,
+        modelling,
+        first / task.depths.size,
+        median,
+        spread,
+        median / floor,
+        task.errors(answer),
+        bool(answer.success),
     )
 
 
@@ -101,42 +154,74 @@ def run(
     tasks: Sequence[str] = tuple(TASKS),
     show: Callable[[Point], object] = lambda point: None,
 ) -> list[Point]:
-    """Every method of every task at growing sizes until its patience is exceeded."""
+    """Every method of every task at growing sizes until its patience is exceeded.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    tasks : sequence of str
+        Names of TASKS.
+    show : callable
+        Called with each point as soon as it is measured.
+
+    Returns
+    -------
+    list of Point
+    """
     chosen = [TASKS[name](parameters.steps) for name in tasks]
     cases = [(task, method) for task in chosen for method in task.methods]
-    return [p for own in each(partial(_grown, parameters, show), cases, 1) for p in own]
+    measured = each(partial(_grown, parameters, show), cases, 1)
+    return list(itertools.chain.from_iterable(measured))
 
 
 def _grown(
     parameters: Parameters, show: Callable[[Point], object], case: tuple[Task, Method]
 ) -> list[Point]:
-    (task, method), points = case, []
+    """The points of one method, at growing sizes."""
+    task, method = case
+    points: list[Point] = []
     if not all(map(installed, method.packages)):
         note = f"{', '.join(method.packages)} not installed"
         points.append(Point.failed(task.name, method.name, 0, note))
         show(points[-1])
         return points
     for size in method.sizes(parameters.sizes):
-        if points and not expected(points, size) * task.depths.size < 5 * parameters.patience:
-            break
-        points.append(measure(task, method, size, parameters))
-        show(points[-1])
-        if not points[-1].seconds * task.depths.size < parameters.patience / 4:
+        if points:
+            next_seconds = expected(points, size) * task.depths.size
+            if not next_seconds < _LONGEST_REPEATED * parameters.patience:
+                break
+        point = measure(task, method, size, parameters)
+        points.append(point)
+        show(point)
+        # a method that failed has no time (NaN), and ends here, too
+        if not point.seconds * task.depths.size < parameters.patience / 4:
             break
     return points
 
 
 def expected(points: Sequence[Point], size: float) -> float:
-    """Seconds at the next size by a power law: quadratic, or through the last two points."""
+    """Seconds at the next size by a power law: quadratic, or through the last two points.
+
+    Parameters
+    ----------
+    points : sequence of Point
+        Those that a method has, one at least.
+    size : float
+
+    Returns
+    -------
+    float
+        Of one depth; for a tolerance those of the last point.
+    """
+    last = points[-1]
     if size < 1:  # a tolerance
-        return points[-1].seconds
+        return last.seconds
     power = 2.0
     if len(points) > 1:
-        before, last = points[-2:]
-        power = max(
-            1.0, math.log(last.seconds / before.seconds) / math.log(last.size / before.size)
-        )
-    return float(points[-1].seconds * (size / points[-1].size) ** power)
+        before = points[-2]
+        seen = math.log(last.seconds / before.seconds) / math.log(last.size / before.size)
+        power = max(1.0, seen)
+    return float(last.seconds * (size / last.size) ** power)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -161,7 +246,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 def line(point: Point) -> str:
     """One point on the screen."""
     size = f"{point.size:9.3g}" if point.size else "         "
-    k = 2 if math.isnan(point.errors[0]) else 0
-    error = f"error of {'aPUθ'[k]} {point.errors[k]:.1e}"
+    if math.isnan(point.errors[0]):  # a rough profile: U alone counts
+        error = f"error of U {point.errors[2]:.1e}"
+    else:
+        error = f"error of a {point.errors[0]:.1e}"
     says = point.note or f"{point.seconds * 1e3:10.3f} ms, {error}"
     return f"{point.task:12s} {point.method:40s} {size} {says}"

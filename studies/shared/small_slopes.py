@@ -20,6 +20,15 @@ from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEn
 
 K = 1.0  # stiffness per area of all layers
 
+# In a search for the depth of detachment, over δ₀. With small slopes it is at -1, with finite ones
+# above, and a profile that it has entered has a contact.
+_ABOVE_CONTACT = -1.01
+_IN_CONTACT = 0.01
+# What the search takes for the half-width: any negative number without contact, so that the sign
+# changes there, and a positive one of a contact at a tip, whose half-width is 0.
+_WITHOUT_CONTACT = -1e-7
+_TIP_IN_CONTACT = 1e-12
+
 
 class Errors(NamedTuple):
     """Signed relative errors against a simulated state; NaN without one.
@@ -229,17 +238,20 @@ def detachment(given: Scene, tolerance: float = 1e-6) -> float:
     delta0 = given.critical_separation
 
     def width(depth: float) -> float:
-        """The half-width; a negative number without contact, so that the sign changes there."""
+        """The half-width, negative without contact."""
         with warnings.catch_warnings():  # an exact width does not matter to whether there is one
             warnings.simplefilter("ignore", AccuracyWarning)
             state = simulated(given, depth)
         if state is None or state.label == "detached":
-            return -1e-7
-        return state.half_width + 1e-12
+            return _WITHOUT_CONTACT
+        return state.half_width + _TIP_IN_CONTACT
 
-    return float(brentq(width, -1.01 * delta0, 0.01 * delta0, xtol=tolerance * delta0, rtol=1e-14))
+    above = _ABOVE_CONTACT * delta0
+    inside = _IN_CONTACT * delta0
+    return float(brentq(width, above, inside, xtol=tolerance * delta0, rtol=1e-14))
 
 
+# Errors by shape, steepness and w/γ₁.
 QUANTITIES: dict[str, Callable[[str, float, float], float]] = {
     "half-width": lambda *at: at_unit_width(*at).half_width,
     "force": lambda *at: at_unit_width(*at).force,

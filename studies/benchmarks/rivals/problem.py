@@ -211,7 +211,18 @@ class Method:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A scene, its depths and what is exact there: columns a, P, U, θ."""
+    """A scene, its depths and what is exact there.
+
+    Attributes
+    ----------
+    name : str
+    scene : Scene
+    depths : ndarray (depths,)
+    exact : ndarray (4, depths)
+        Rows of a, P, U and θ.
+    methods : tuple of Method
+        Who takes part.
+    """
 
     name: str
     scene: Scene
@@ -223,6 +234,16 @@ class Task:
     def depth(self) -> float:
         """The last depth."""
         return float(self.depths[-1])
+
+    @property
+    def half_width(self) -> float:
+        """That of the contact at the last depth."""
+        return float(self.exact[0, -1])
+
+    @property
+    def largest_half_width(self) -> float:
+        """That of the largest contact at any depth."""
+        return float(self.exact[0].max())
 
     def errors(self, answer: Any) -> tuple[float, float, float, float]:
         """Largest relative errors of a, P, U and θ; for the rough profile of U alone."""

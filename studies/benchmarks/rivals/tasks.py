@@ -25,15 +25,39 @@ from studies.benchmarks.rivals.problem import (
 from studies.shared.random_cases import steep_totals
 
 Made = tuple[Solve, int]  # what solves, and its unknowns
-# Units are k = γ₁ = l = 1.
+
+# Units are k = γ₁ = l = 1. The scenes are chosen so that lengths differ by no more than a factor
+# of ten and nothing vanishes: with a radius of 10 and this depth the half-width is 9.2 l.
 DEPTH = 5.0
 WORK = 0.02  # √(2w/γ₁) = 0.2
 STEEP_RADIUS = 5.0
-STEEP_WIDTH = 2.0  # half-width of the contact
+STEEP_WIDTH = 2.0  # half-width of the contact: f'(a) = 0.4
 STEEP_WORK = 0.3  # a contact angle of 134°
+
+# Nodes of the rough profile; the largest number takes 1.4 s by shortest paths.
 ROUGH_NODES = (60, 200, 500, 1000, 2000, 4000, 10_000, 20_000, 40_000, 10**5)
-MARGIN = 15.0  # elastocapillary lengths of free surface that a rival's grid covers on each side
-SIMILAR = 50_000  # unknowns of a dptsv that takes about as long as a method without nodes
+# Those for an integer programme: 60 take 1 to 2 s, 100 take 5 s, and 150 more than a minute.
+INTEGER_NODES = (20, 30, 60)
+
+# Lengths l of free surface that a rival's grid covers on each side. The ends are exact: with 5 or
+# 10 all errors of a, P and U change by less than 4e-8 at the same spacing of l/1000.
+MARGIN = 15.0
+
+# Unknowns of a dptsv that takes about as long as a method without nodes: 0.6 ms, `minimise` 1 ms.
+SIMILAR = 50_000
+
+# Largest numbers of nodes. With 3·10⁶ rounding makes the force by hand worse, 9e-10 after 5e-11
+# with 10⁶; with finite slopes 10⁶ take a minute. Of cvxpy's solvers OSQP takes 15 s for 10⁵, and
+# L-BFGS-B fails after a minute at 3·10⁴.
+LARGEST_BY_HAND = 10**6
+LARGEST_STEEP = 10**5
+LARGEST_CVXPY = 10**5
+LARGEST_BOUNDED = 10**4
+
+CONTACTS = (1, 3, 10, 30, 100)  # about, of the rough profiles of load paths
+# Depths of these in rms heights; at the last one, below -δ₀ = -√0.6, nothing touches any more.
+ROUGH_TOP = 3.0
+ROUGH_BOTTOM = -2.5
 
 
 def default(task: Task, rtol: float) -> Made:
@@ -54,10 +78,13 @@ def _answer(state: Equilibrium) -> Answer:
 
 
 def lattice(task: Task, size: float) -> Made:
-    """As many nodes in contact as asked for."""
-    dx = 2 * float(task.exact[0, -1]) / size
-    options: dict[str, Any] = {"method": "lattice", "spacing": dx}
-    return lambda: _answer(minimise(task.scene, task.depth, **options)), int(size)
+    """`minimise` on the lattice, with as many nodes in contact."""
+    dx = 2 * task.half_width / size
+
+    def solve() -> Answer:
+        return _answer(minimise(task.scene, task.depth, method="lattice", spacing=dx))
+
+    return solve, int(size)
 
 
 def path(task: Task, rtol: float) -> Made:
@@ -67,7 +94,7 @@ def path(task: Task, rtol: float) -> Made:
 
 def lattice_path(task: Task, size: float) -> Made:
     """`load_path` on as many nodes in the largest contact."""
-    dx = 2 * float(task.exact[0].max()) / size
+    dx = 2 * task.largest_half_width / size
     return _followed(task, method="lattice", spacing=dx), int(size)
 
 
@@ -105,7 +132,19 @@ def one_by_one(task: Task, size: float) -> Made:
 
 
 def rough_path(**options: Any) -> Callable[[Task, float], Made]:
-    """`load_path` over about so many contacts; its external work over the energy it releases."""
+    """`load_path` over rough profiles; in place of U its external work over the energy it loses.
+
+    Parameters
+    ----------
+    **options
+        Of `load_path`.
+
+    Returns
+    -------
+    callable
+        Prepares a path for a task and about so many contacts; the unknowns are the samples of
+        the profile.
+    """
 
     def make(task: Task, contacts: float) -> Made:
         scene = waves(int(contacts))
@@ -120,7 +159,7 @@ def rough_path(**options: Any) -> Callable[[Task, float], Made]:
 
 
 def shortest(task: Task, size: float) -> Made:
-    """The proven lowest energy over itself and the violation of its proof."""
+    """`minimise` by shortest paths; in place of U 1 + the violation of its proof, which is 0."""
     scene, options = rough(int(size))
 
     def solve() -> Answer:
@@ -132,7 +171,7 @@ def shortest(task: Task, size: float) -> Made:
 
 
 def integers(task: Task, size: float) -> Made:
-    """The same nodes as a mixed-integer programme."""
+    """The same nodes as a mixed-integer programme; in place of U its energy over the proven one."""
     scene, options = rough(int(size))
     proven = minimise(scene, task.depth, method="shortest_path", **options).energy
 
@@ -144,11 +183,23 @@ def integers(task: Task, size: float) -> Made:
 
 
 def on_grid(prepare: Callable[[Grid], Solve]) -> Callable[[Task, float], Made]:
-    """What is given nodes over the contact and the free surface beside it."""
+    """What is given nodes over the contact and the free surface beside it.
+
+    Parameters
+    ----------
+    prepare : callable
+        Makes of a grid what solves.
+
+    Returns
+    -------
+    callable
+        Prepares it for a task and a number of nodes, which is made odd: one is at x = 0.
+    """
 
     def make(task: Task, size: float) -> Made:
-        reach = float(task.exact[0].max()) + MARGIN * task.scene.elastocapillary_length
-        grid = Grid(task.scene, task.depth, int(size) // 2 * 2 + 1, reach)
+        reach = task.largest_half_width + MARGIN * task.scene.elastocapillary_length
+        odd = int(size) // 2 * 2 + 1
+        grid = Grid(task.scene, task.depth, odd, reach)
         return prepare(grid), grid.nodes
 
     return make
@@ -156,7 +207,7 @@ def on_grid(prepare: Callable[[Grid], Solve]) -> Callable[[Task, float], Made]:
 
 def boundary_value(task: Task, rtol: float) -> Made:
     """scipy's solve_bvp, started a tenth too wide."""
-    guess = 1.1 * float(task.exact[0, -1])
+    guess = 1.1 * task.half_width
     return by_hand.boundary_value(task.scene, task.depth, rtol, guess), SIMILAR
 
 
@@ -173,13 +224,11 @@ MANY = (
     Method("ours, minimise one by one", one_by_one, only=(SIMILAR,)),
 )
 BVP = Method("scipy solve_bvp, angle as boundary condition", boundary_value, tolerances=True)
-BY_HAND = Method("one line by hand, dptsv", on_grid(by_hand.bisection), 10**6)
+BY_HAND = Method("one line by hand, dptsv", on_grid(by_hand.bisection), LARGEST_BY_HAND)
 ROUGH = (
     Method("ours, shortest path (lattice)", shortest, only=ROUGH_NODES),
-    Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(20, 30, 60)),
+    Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=INTEGER_NODES),
 )
-
-CONTACTS = (1, 3, 10, 30, 100)  # about
 ROUGH_PATHS = (
     Method("ours, load_path", rough_path(), only=CONTACTS),
     Method(
@@ -192,15 +241,29 @@ ROUGH_PATHS = (
 
 def convex() -> tuple[Method, ...]:
     """What can solve a quadratic programme."""
-    return (
-        Method("active set, nested grids", on_grid(by_hand.nested)),
-        *(Method(n, on_grid(p), 10**5) for n, p in solvers.through_cvxpy().items()),
-        Method("scipy L-BFGS-B", on_grid(solvers.bounded), 10**4),
-    )
+    active_set = Method("active set, nested grids", on_grid(by_hand.nested))
+    found = solvers.through_cvxpy().items()
+    modelled = [Method(name, on_grid(prepare), LARGEST_CVXPY) for name, prepare in found]
+    bounded = Method("scipy L-BFGS-B", on_grid(solvers.bounded), LARGEST_BOUNDED)
+    return active_set, *modelled, bounded
 
 
 def adhesive(name: str, methods: tuple[Method, ...], w: float = WORK, steps: int = 0) -> Task:
-    """A parabola at DEPTH, or on 0 -> DEPTH -> just above where the contact detaches."""
+    """A parabola at DEPTH, or on 0 -> DEPTH -> just above where the contact detaches.
+
+    Parameters
+    ----------
+    name : str
+    methods : tuple of Method
+    w : float
+        Work of adhesion over γ₁.
+    steps : int
+        Depths of the loop; 0: DEPTH alone.
+
+    Returns
+    -------
+    Task
+    """
     if steps:
         detachment = -math.sqrt(2 * w)
         loading = np.linspace(0, DEPTH, steps // 2)
@@ -218,7 +281,7 @@ def adhesive(name: str, methods: tuple[Method, ...], w: float = WORK, steps: int
 
 
 def finite() -> Task:
-    """A steep parabola with finite slopes."""
+    """A steep parabola with finite slopes, at the depth where its line is at STEEP_WIDTH."""
     a = STEEP_WIDTH
     scene = elastic(STEEP_WORK, STEEP_RADIUS, "finite")
     height = a * a / 2 / STEEP_RADIUS
@@ -226,15 +289,20 @@ def finite() -> Task:
     depth = float(cards.finite.depth(height, slope, k=1.0, gamma1=1.0, w=STEEP_WORK))
     force, energy = steep_totals(scene, depth, a)
     exact = np.array([[a], [force], [energy], [scene.surfaces.contact_angle]])
-    hand = Method("one line by hand, Newton", on_grid(by_hand.bisection), 10**5)
+    hand = Method("one line by hand, Newton", on_grid(by_hand.bisection), LARGEST_STEEP)
     return Task("finite", scene, np.array([depth]), exact, (*OURS, hand, BVP))
 
 
 def rough_loop(steps: int) -> Task:
-    """About `steps` / 7 depths up to three rms heights, or less with fewer steps than 600."""
-    top = min(3.0, steps / 200)
-    half = -(-steps // 14)
-    depths = np.r_[np.linspace(0, top, half), np.linspace(top, -2.5, half)]
+    """A loop to ROUGH_TOP of a seventh as many steps, as one takes that much longer.
+
+    With fewer than 600 steps it goes less deep, so that steps do not grow.
+    """
+    top = min(ROUGH_TOP, steps / 200)
+    half = math.ceil(steps / 14)
+    loading = np.linspace(0, top, half)
+    unloading = np.linspace(top, ROUGH_BOTTOM, half)
+    depths = np.concatenate([loading, unloading])
     return Task("rough loop", waves(CONTACTS[0]), depths, np.ones((4, 1)), ROUGH_PATHS)
 
 
