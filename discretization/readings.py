@@ -48,11 +48,14 @@ class ReadingRules:
         Elastocapillary lengths of a free surface without end over which it is integrated: e⁻⁴⁸ =
         1e-21 of it is left.
     exact : float
-        Of the parts of the free surfaces: what halving a panel may change them by.
+        Of the parts of the free surfaces: what halving a panel may change them by; less than the
+        1e-9 by which a certified state may be off.
     samples : int
-        Places in each contact at which its deformation is read.
+        Places in each contact at which its deformation is read, besides kinks: of a parabola the
+        largest slope and depth are at the ends and the apex, and nothing narrow is missed that
+        assumptions of the model, which hold to a few percent, could depend on.
     digits : int
-        Digits of a number that is printed, at most.
+        Digits of a number that is printed, at most: more are rarely known.
     angle_rounding : float
         Of the two slopes that make an angle [rad]: the error of θ at least.
     """

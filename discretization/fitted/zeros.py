@@ -62,20 +62,23 @@ class NewtonRules:
     most_steps : int
         Steps at most: where an equilibrium disappears they only halve.
     shrinks : float
-        Of the last step: one that is longer shrinks too little, as halves would not.
+        Of the last step: one that is longer shrinks too little. Newton's steps shrink by more next
+        to a zero, and halve next to a double one.
     patience : int
-        Steps that shrink too little before the method fails.
+        Steps that shrink too little before the method fails. Then lines move one after the other
+        instead: no result depends on it.
     still : float
-        Of the size: a step that is rounding.
+        Of the size, five roundings: a step that is rounding.
     rounded : float
         Of the size: a step that may be rounding, if steps shrink no more.
     local : float
-        Of the size, and of the gap: after such a step D changes with the lines as at the step
-        before.
+        Of the size, and of the gap: after such a step the rates of D are kept, as they have
+        changed by about as small a part, by which the next, smaller step is off.
     even : float
-        Of the size of depths: D - d that is rounding, where a step need not be.
+        Of the size of depths, 18 roundings: D - d that is rounding, where a step need not be.
     back : float
-        Of the size: how little lines may move back by rounding.
+        Of the size: how far lines may move back by rounding, above √ε = 1.5e-8, which is what
+        rounding leaves of a place where D is least.
     """
 
     most_steps: int = 48
@@ -212,11 +215,16 @@ def _beside_peak(h: Function, places: list[float], exact: bool) -> float | None:
 
 
 def _peaks(x: Array, values: Array) -> list[int]:
-    """Samples not less than their neighbours, beside which a maximum could reach 0."""
+    """Numbers of samples not less than their neighbours, beside which a maximum could reach 0.
+
+    It could where the value at the sample, raised by `may_rise` times the change to the next ones,
+    is not negative. The first sample is a start, before which the value is -∞; it may be as high as
+    the second one, so that the change after that counts, too.
+    """
     steps = np.abs(np.diff(values))
     steps[~np.isfinite(steps)] = 0.0
     change = np.maximum(steps[:-1], steps[1:])
-    change[:-1] = np.maximum(change[:-1], steps[2:])  # a start may be as high as what follows
+    change[:-1] = np.maximum(change[:-1], steps[2:])
     before = values[:-2]
     middle = values[1:-1]
     after = values[2:]
@@ -329,25 +337,31 @@ class _GapNewton:
         return cls(rests, depth, direction, free, room, size, x, np.zeros((2, 2)))
 
     def step(self) -> Step:
-        """One step of both lines."""
-        off = np.where(self.free, self._read() - self.depth, 0.0)
-        free = self.free[None]
-        aim = self.x - solved(self.rates[None], off[None], free)[0]
-        new = np.where(self.free, np.clip(aim, *self.room), self.x)
+        """One step of both lines.
+
+        It fails if the lines meet, are not stable, want to pass a corner at which they already
+        are, or if too many steps have shrunk too little.
+        """
+        excess = np.where(self.free, self._read() - self.depth, 0.0)
+        target = self.x - solved(self.rates[None], excess[None], self.free[None])[0]
+        new = np.where(self.free, np.clip(target, *self.room), self.x)
         with np.errstate(invalid="ignore"):
             step = float(np.where(self.free, np.abs(new - self.x), 0.0).max())
 
         # A line that would pass a corner does not rest there, unless its D is off by rounding.
-        exact = np.abs(off) <= _NEWTON.even * self.rests.size + self.rests.noise(self.x[None])[0]
-        past = self.free & ((aim < self.room[0]) | (aim > self.room[1])) & ~exact
-        stuck = (past & (new == self.x)).any()
-        is_rounding = bool(exact.all()) and step <= self.x[1] - self.x[0]
-        rests = self._converged(step, is_rounding=is_rounding) and not past.any()
+        noise = self.rests.noise(self.x[None])[0]
+        is_exact = np.abs(excess) <= _NEWTON.even * self.rests.size + noise
+        beyond_room = (target < self.room[0]) | (target > self.room[1])
+        passes_corner = self.free & beyond_room & ~is_exact
+        is_stuck = (passes_corner & (new == self.x)).any()
+
+        is_rounding = bool(is_exact.all()) and step <= self.x[1] - self.x[0]
+        rests = self._converged(step, is_rounding=is_rounding) and not passes_corner.any()
         self.slow += step > _NEWTON.shrinks * self.last
-        too_slow = not rests and self.slow > _NEWTON.patience
-        fails = stuck or too_slow or not math.isfinite(step) or not new[0] < new[1]
+        is_too_slow = not rests and self.slow > _NEWTON.patience
+        fails = is_stuck or is_too_slow or not math.isfinite(step) or not new[0] < new[1]
         if not fails:  # only where lines are stable at every step do they lead to this equilibrium
-            fails = not stable(self.rates[None], free)[0]
+            fails = not stable(self.rates[None], self.free[None])[0]
 
         width = float(new[1] - new[0])
         self.near = step <= min(_NEWTON.local * min(self.size, width), self.last / 8)
@@ -369,7 +383,20 @@ class _GapNewton:
     def _converged(self, step: float, *, is_rounding: bool) -> bool:
         """Whether this step, after others, is rounding, or the next one will be.
 
-        is_rounding: whether D - d is, and the step not wider than the gap.
+        That is so if the step is at most `still`; if it may be rounding, and is more than half of
+        the last one, so that steps shrink no more; or if step²/(last step), which is the next step
+        of a method that converges quadratically, is at most `still`.
+
+        Parameters
+        ----------
+        step : float
+            [length].
+        is_rounding : bool
+            Whether D - d of both lines is, and the step not wider than the gap.
+
+        Returns
+        -------
+        bool
         """
         if step <= _NEWTON.still * self.size:
             return True

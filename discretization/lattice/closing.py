@@ -62,7 +62,7 @@ class Closing:
     Attributes
     ----------
     row : Row
-    rules : Thresholds
+    thresholds : Thresholds
         Of lines that recede.
     """
 
@@ -133,7 +133,11 @@ class Closing:
         return height + (rise - math.sqrt(2 * work / stiffness)) / remainder
 
     def height(self, x: float) -> float:
-        """The profile between nodes, by the cubic through the four next to it."""
+        """Height of the profile at a place between nodes, by the cubic through the next four.
+
+        Of nodes at t = -1, 0, 1, 2 that is h₀ + t (slope - t bend) + turn t (t² - 1), with slope
+        and bend of the parabola through the first three, and turn a sixth of the third difference.
+        """
         heights = self.thresholds.heights
         first = min(max(math.floor(x) - 1, 0), len(heights) - 4)
         t = x - first - 1
