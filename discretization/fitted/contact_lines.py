@@ -226,7 +226,7 @@ class ContactLines:
             Both lines of every surface [length], infinite where there is none.
         points : ndarray of bool (n, 2)
             Which of them are those of contacts of one point.
-        lone : bool
+        single : bool
             Whether they are the lines of the only contact.
 
         Returns

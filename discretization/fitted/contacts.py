@@ -46,7 +46,7 @@ class Contacts:
 
     Attributes
     ----------
-    motion : Motion or Alone
+    contact_lines : ContactLines or SingleContact
         What knows their lines and free surfaces.
     lines : tuple of float
         Both ends of every contact, from left to right [length].

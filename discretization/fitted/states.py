@@ -268,7 +268,7 @@ def state_of(
 
     Parameters
     ----------
-    motion : Motion or Alone
+    contact_lines : ContactLines or SingleContact
         What knows the lines of the scene.
     lines : tuple of float
         Both ends of every contact [length]; () without contact.
@@ -306,7 +306,7 @@ def judged(
 
     Parameters
     ----------
-    motion, lines, depth, branch
+    contact_lines, lines, depth, branch
         As of `state_of`.
 
     Returns

@@ -296,6 +296,12 @@ class _GapNewton:
 
     Attributes
     ----------
+    rests : RestDepths
+        What knows D.
+    depth : float
+        The depth at which they are to rest [length].
+    direction : {1, -1}
+        1 where lines advance, -1 where they recede.
     free : ndarray of bool (2,)
         Which lines move.
     room : ndarray (2, 2)

@@ -326,7 +326,7 @@ class Lattice:
         ----------
         node, side : int or ndarray
             Contact nodes at the lines, and the side on which the free node is.
-        apart : float or ndarray
+        distance : float or ndarray
             Number of links from the contact node to the line on the other side of the free
             surface; infinite for a tail.
 
