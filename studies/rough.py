@@ -42,7 +42,37 @@ from studies.shared.table import Columns, Table
 
 @dataclass(frozen=True)
 class Parameters:
-    """Layer, adhesion, cylinder and roughness [SI]; depths in units of the rms height."""
+    """Layer, adhesion, cylinder, roughness and depths; in SI units where nothing is said.
+
+    Attributes
+    ----------
+    E, nu, h : float
+        Young's modulus, Poisson's ratio and thickness of the layer.
+    w : float
+        Work of adhesion.
+    R : float
+        Radius of the cylinder.
+    length : float
+        Of the profile, twice the longest wavelength.
+    nodes : int
+        Samples of the profile, and nodes on it.
+    hurst : float
+        H of the spectrum.
+    shortest : float
+        Wavelength.
+    rms : float
+        Height of the roughness.
+    seed : int
+        Of its phases.
+    tensions : tuple of float
+        l over the shortest wavelength, one a loop.
+    top, bottom : float
+        The deepest and the last depth over the rms height.
+    steps : int
+        On the way in; three times as many on the way out.
+    compared : int
+        Steps at which the state of lowest energy of all is found.
+    """
 
     E: float = 300.0
     nu: float = 0.45
@@ -55,7 +85,7 @@ class Parameters:
     shortest: float = 20e-6
     rms: float = 1e-6
     seed: int = 1
-    tensions: tuple[float, ...] = (0.25, 1.0, 4.0)  # l over the shortest wavelength
+    tensions: tuple[float, ...] = (0.25, 1.0, 4.0)
     top: float = 4.0
     bottom: float = -2.0
     steps: int = 40
@@ -72,10 +102,14 @@ class Parameters:
         x = self.spacing * (np.arange(self.nodes) - self.nodes // 2)
         rng = np.random.default_rng(self.seed)
         z = np.zeros_like(x)
-        for count in range(2, int(self.length / self.shortest) + 1):
-            q = 2 * np.pi * count / self.length
-            z += q ** -(self.hurst + 0.5) * np.cos(q * x + rng.uniform(0, 2 * np.pi))
-        z = z * self.rms / z.std() + x**2 / (2 * self.R)
+        most_waves = int(self.length / self.shortest)
+        for waves in range(2, most_waves + 1):
+            q = 2 * np.pi * waves / self.length
+            amplitude = q ** -(self.hurst + 0.5)
+            phase = rng.uniform(0, 2 * np.pi)
+            z += amplitude * np.cos(q * x + phase)
+        cylinder = x**2 / (2 * self.R)
+        z = z * self.rms / z.std() + cylinder
         return Sampled(np.asarray(x, float), np.asarray(z - z.min(), float))
 
     def scene(self, tension: float) -> Scene:
@@ -87,13 +121,23 @@ class Parameters:
     @property
     def programme(self) -> Array:
         """Depths: in to the top, out until the contact is lost."""
-        down = np.linspace(self.top, self.bottom, 3 * self.steps)
-        return np.r_[np.linspace(0, self.top, self.steps), down] * self.rms
+        pressed = np.linspace(0, self.top, self.steps)
+        pulled = np.linspace(self.top, self.bottom, 3 * self.steps)
+        return np.concatenate([pressed, pulled]) * self.rms
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """One tension: its path and the states of lowest energy at some steps of it."""
+    """One tension.
+
+    Attributes
+    ----------
+    tension : float
+        l over the shortest wavelength.
+    path : History
+    lowest : dict
+        The states of lowest energy of all, by their step on the path.
+    """
 
     tension: float
     path: History
@@ -109,7 +153,9 @@ class Loop:
     def fraction(self) -> Array:
         """Contact length over the width between the outermost lines; 0 when detached."""
         width = self.path.contacts[:, 1] - self.path.contacts[:, 0]
-        return np.where(width > 0, 2 * self.path.half_width / np.where(width > 0, width, 1), 0.0)
+        touches = width > 0  # not where it is NaN
+        not_zero = np.where(touches, width, 1)
+        return np.where(touches, 2 * self.path.half_width / not_zero, 0.0)
 
 
 def run(params: Parameters, show: Show = silent, jobs: int = 1) -> list[Loop]:
@@ -120,15 +166,28 @@ def run(params: Parameters, show: Show = silent, jobs: int = 1) -> list[Loop]:
 
 
 def followed(params: Parameters, tension: float) -> Loop:
-    """One loop and the lowest states of all beside it."""
+    """One loop and the lowest states of all beside it.
+
+    Parameters
+    ----------
+    params : Parameters
+    tension : float
+        l over the shortest wavelength.
+
+    Returns
+    -------
+    Loop
+    """
     scene = params.scene(tension)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # how much that is stands in the docstring
         path = load_path(scene, depths=params.programme, method="lattice", spacing=params.spacing)
-    steps = np.linspace(0, params.programme.size - 1, params.compared + 1).astype(int)[1:]
+    last = params.programme.size - 1
+    steps = np.linspace(0, last, params.compared + 1).astype(int)[1:]
+    options: dict[str, Any] = {"method": "shortest_path", "branch": "global"}
     lowest = {}
-    for step, depth in zip(steps.tolist(), path.depth[steps].tolist(), strict=True):
-        options: dict[str, Any] = {"method": "shortest_path", "branch": "global"}
+    for step in steps.tolist():
+        depth = float(path.depth[step])
         lowest[step] = minimise(scene, depth, spacing=params.spacing, **options)
     return Loop(tension, path, lowest)
 
@@ -142,11 +201,18 @@ COLUMNS = Columns(
 def line(loop: Loop) -> str:
     """Most contacts, fraction and pull at the deepest, loop area, and the lowest energies."""
     path = loop.path
-    deepest = int(np.argmax(loop.path.depth))
+    deepest = int(np.argmax(path.depth))
     balance = abs(path.work() / path.dissipated - 1)
     below = sum(state.energy < path.energy[step] for step, state in loop.lowest.items())
-    given = loop.tension, loop.contacts.max(), loop.fraction[deepest], path.pull_off.force
-    return COLUMNS.line(*given, path.dissipated, balance, f"{below} of {len(loop.lowest)}")
+    return COLUMNS.line(
+        loop.tension,
+        loop.contacts.max(),
+        loop.fraction[deepest],
+        path.pull_off.force,
+        path.dissipated,
+        balance,
+        f"{below} of {len(loop.lowest)}",
+    )
 
 
 def plot_touching(params: Parameters, loops: Sequence[Loop]) -> Figure:
@@ -154,7 +220,9 @@ def plot_touching(params: Parameters, loops: Sequence[Loop]) -> Figure:
     figure, (above, below) = canvas(8.5, 7, 2, 1)
     _touching(above, params, loops[0])
     _touching(below, params, loops[-1])
-    few, many = (int(loops[i].contacts[params.steps - 1]) for i in (0, -1))
+    deepest = params.steps - 1
+    few = int(loops[0].contacts[deepest])
+    many = int(loops[-1].contacts[deepest])
     figure.suptitle(
         f"A rough cylinder at its deepest: {few} contact{'s' * (few > 1)} at the least tension, "
         f"{many} at the largest"
@@ -167,21 +235,24 @@ def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
     figure, panels = canvas(13, 4.6, 1, 3)
     depth = prefixed(params.programme, "m")
     force = prefixed(np.concatenate([loop.path.force for loop in loops]), "N/m")
-    for colour, marker, loop in zip(shades(len(loops), top=0.7), MARKERS, loops, strict=False):
+    colours = shades(len(loops), top=0.7)
+    for colour, marker, loop in zip(colours, MARKERS, loops, strict=False):
+        x = loop.path.depth / depth.size
         held = loop.contacts > 0
         curves = (loop.path.force / force.size, loop.contacts, loop.fraction)
+        label = f"l = {loop.tension:g} × shortest wavelength"
         style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3}
+        pressed: dict[str, Any] = {"lw": 0.8, "ls": "--", "mfc": "none", **style}
         for panel, values in zip(panels, curves, strict=True):
-            x = loop.path.depth / depth.size
             y = np.where(held, values, np.nan)
-            panel.plot(x[: params.steps], y[: params.steps], lw=0.8, ls="--", mfc="none", **style)
-            label = f"l = {loop.tension:g} × shortest wavelength"
+            panel.plot(x[: params.steps], y[: params.steps], **pressed)
             panel.plot(x[params.steps :], y[params.steps :], lw=1.4, label=label, **style)
+        at = x[list(loop.lowest)]
+        ring: dict[str, Any] = {"color": colour, "mfc": "none", "ms": 9}
         pulls = [state.force / force.size for state in loop.lowest.values()]
+        panels[0].plot(at, pulls, "o", **ring)
         counts = [len(state.contacts) for state in loop.lowest.values()]
-        for panel, found in ((panels[0], pulls), (panels[1], counts)):
-            at = loop.path.depth[list(loop.lowest)] / depth.size
-            panel.plot(at, found, "o", color=colour, mfc="none", ms=9)
+        panels[1].plot(at, counts, "o", **ring)
     names = (f"force P in {force.symbol}", "number of contacts", "contact fraction")
     for panel, name in zip(panels, names, strict=True):
         panel.set(xlabel=f"depth d in {depth.symbol}", ylabel=name)
@@ -200,8 +271,9 @@ def _touching(axes: Any, params: Parameters, loop: Loop) -> None:
     x = np.linspace(-10, 10, 4001) * params.shortest
     u = state.displacement(x)
     body = state.depth - state.scene.indenter.height(x)
-    top = float(body.min() - np.ptp(body) / 4)
-    bottom = float(u.max() + np.ptp(body) / 4)
+    margin = np.ptp(body) / 4
+    top = float(body.min() - margin)
+    bottom = float(u.max() + margin)
     across = prefixed(x, "m")
     up = prefixed([top, bottom], "m")
     s = x / across.size
@@ -220,9 +292,16 @@ def table(loops: Sequence[Loop]) -> Table:
     rows = []
     for loop in loops:
         for step, depth in enumerate(loop.path.depth.tolist()):
-            lowest = loop.lowest[step].energy if step in loop.lowest else ""
-            row = loop.path.force[step], loop.path.energy[step], loop.contacts[step]
-            rows.append([loop.tension, depth, *row, loop.fraction[step], lowest])
+            row = [
+                loop.tension,
+                depth,
+                loop.path.force[step],
+                loop.path.energy[step],
+                loop.contacts[step],
+                loop.fraction[step],
+                loop.lowest[step].energy if step in loop.lowest else "",
+            ]
+            rows.append(row)
     return ["l/shortest", "depth", "force", "energy", "contacts", "fraction", "global"], rows
 
 
@@ -240,18 +319,19 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def answer(params: Parameters, loops: Sequence[Loop]) -> str:
     """Contacts at the deepest, for the least and the largest tension."""
-    at = params.steps - 1
-    told = (
-        f"{loop.contacts[at]} contact{'s' if loop.contacts[at] > 1 else ''} over "
-        f"{loop.fraction[at]:.0%} of the width for l = {loop.tension:g} × the shortest wavelength"
-        for loop in (loops[0], loops[-1])
-    )
-    return f"At the largest depth, in {', in '.join(told)}."
+    deepest = params.steps - 1
+    said = []
+    for loop in (loops[0], loops[-1]):
+        count = loop.contacts[deepest]
+        said.append(
+            f"{count} contact{'s' if count > 1 else ''} over {loop.fraction[deepest]:.0%} of the "
+            f"width for l = {loop.tension:g} × the shortest wavelength"
+        )
+    return f"At the largest depth, in {', in '.join(said)}."
 
 
 def lowest_is_lowest(loop: Loop) -> bool:
     """Whether no metastable state lies below the global one."""
-    scale = np.abs(loop.path.energy).max()
-    return all(
-        state.energy <= loop.path.energy[step] + 1e-9 * scale for step, state in loop.lowest.items()
-    )
+    rounding = 1e-9 * np.abs(loop.path.energy).max()
+    states = loop.lowest.items()
+    return all(state.energy <= loop.path.energy[step] + rounding for step, state in states)

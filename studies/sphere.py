@@ -36,10 +36,23 @@ GENTLE = 1e-4  # w/γ₁ with small slopes, which only sets the scale
 LARGEST = 1e-8  # relative error
 BEYOND = 1.05  # of 2πRw and of -δ₀: no contact bears as much
 
+# Where the expansions end that are drawn: they are off by 0.18, 0.06 and 0.015 there.
+SMALL_FORCE = 0.75
+SMALL_DEPTH = 0.5
+LARGE_FORCE = 1.05
+
 
 @dataclass(frozen=True)
 class Parameters:
-    """Λ with small slopes, Λ and w/γ₁ with finite ones."""
+    """The spheres.
+
+    Attributes
+    ----------
+    ratios : tuple of float
+        Λ with small slopes.
+    finite, works : tuple of float
+        Λ and w/γ₁ with finite slopes, each with each.
+    """
 
     ratios: tuple[float, ...] = tuple(np.geomspace(0.01, 10, 25).tolist())
     finite: tuple[float, ...] = tuple(np.geomspace(0.03, 10, 9).tolist())
@@ -51,7 +64,17 @@ QUICK = Parameters((0.01, 0.3, 1.0, 10.0), (0.3, 1.0), (0.5,))
 
 
 class Pull(NamedTuple):
-    """Where a contact detaches: force over 2πRw, depth over δ₀, radius over l."""
+    """Where a contact detaches.
+
+    Attributes
+    ----------
+    force : float
+        F_A over 2πRw.
+    depth : float
+        Over δ₀.
+    radius : float
+        Over l.
+    """
 
     force: float
     depth: float
@@ -88,7 +111,20 @@ class Sphere(NamedTuple):
 
 
 def scene_of(ratio: float, work: float, slopes: str) -> Scene:
-    """The sphere with this Λ: a parabola with small slopes, the true arc with finite ones."""
+    """The sphere with this Λ: a parabola with small slopes, the true arc with finite ones.
+
+    Parameters
+    ----------
+    ratio : float
+        Λ.
+    work : float
+        w/γ₁.
+    slopes : {"small", "finite"}
+
+    Returns
+    -------
+    Scene
+    """
     R = LENGTH / (math.sqrt(2 * work) * ratio**2)
     surfaces = SurfaceEnergies.from_work(GAMMA1, work * GAMMA1)
     body = Parabola(R) if slopes == "small" else Circle(R)
@@ -98,24 +134,31 @@ def scene_of(ratio: float, work: float, slopes: str) -> Scene:
 def detached(case: tuple[float, float, str]) -> Sphere:
     """Pull a sphere that has touched by a growing load, and raise another.
 
-    case: Λ, w/γ₁ and slopes.
+    Parameters
+    ----------
+    case : tuple
+        Λ, w/γ₁ and slopes.
+
+    Returns
+    -------
+    Sphere
     """
     scene = scene_of(*case)
-    under_load = load_path(scene, forces=[0.0, -BEYOND * bare(scene)])
+    under_load = load_path(scene, forces=[0.0, -BEYOND * on_springs(scene)])
     raised = load_path(scene, depths=[0.0, -BEYOND * scene.critical_separation])
     last_contact = raised.events[-1].before
     return Sphere(*case, _scaled(scene, under_load.pull_off), _scaled(scene, last_contact))
 
 
-def bare(scene: Scene) -> float:
-    """2πRw."""
+def on_springs(scene: Scene) -> float:
+    """2πRw, the largest pull on springs without tension."""
     return 2 * math.pi * float(scene.indenter.R) * scene.work_of_adhesion  # type: ignore[attr-defined]
 
 
 def _scaled(scene: Scene, state: Any) -> Pull:
     """Force, depth and radius of a state in the units of `Pull`."""
     depth = state.depth / scene.critical_separation
-    return Pull(-state.force / bare(scene), depth, state.half_width / LENGTH)
+    return Pull(-state.force / on_springs(scene), depth, state.half_width / LENGTH)
 
 
 def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
@@ -133,10 +176,10 @@ def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
     """
     R = LENGTH / (math.sqrt(2 * GENTLE) * np.square(ratio))
     delta0 = math.sqrt(2 * GENTLE) * LENGTH
-    on_springs = 2 * math.pi * R * GENTLE * GAMMA1  # 2πRw
+    largest = 2 * math.pi * R * GENTLE * GAMMA1  # 2πRw
 
     def scaled(found: Any) -> Pull:
-        return Pull(-found.force / on_springs, found.depth / delta0, found.half_width / LENGTH)
+        return Pull(-found.force / largest, found.depth / delta0, found.half_width / LENGTH)
 
     card: Any = cards.axisymmetric.sphere
     given = {"R": R, "k": LAYER.stiffness, "gamma1": GAMMA1, "w": GENTLE * GAMMA1}
@@ -150,12 +193,14 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tu
     """
     show(COLUMNS.head)
     small = [(ratio, GENTLE, "small") for ratio in parameters.ratios]
-    finite = [
-        (ratio, work, "finite") for work, ratio in product(parameters.works, parameters.finite)
-    ]
-    found: list[Sphere] = []
-    for cases, workers in ((small, jobs), (finite, 1)):
-        found += each(detached, cases, workers, say=lambda sphere: show(line(sphere)))
+    works_and_ratios = product(parameters.works, parameters.finite)
+    finite = [(ratio, work, "finite") for work, ratio in works_and_ratios]
+
+    def say(sphere: Sphere) -> None:
+        show(line(sphere))
+
+    found = [*each(detached, small, jobs, say=say)]
+    found += each(detached, finite, 1, say=say)
     return tuple(found)
 
 
@@ -174,13 +219,13 @@ def line(sphere: Sphere) -> str:
 def plot(spheres: Sequence[Sphere]) -> Figure:
     """Pull-off force, and depths of detachment, over Λ."""
     drawn, (left, right) = canvas(12, 5.4, 1, 2)
-    dense = np.geomspace(min(s.ratio for s in spheres), max(s.ratio for s in spheres), 300)
+    ratios = [sphere.ratio for sphere in spheres]
+    dense = np.geomspace(min(ratios), max(ratios), 300)
     load, depth = closed_forms(dense)
     _forces(left, dense, load)
     _depths(right, dense, load, depth)
-    for work, marker, colour in zip(
-        sorted({s.work for s in spheres}), "o^s", (BLUE, ORANGE, GREEN), strict=False
-    ):
+    works = sorted({sphere.work for sphere in spheres})
+    for work, marker, colour in zip(works, "o^s", (BLUE, ORANGE, GREEN), strict=False):
         own = [s for s in spheres if s.work == work]
         finite = own[0].slopes == "finite"
         ratios = [s.ratio for s in own]
@@ -191,9 +236,8 @@ def plot(spheres: Sequence[Sphere]) -> Figure:
         right.plot(ratios, [s.load.depth for s in own], **style)
         right.plot(ratios, [s.depth.depth for s in own], **style)
     for axes in (left, right):
-        axes.set(
-            xscale="log", xlabel="tension  Λ = l/√(Rδ₀)", xlim=(dense[0] / 1.3, 1.3 * dense[-1])
-        )
+        axes.set(xscale="log", xlabel="tension  Λ = l/√(Rδ₀)")
+        axes.set(xlim=(dense[0] / 1.3, 1.3 * dense[-1]))
         plain_ticks(axes.xaxis, steps=(1.0, 3.0))
         axes.grid(alpha=0.25)
     below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2}
@@ -205,8 +249,8 @@ def plot(spheres: Sequence[Sphere]) -> Figure:
 
 def _forces(axes: Any, ratios: Array, load: Pull) -> None:
     """Closed form, expansions and line contact of the pull-off force over Λ."""
-    low = ratios[ratios < 0.75]
-    high = ratios[ratios > 1.05]
+    low = ratios[ratios < SMALL_FORCE]
+    high = ratios[ratios > LARGE_FORCE]
     small = 1 - low / math.sqrt(2) - 3 * low**2 / 32
     large = 0.5 + (np.log(4 * high**2) - np.euler_gamma - 0.25) / (16 * high**4)
     line_contact = np.where(ratios < 1, 1 + ratios**3 / 2, 1.5 * ratios)
@@ -214,15 +258,16 @@ def _forces(axes: Any, ratios: Array, load: Pull) -> None:
     axes.plot(low, small, color=GREY, ls="--", label="expansions, Λ → 0 and Λ → ∞")
     axes.plot(high, large, color=GREY, ls="--")
     axes.plot(ratios, line_contact, color=GREEN, ls=":", label="line contact, normalised by γ₁ = 0")
+    at = ratios[-1] * 0.95
     for level, text in ((1.0, "2πRw"), (0.5, "πRw")):
         axes.axhline(level, color=GREY, lw=0.8)
-        axes.text(ratios[-1] * 0.95, level + 0.01, text, va="bottom", ha="right")
+        axes.text(at, level + 0.01, text, va="bottom", ha="right")
     axes.set(ylim=(0.4, 1.75), ylabel="pull-off force  $F_A$ / 2πRw")
 
 
 def _depths(axes: Any, ratios: Array, load: Pull, depth: Pull) -> None:
     """The same of the depths of detachment."""
-    low = ratios[ratios < 0.5]
+    low = ratios[ratios < SMALL_DEPTH]
     axes.plot(ratios, load.depth, label="dead load", **LINE)
     axes.plot(ratios, depth.depth, color="black", ls="-.", lw=1.2, label="imposed depth")
     stiff = -(1 - 0.75 * np.cbrt(2 * low**2))
@@ -251,9 +296,8 @@ def answer(spheres: Sequence[Sphere]) -> str:
     small = sorted(s for s in spheres if s.slopes == "small")
     steep = max((s.error for s in spheres if s.slopes == "finite"), default=0.0)
     middle = min(small, key=lambda s: abs(math.log(s.ratio)))
-    told = ", ".join(
-        f"{s.load.force:.4g} at Λ = {s.ratio:.3g}" for s in (small[0], middle, small[-1])
-    )
+    shown = (small[0], middle, small[-1])
+    told = ", ".join(f"{s.load.force:.4g} at Λ = {s.ratio:.3g}" for s in shown)
     return (
         f"Both: F_A/2πRw falls from 1 to ½ as tension takes over, without the kink of a line "
         f"contact: {told}; finite slopes change it, and d_c/δ₀, by {steep:.1g} at most."

@@ -57,16 +57,23 @@ def with_tension(gamma1: ArrayLike) -> Array:
     return gamma1
 
 
+# Steps of Newton's method for the half-width of a parabola from at most 1.26 times of it: the error
+# squares with each, and six reach rounding.
+_NEWTON_STEPS = 6
+
+
 def touched(a: Array, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike) -> Jump:
     """The jump on touching at fixed d = 0 that ends at the half-width a of Eq. (16)."""
     c = positive("c", c)
     k = positive("k", k)
     ell = elastocapillary_length(k, gamma1)
     lift = c * a ** (n - 1.0)
-    shape = 2.0 * n / (2.0 * n + 1.0) * a**2 + (2.0 * n - 1.0) * a * ell
-    shape = shape + 2.0 * n**2 * (n - 1.0) / (2.0 * n - 1.0) * ell**2
+    wide = 2.0 * n / (2.0 * n + 1.0) * a**2
+    mixed = (2.0 * n - 1.0) * a * ell
+    narrow = 2.0 * n**2 * (n - 1.0) / (2.0 * n - 1.0) * ell**2
+    released = k * lift**2 * a * (wide + mixed + narrow)
     force = -2.0 * k * lift * a * (a / (n + 1.0) + ell)
-    return Jump.of(force, 0.0, a, k * lift**2 * a * shape)
+    return Jump.of(force, 0.0, a, released)
 
 
 def wedge_touched(K: Array, *, delta: ArrayLike, k: Array, gamma1: ArrayLike, w: ArrayLike) -> Jump:
@@ -81,10 +88,13 @@ def wedge_touched(K: Array, *, delta: ArrayLike, k: Array, gamma1: ArrayLike, w:
     m = np.sqrt(a * (a + 2.0 * ell))
     kappa = K / k
     total = 0.5 * kappa + np.hypot(m, 0.5 * kappa)
-    rise = m * (m / (total + (total == 0.0)))
-    released = touched(a, c=slope, n=1.0, k=k, gamma1=gamma1).energy_released
-    released = released + k * slope**2 * rise * (3.0 * m**2 + rise**2) / 6.0
-    return Jump.of(0.0 - K * slope * rise, slope * rise, a + rise, released)
+    not_zero = total + (total == 0.0)
+    rise = m * (m / not_zero)
+    d = slope * rise
+    force = 0.0 - K * slope * rise
+    at_zero = touched(a, c=slope, n=1.0, k=k, gamma1=gamma1)
+    more = k * slope**2 * rise * (3.0 * m**2 + rise**2) / 6.0
+    return Jump.of(force, d, a + rise, at_zero.energy_released + more)
 
 
 def parabola_touched(K: Array, *, R: ArrayLike, k: Array, gamma1: ArrayLike, w: ArrayLike) -> Jump:
@@ -98,10 +108,12 @@ def parabola_touched(K: Array, *, R: ArrayLike, k: Array, gamma1: ArrayLike, w: 
     kappa = K / k
     reach2 = np.asarray(R * critical_separation(k, w))
     a = _parabola_width(a, np.asarray(ell), reach2, kappa)
-    d = a**2 * (a + 3.0 * ell) / (3.0 * R * (2.0 * (a + ell) + kappa))
-    less = k * d * a * (a * (5.0 * a + 9.0 * ell) / (6.0 * R) - d)
-    released = touched(a, c=0.5 / R, n=2.0, k=k, gamma1=gamma1).energy_released - less
-    return Jump.of(0.0 - K * d, d, a, released)
+    stiffness = 2.0 * (a + ell) + kappa
+    d = a**2 * (a + 3.0 * ell) / (3.0 * R * stiffness)
+    mean = a * (5.0 * a + 9.0 * ell) / (6.0 * R)
+    less = k * d * a * (mean - d)
+    at_zero = touched(a, c=0.5 / R, n=2.0, k=k, gamma1=gamma1)
+    return Jump.of(0.0 - K * d, d, a, at_zero.energy_released - less)
 
 
 def _parabola_width(a: Array, ell: Array, reach2: Array, kappa: Array) -> Array:
@@ -110,11 +122,12 @@ def _parabola_width(a: Array, ell: Array, reach2: Array, kappa: Array) -> Array:
     That is b³ + (3κ/4) b² − 3Rδ₀ b − l³ − (3κ/4)(l² + 2Rδ₀) with b = a + l. It is convex; the root
     lies between a(0), the start, and 1.26 a(0): six Newton steps reach rounding.
     """
-    for _ in range(6):
+    for _ in range(_NEWTON_STEPS):
         b = a + ell
         load = a * (a**2 + 3.0 * ell * b) - 3.0 * reach2 * b
-        misfit = load + 0.75 * kappa * (a * (a + 2.0 * ell) - 2.0 * reach2)
-        a = a - misfit / (3.0 * (b**2 - reach2) + 1.5 * kappa * b)
+        machine = 0.75 * kappa * (a * (a + 2.0 * ell) - 2.0 * reach2)
+        slope = 3.0 * (b**2 - reach2) + 1.5 * kappa * b
+        a = a - (load + machine) / slope
     return a
 
 
@@ -125,12 +138,15 @@ def wedge_detached(
     same: dict[str, Any] = {"delta": delta, "k": k, "gamma1": gamma1, "w": w}
     slope = wedge_slope(delta)
     q = np.asarray(wedge.depth(0.0, **same))
-    a = np.maximum(np.asarray(wedge.half_width(0.0, **same)) - 0.5 * (K / k), 0.0)
+    at_zero = np.asarray(wedge.half_width(0.0, **same))
+    a = np.maximum(at_zero - 0.5 * (K / k), 0.0)
     blunt = q < 0.0
     end = np.minimum(q, 0.0)
     force = np.where(blunt, wedge.force_of_width(a, **same), 0.0)
-    released = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1)) + k * slope**2 * a**3 / 3.0
-    return Detachment(Jump.of(force, slope * a + end, a, released), force + K * slope * a)
+    free_surfaces = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1))
+    released = free_surfaces + k * slope**2 * a**3 / 3.0
+    jump = Jump.of(force, slope * a + end, a, released)
+    return Detachment(jump, force + K * slope * a)
 
 
 def parabola_detached(
@@ -146,11 +162,13 @@ def parabola_detached(
     reach2 = R * critical_separation(k, w)
     over = np.maximum(reach2 - ell * (ell + 0.5 * kappa), 0.0)
     total = np.hypot(0.25 * kappa, np.sqrt(reach2)) + ell + 0.25 * kappa
-    a = over / (total + (total == 0.0))
+    not_zero = total + (total == 0.0)
+    a = over / not_zero
     shape = a**2 / 5.0 + ell * (a + ell) + kappa * (a + 4.0 * ell) / 16.0
-    released = parabola.energy_released(k=k, gamma1=gamma1, w=w)
-    released = released + 2.0 * k * a**3 * shape / (3.0 * R**2)
+    at_the_end = parabola.energy_released(k=k, gamma1=gamma1, w=w)
+    on_the_way = 2.0 * k * a**3 * shape / (3.0 * R**2)
     same: dict[str, Any] = {"R": R, "k": k, "gamma1": gamma1, "w": w}
     force = np.asarray(parabola.force_of_width(a, **same))
-    jump = Jump.of(force, parabola.depth(a, **same), a, released)
+    d = parabola.depth(a, **same)
+    jump = Jump.of(force, d, a, at_the_end + on_the_way)
     return Detachment(jump, force + K * a * (a + 2.0 * ell) / (2.0 * R))

@@ -118,10 +118,13 @@ def tail_energy(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
     float or ndarray
         Energy [J/m].
     """
-    s = np.sin(np.asarray(inclination(u_a, k=k, gamma1=gamma1)) / 2)
+    phi = np.asarray(inclination(u_a, k=k, gamma1=gamma1))
+    s = np.sin(phi / 2)
     c = np.sqrt(1 - s * s)
     ell = elastocapillary_length(k, gamma1)
-    return unwrap(4 / 3 * np.asarray(gamma1, float) * ell * s * s / (1 + c) * (1 + c + c * c))
+    gamma1 = np.asarray(gamma1, float)
+    # 1 − c³ = s²/(1 + c) (1 + c + c²), which loses no digits where φ is small
+    return unwrap(4 / 3 * gamma1 * ell * s * s / (1 + c) * (1 + c + c * c))
 
 
 def meniscus(u: ArrayLike, *, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
@@ -144,10 +147,10 @@ def meniscus(u: ArrayLike, *, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -
         x − a [m].
     """
     ratio = finite("u", u) / finite("u_a", u_a)
-    refuse(
-        "u/u_a", ratio, (ratio <= 0) | (ratio > 1), "must lie in (0, 1]: pass u between 0 and u_a"
-    )
-    phi, start = (np.abs(np.asarray(inclination(v, k=k, gamma1=gamma1))) for v in (u, u_a))
+    outside = (ratio <= 0) | (ratio > 1)
+    refuse("u/u_a", ratio, outside, "must lie in (0, 1]: pass u between 0 and u_a")
+    phi = np.abs(np.asarray(inclination(u, k=k, gamma1=gamma1)))
+    start = np.abs(np.asarray(inclination(u_a, k=k, gamma1=gamma1)))
     ell = elastocapillary_length(k, gamma1)
     fall = np.log(np.tan(start / 4) / np.tan(phi / 4))
     return unwrap(ell * (fall + 2 * np.cos(start / 2) - 2 * np.cos(phi / 2)))

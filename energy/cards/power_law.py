@@ -46,7 +46,8 @@ def _root(level: Array, n: float, ell: Array) -> Array:
     rho = np.where(vanishing, 0.0, rho)
     for _ in range(100):
         misfit = np.log(t ** (n - 1.0) * (t + rho))
-        t = t * np.exp(-misfit / (n - 1.0 + t / (t + rho)))
+        slope = n - 1.0 + t / (t + rho)
+        t = t * np.exp(-misfit / slope)
         if np.all(np.abs(misfit) <= 8 * np.finfo(np.float64).eps):
             return unwrap(np.where(vanishing, 0.0, t * scale))
     raise RuntimeError(f"no half-width after 100 steps for n = {n}: rescale the units")
@@ -57,8 +58,10 @@ def _state(d: ArrayLike, c: Array, n: float, ell: Array, delta0: Array) -> tuple
     depth = finite("d", d)
     remedy = "the contact has let go, pass d >= detachment_depth(...)"
     if n > 1.0:
-        a = np.asarray(_root(excess("d", depth, -delta0, remedy) / c, n, ell))[()]
-        return a, np.where(a > 0.0, ell * n * c * a ** (n - 1.0) - delta0, depth)[()]
+        level = excess("d", depth, -delta0, remedy) / c
+        a = np.asarray(_root(level, n, ell))[()]
+        free = ell * n * c * a ** (n - 1.0) - delta0
+        return a, np.where(a > 0.0, free, depth)[()]
     q = ell * c - delta0
     excess("d", depth, np.minimum(q, 0.0), remedy, scale=ell * c)
     return np.maximum(depth - q, 0.0) / c, np.minimum(depth, q)

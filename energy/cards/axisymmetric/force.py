@@ -36,9 +36,11 @@ def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int 
     a = non_negative("a", a)
     k = positive("k", k)
     nodes, weights = np.polynomial.legendre.leggauss(order)
-    t = 0.5 + 0.5 * nodes
-    gap = np.asarray(d)[..., None] - finite("f(r)", f(np.asarray(a)[..., None] * t))
-    return unwrap(np.pi * k * a**2 * (gap * (t * weights)).sum(axis=-1))
+    t = 0.5 + 0.5 * nodes  # radii over a
+    radii = np.asarray(a)[..., None] * t
+    displacement = np.asarray(d)[..., None] - finite("f(r)", f(radii))
+    integral = (displacement * (t * weights)).sum(axis=-1)
+    return unwrap(np.pi * k * a**2 * integral)
 
 
 def total(

@@ -68,7 +68,8 @@ class _Shape:
         q = decay(s)
         steeper = self.ell * growth(s) + 2.0 * a * q + 2.0 * self.ell
         pressed = self.n * self.c * a ** (self.n + 1.0)
-        return pressed + a * (a * q + 2.0 * self.ell) * self.bend(a) - steeper * self.driven(a)
+        bent = a * (a * q + 2.0 * self.ell) * self.bend(a)
+        return pressed + bent - steeper * self.driven(a)
 
     def least_radius(self) -> Array:
         """Where d(a) turns: 0 if it rises from the start."""
@@ -330,10 +331,13 @@ def pull_off(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: Arra
     n = shape.n
     steep = shape.n * shape.c
     delta0 = shape.delta0
-    wide = (4.0 * delta0 / steep) ** (1.0 / n)
-    top = np.maximum(wide, (5.0 * shape.ell * delta0 / steep) ** (1.0 / (n + 1.0)))
+    # above the root: by a factor of 1.07 for n = 10 without tension, of more else
+    without_tension = (4.0 * delta0 / steep) ** (1.0 / n)
+    with_tension = (5.0 * shape.ell * delta0 / steep) ** (1.0 / (n + 1.0))
+    top = np.maximum(without_tension, with_tension)
     a = crossing(shape.force_slope, np.zeros_like(top), top)
-    return PullOff(unwrap(np.pi * shape.k * shape.force(a)), unwrap(shape.depth(a)), a)
+    force = np.pi * shape.k * shape.force(a)
+    return PullOff(unwrap(force), unwrap(shape.depth(a)), a)
 
 
 def adhesion_force(

@@ -158,8 +158,16 @@ def force_of_radius(
 
 
 def _force(a: Array, R: Array, ell: Array, delta0: Array, lift: Array, k: Array) -> Array:
+    """P at a radius; lift: Rδ₀."""
     q = decay(scaled(a, ell))
-    return np.pi * k / R * (a**4 / 4.0 - a * (a * q + 2.0 * ell) * (lift - ell * a))
+    pressed = a**4 / 4.0
+    pulled = a * (a * q + 2.0 * ell) * (lift - ell * a)
+    return np.pi * k / R * (pressed - pulled)
+
+
+def _depth(a: Array, R: Array, ell: Array, delta0: Array) -> Array:
+    """d at a radius."""
+    return a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell))
 
 
 def energy(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
@@ -212,10 +220,14 @@ def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> 
         steeper = ell * growth(s) + 2.0 * a * q + 2.0 * ell
         return a**3 - steeper * (lift - ell * a) + ell * a * (a * q + 2.0 * ell)
 
-    top = np.maximum(2.0 * np.sqrt(lift), (5.0 * ell * lift) ** (1.0 / 3.0))
+    # above the root, which is √2 √(Rδ₀) without tension, and less of both with it
+    without_tension = 2.0 * np.sqrt(lift)
+    with_tension = (5.0 * ell * lift) ** (1.0 / 3.0)
+    top = np.maximum(without_tension, with_tension)
     a = crossing(slope, np.zeros_like(top), top)
-    d = a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell))
-    return PullOff(unwrap(_force(a, R, ell, delta0, lift, positive("k", k))), unwrap(d), a)
+    d = _depth(a, R, ell, delta0)
+    force = _force(a, R, ell, delta0, lift, positive("k", k))
+    return PullOff(unwrap(force), unwrap(d), a)
 
 
 def adhesion_force(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
@@ -309,9 +321,9 @@ def detachment(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -
         s = scaled(a, ell)
         return a**2 * (a + ell * decay(s)) - ell * (lift - ell * a) * growth(s)
 
-    top = (ell * lift) ** (1.0 / 3.0)
+    top = (ell * lift) ** (1.0 / 3.0)  # where a³ alone is as large as the rest can be
     a = crossing(slope, np.zeros_like(top), top)
-    d = a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell))
+    d = _depth(a, R, ell, delta0)
     same = power_law.detachment(**_as_power_law(R), k=k, gamma1=gamma1, w=w)
     force = _force(a, R, ell, delta0, lift, positive("k", k))
     return Jump.of(force, d, a, same.energy_released)
