@@ -29,8 +29,10 @@ from energy import Indenter, Scene
 from energy.arrays import Array, Indices, Mask
 from energy.axis import Radial
 
-MOST = 200_000  # samples
-LOOKS = 8  # times a profile is resolved again around what quadrature has found between its samples
+MOST = 200_000  # samples at most, so that a path over them takes seconds
+# Times at most that a profile is resolved again around what quadrature has found between samples:
+# each adds all places that were found, and what is left is named in a warning.
+LOOKS = 8
 
 
 @dataclass(frozen=True)
@@ -234,9 +236,11 @@ class Resolved:
         slope = np.asarray(self.indenter.slope(x), float)
         if not len(self.indenter.corners):
             return f, slope
-        right = np.searchsorted(self.x, x, side="right") - 1
-        left = np.searchsorted(self.x, x)
-        i = np.clip(np.where(np.greater(side, 0), right, left), 0, self.x.size - 1)
+        # A corner stands twice among the samples: the second time with the slope on its right.
+        second = np.searchsorted(self.x, x, side="right") - 1
+        first = np.searchsorted(self.x, x)
+        i = np.where(np.greater(side, 0), second, first)
+        i = np.clip(i, 0, self.x.size - 1)
         is_sample = self.x[i] == x
         return np.where(is_sample, self.f[i], f), np.where(is_sample, self.slope[i], slope)
 

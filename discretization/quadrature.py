@@ -678,9 +678,11 @@ class Integrals:
             C(x), the sum of the absolute values of its terms, and ∂C/∂d.
         """
         width, g, g_squared, stored, bound = self.at(x)
-        d = depth - self.profile.touch
+        d = depth - self.profile.touch  # g counts from there
         k = self.scene.stiffness
         springs = [k / 2 * d * d * width, k * d * g, k / 2 * g_squared]
         parts = np.array([*springs, stored, -w * bound])
+        total = parts.sum(axis=0)
         sizes = np.abs(parts).sum(axis=0)
-        return np.array([parts.sum(axis=0), sizes, k * (d * width + g)])
+        force = k * (d * width + g)
+        return np.array([total, sizes, force])

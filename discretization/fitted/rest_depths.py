@@ -188,11 +188,14 @@ class RestDepths:
         x = self.profile.x
         low = np.minimum(start, end)
         high = np.maximum(start, end)
-        knot = np.clip(x[np.searchsorted(x, low, "right") % x.size], low, high)
-        parts = np.array([knot - start, end - knot])
-        places = np.array([start, knot])[..., None] + parts[..., None] * (1 + _POINTS) / 2
+        next_sample = x[np.searchsorted(x, low, "right") % x.size]
+        knot = np.clip(next_sample, low, high)
+        begin = np.array([start, knot])
+        width = np.array([knot - start, end - knot])
+        places = begin[..., None] + width[..., None] * (1 + _POINTS) / 2
         slope = np.asarray(self.profile.indenter.slope(places), float)
-        return np.asarray((parts * (slope @ _WEIGHTS)).sum(axis=0) / 2)
+        integrals = width * (slope @ _WEIGHTS)
+        return np.asarray(integrals.sum(axis=0) / 2)
 
     def rest_depth(
         self, side: Any, x: Any, f: Any, f1: Any, facing: LinePosition | None, w: Any
@@ -479,7 +482,8 @@ class RestDepths:
         width = lines[..., 1] - lines[..., 0]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             length_ratio = np.maximum(self.length / width, 0.0)  # l/L
-            part = np.clip(np.cbrt(EPSILON * length_ratio**4), DIFFERENCES.step, DIFFERENCES.widest)
+            best = np.cbrt(EPSILON * length_ratio**4)
+        part = np.clip(best, DIFFERENCES.step, DIFFERENCES.widest)
         furthest = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
         if self.scene.axisymmetric:
             width = np.minimum(width, np.maximum(furthest, DIFFERENCES.least_radius * self.length))

@@ -137,12 +137,14 @@ def _uneven(fine: Equilibrium, closer: Equilibrium) -> bool:
     """
     own = fine.contacts
     there = closer.contacts
-    met = (own[:, None, 0] <= there[:, 1]) & (there[:, 0] <= own[:, None, 1])
-    unpaired = (met.sum(axis=1, keepdims=True) == 1) & (met.sum(axis=0) == 1)
-    one, other = np.nonzero(met & unpaired)
+    overlaps = (own[:, None, 0] <= there[:, 1]) & (there[:, 0] <= own[:, None, 1])
+    own_meets_one = overlaps.sum(axis=1, keepdims=True) == 1
+    other_meets_one = overlaps.sum(axis=0) == 1
+    one, other = np.nonzero(overlaps & own_meets_one & other_meets_one)
     widths = np.diff(own)[:, 0]
-    change = widths[one] - np.diff(there)[other, 0]
-    return bool(np.abs(change).sum() > UNEVEN * widths.sum())
+    widths_there = np.diff(there)[:, 0]
+    change = np.abs(widths[one] - widths_there[other])
+    return bool(change.sum() > UNEVEN * widths.sum())
 
 
 def _has_inner_corners(fine: Equilibrium) -> bool:

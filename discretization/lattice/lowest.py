@@ -141,20 +141,25 @@ def lowest_rings(lattice: Lattice, g: Array) -> Mask:
 def _chain(lattice: Lattice, size: int) -> tuple[Any, Any, Array]:
     """ln P and -ln Q of all nodes in long double, and c of them.
 
-    P and Q follow from what the free surface on each side of a node pulls with.
+    P and Q follow from the stiffness s of what is on one side of a node, its own spring included:
+    over a link t to the next node a free surface grows by the factor 1 + s/t.
     """
     every = np.arange(size)
     last = size - 1
     spring = lattice.spring_stiffness * lattice.weight(every) * np.ones(size)
     link = lattice.link_stiffness * lattice.weight(every[:last] + 0.5) * np.ones(last)
-    outside = spring + lattice.tail_stiffness(every, 1)
-    from_left = [float(spring[0] + lattice.tail_stiffness(0, -1))]
-    for own, one in zip(spring[1:].tolist(), link.tolist(), strict=True):
-        from_left.append(own + one * from_left[-1] / (one + from_left[-1]))
-    inside = np.array(from_left)
-    log_p = _running_sum(np.log1p(np.append(0.0, inside[:last] / link)))
-    minus_log_q = _running_sum(np.log1p(np.append(0.0, outside[1:] / link)))
-    return log_p, minus_log_q, np.asarray((inside + outside - spring) / 2)
+    right_side = spring + lattice.tail_stiffness(every, 1)
+    stiffnesses = [float(spring[0] + lattice.tail_stiffness(0, -1))]
+    for own, tie in zip(spring[1:].tolist(), link.tolist(), strict=True):
+        in_series = tie * stiffnesses[-1] / (tie + stiffnesses[-1])
+        stiffnesses.append(own + in_series)
+    left_side = np.array(stiffnesses)
+
+    growth = np.append(0.0, left_side[:last] / link)
+    decay = np.append(0.0, right_side[1:] / link)
+    log_p = _running_sum(np.log1p(growth))
+    minus_log_q = _running_sum(np.log1p(decay))
+    return log_p, minus_log_q, np.asarray((left_side + right_side - spring) / 2)
 
 
 def _running_sum(terms: Array) -> Any:

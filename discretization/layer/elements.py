@@ -249,18 +249,23 @@ class Fields:
         ndarray (2, e, 13)
             Their real part.
         """
+        # v at the ends of all elements, from the line inwards.
         v = [at_line]
         for passed, rest in zip(self.passed[::-1], self.rest[::-1], strict=True):
             v.append(rest + passed * v[-1])
-        joints = c * np.array(v[::-1])
-        left_tie, right_tie = self.elements.ties[:, :, None]
+        at_ends = c * np.array(v[::-1])
+        at_left = at_ends[:-1]
+        at_right = at_ends[1:]
 
         # Amplitudes of the modes: what loads them less what the ends take, over λ + τ.
         share = self.share.swapaxes(1, 2)
-        amplitudes = c[0] * (self.forced[:, :2] * self.share[:, None, :, 0])
-        amplitudes = amplitudes - left_tie * (joints[:-1] @ share)
-        amplitudes = amplitudes - right_tie * (joints[1:] @ share)
-        amplitudes[:, 1] += self.forced[:, 2] * (c[1:] @ share[:, 1:])
+        left_tie, right_tie = self.elements.ties[:, :, None]
+        of_first_pole = c[0] * (self.forced[:, :2] * self.share[:, None, :, 0])
+        amplitudes = of_first_pole - left_tie * (at_left @ share)
+        amplitudes = amplitudes - right_tie * (at_right @ share)
+        amplitudes[:, 1] += self.forced[:, 2] * (c[1:] @ share[:, 1:])  # of all other poles
+
         inner = amplitudes.real @ self.elements.modes.swapaxes(1, 2)
-        ends = joints.sum(axis=2, keepdims=True).real
-        return np.concatenate([ends[:-1], inner, ends[1:]], axis=2).swapaxes(0, 1)
+        ends = at_ends.sum(axis=2, keepdims=True).real
+        nodal = np.concatenate([ends[:-1], inner, ends[1:]], axis=2)
+        return nodal.swapaxes(0, 1)

@@ -108,5 +108,7 @@ def _far(kappa: float, nodes: Array) -> Array:
     t = reach * np.linspace(0, 1, steps + 1)
     rise = start + sinh * (np.cosh(t) - 1)  # z - 1
     weight = np.exp(m * (math.log1p(start) - np.log1p(rise)))
-    weight[..., 0] /= 2
-    return np.asarray(m[..., 0] * (weight * rise / (1 + rise)).sum(-1) / weight.sum(-1))
+    weight[..., 0] /= 2  # trapezoidal rule
+    numerator = (weight * rise / (1 + rise)).sum(axis=-1)
+    denominator = weight.sum(axis=-1)
+    return np.asarray(m[..., 0] * numerator / denominator)

@@ -21,7 +21,7 @@ from energy import Indenter, Scene
 from energy.arrays import Array, Nodes
 
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
-MOST = 10**7  # nodes that are looked through, or kept
+MOST = 10**7  # nodes that are looked through, or kept: arrays of 80 MB
 
 
 @dataclass(frozen=True)

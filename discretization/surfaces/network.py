@@ -140,9 +140,11 @@ def on_elements(ends: Array, u: Array, x: Array) -> Shape:
     """
     degree = (u.size - 1) // (ends.size - 1)
     element = np.searchsorted(ends[1:-1], x, side="right")
-    nodal = u[element[:, None] * degree + np.arange(degree + 1)]
+    nodes = element[:, None] * degree + np.arange(degree + 1)
+    nodal = u[nodes]
     width = np.diff(ends)[element]
-    basis = chebyshev(2 * (x - ends[element]) / width - 1, degree + 1)
+    place = 2 * (x - ends[element]) / width - 1  # from -1 to 1 on the element
+    basis = chebyshev(place, degree + 1)
     shape_functions = basis @ _to_chebyshev(degree)
     values = (shape_functions * nodal).sum(axis=1)
     slopes = (shape_functions * (nodal @ gauss_lobatto(degree).derivative.T)).sum(axis=1)

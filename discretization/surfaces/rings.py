@@ -249,13 +249,17 @@ class Axis:
             ends, nodal = _mesh(s, width)
             bend, bend_slope = on_elements(ends, u * nodal[0] + rise * nodal[1], x)
             return u + rise * x / width + bend, rise / width + bend_slope
-        found = np.zeros((2, x.size))
-        for direction, line, displacement in ((side, s, u), (-side, s + side * width, u + rise)):
+        radii = s + side * x
+        other = s + side * width
+        values = np.zeros(x.size)
+        slopes = np.zeros(x.size)
+        for direction, line, displacement in ((side, s, u), (-side, other, u + rise)):
             if 0 < line < math.inf:
-                # the slope is that in the direction away from the first line
-                turn = np.array([[1], [direction * side]])
-                found += displacement * turn * decayed(direction, line, s + side * x)
-        return found[0], found[1]
+                value, outward_slope = decayed(direction, line, radii)
+                values += displacement * value
+                # Slopes are those in the direction away from the first line.
+                slopes += displacement * (direction * side * outward_slope)
+        return values, slopes
 
 
 @functools.lru_cache(maxsize=256)
