@@ -34,17 +34,34 @@ from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
 
-BAR = 1e-8
-LEDGER = 1e-9
+BAR = 1e-8  # largest relative error against a closed form
+BALANCE_BAR = 1e-9  # largest relative imbalance of energy
 MODERATE = 0.02  # N/m, the tension whose loops are drawn
-_NIL = 1e-8  # of the scale, printed as 0
-LENGTHS = ("jump-in half-width", "pull-off depth", "pull-off half-width")
-SHOWN = dict.fromkeys(LENGTHS, 1e6) | {"pull-off force": 1.0, "loop area": 1.0}
+# What is printed, and its unit: μm for lengths, else SI.
+SHOWN = {
+    "jump-in half-width": 1e6,
+    "pull-off force": 1.0,
+    "pull-off depth": 1e6,
+    "pull-off half-width": 1e6,
+    "loop area": 1.0,
+}
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """γ₁ [N/m] and w [J/m²], machine stiffnesses K/(kb), steps of a loop."""
+    """The loops.
+
+    Attributes
+    ----------
+    tensions : tuple of float
+        γ₁ [N/m].
+    works : tuple of float
+        w [J/m²].
+    machines : tuple of float
+        Stiffnesses K/(kb).
+    steps : int
+        Of a loop.
+    """
 
     tensions: tuple[float, ...] = (0.002, 0.02, 0.1, 0.4)
     works: tuple[float, ...] = (WORK / 2, WORK)
@@ -58,7 +75,18 @@ QUICK = Parameters(tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=3
 
 @dataclass(frozen=True)
 class Loop:
-    """One closed path beside its closed forms; work: ∫P dd from the forces."""
+    """One closed path beside its closed forms.
+
+    Attributes
+    ----------
+    shape : str
+        Of the indenter.
+    history : History
+    forms : tuple of Form
+        Each number that has a closed form, and this.
+    work : float
+        ∮P dd, from the forces.
+    """
 
     shape: str
     history: History
@@ -74,7 +102,9 @@ class Loop:
     def control(self) -> str:
         """Depth, force, or the stiffness of the machine in units of kb."""
         K = self.history.machine_stiffness
-        return f"K = {K / (LAYER.stiffness * SIZE):.3g} kb" if K else self.history.control
+        if not K:
+            return self.history.control
+        return f"K = {K / (LAYER.stiffness * SIZE):.3g} kb"
 
     @property
     def error(self) -> float:
@@ -84,16 +114,20 @@ class Loop:
     @property
     def passed(self) -> bool:
         """Whether all errors are within the limits; nan is not."""
-        return self.error <= BAR and self.imbalance <= LEDGER
+        return self.error <= BAR and self.imbalance <= BALANCE_BAR
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Loop, ...]:
     """Follow all loops in `jobs` processes; `show` gets a line for each."""
     show(COLUMNS.head)
     scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
-    work = partial(_controls, parameters)
-    found = list[Loop]()
-    for own in each(work, scenes, jobs, say=lambda own: show("\n".join(map(line, own)))):
+    under_all_controls = partial(_controls, parameters)
+
+    def say(own: list[Loop]) -> None:
+        show("\n".join(map(line, own)))
+
+    found: list[Loop] = []
+    for own in each(under_all_controls, scenes, jobs, say=say):
         found += own
     return tuple(found)
 
@@ -101,10 +135,13 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tu
 def _controls(parameters: Parameters, case: tuple[str, float, float]) -> list[Loop]:
     """The same scene under all controls."""
     shape, gamma1, w = case
-    path = loops.depth_loop(loops.scene_of(shape, gamma1, w), parameters.steps)
-    stiffness = LAYER.stiffness * SIZE
-    held = [loops.driven_loop(path, K * stiffness) for K in (0.0, *parameters.machines)]
-    return [Loop(shape, one, tuple(loops.compared(one)), one.work()) for one in (path, *held)]
+    scene = loops.scene_of(shape, gamma1, w)
+    under_depth = loops.depth_loop(scene, parameters.steps)
+    paths = [under_depth]
+    for machine in (0.0, *parameters.machines):  # 0: a dead load
+        stiffness = machine * (LAYER.stiffness * SIZE)
+        paths.append(loops.driven_loop(under_depth, stiffness))
+    return [Loop(shape, path, tuple(loops.compared(path)), path.work()) for path in paths]
 
 
 COLUMNS = Columns(
@@ -116,21 +153,25 @@ COLUMNS = Columns(
 def line(loop: Loop) -> str:
     """One line of the table."""
     scene = loop.history.scene
-    numbers = [
-        f.simulated * SHOWN[f.name] if abs(f.simulated) > _NIL * f.scale else 0.0
-        for f in loop.forms
-        if f.name in SHOWN
-    ]
-    given = loop.shape, scene.gamma1, scene.work_of_adhesion, loop.control
+    numbers = []
+    for form in loop.forms:
+        if form.name not in SHOWN:
+            continue
+        is_zero = abs(form.simulated) <= BAR * form.scale
+        numbers.append(0.0 if is_zero else form.simulated * SHOWN[form.name])
+    given = (loop.shape, scene.gamma1, scene.work_of_adhesion, loop.control)
     told = COLUMNS.line(*given, *numbers, loop.error, loop.imbalance)
-    return told + ("" if loop.passed else "  FAIL")
+    return told if loop.passed else f"{told}  FAIL"
 
 
 def drawn(record: Sequence[Loop], shape: str) -> list[Loop]:
     """The loops of a shape at w = WORK and moderate tension, under one control after the other."""
-    own = [loop for loop in record if loop.shape == shape]
-    scenes = [(loop.history.scene.gamma1, loop.history.scene.work_of_adhesion) for loop in own]
-    return [loop for loop, at in zip(own, scenes, strict=True) if at == (MODERATE, WORK)]
+    found = []
+    for loop in record:
+        scene = loop.history.scene
+        if (loop.shape, scene.gamma1, scene.work_of_adhesion) == (shape, MODERATE, WORK):
+            found.append(loop)
+    return found
 
 
 def plot(record: Sequence[Loop]) -> dict[str, Figure]:
@@ -145,7 +186,7 @@ def plot(record: Sequence[Loop]) -> dict[str, Figure]:
 def shade(axes: Any, history: History) -> None:
     """The area of the loop, ∮P dd: the energy that a cycle dissipates."""
     depth, force = units(history, "force")
-    states = [state for _, states in legs(history) for state in states]  # jumps included
+    states = [state for _, leg in legs(history) for state in leg]  # jumps included
     x = np.array([state.depth for state in states]) / depth.size
     y = np.array([state.force for state in states]) / force.size
     lost = quantity(history.dissipated, "J/m")
@@ -155,6 +196,7 @@ def shade(axes: Any, history: History) -> None:
 
 def over_control(record: Sequence[Loop]) -> Figure:
     """P(d) of one γ₁, a row for each control, each loop in a panel of its own."""
+    words = {"depth": "imposed depth", "force": "dead load"}
     chosen = [drawn(record, shape) for shape in INDENTERS]
     rows = len(chosen[0])
     figure, grid = canvas(12.5, 3.4 * rows, rows, len(INDENTERS), squeeze=False)
@@ -162,7 +204,6 @@ def over_control(record: Sequence[Loop]) -> Figure:
         for axes, loop in zip(column, own, strict=True):
             area = loop.history.dissipated / (2 * WORK * SIZE)
             draw_path(axes, loop.history, "force", units(loop.history, "force"), BLUE)
-            words = {"depth": "imposed depth", "force": "dead load"}
             stiffness = loop.control.removeprefix("K = ").replace(" ", "·")
             held = words.get(loop.control, f"spring of stiffness {stiffness}")
             axes.set_title(f"{loop.shape}, {held},\nloop area {area:.3g}·2wb", fontsize=10)
@@ -193,11 +234,13 @@ def table(record: Sequence[Loop]) -> Table:
     rows = []
     for loop in record:
         history = loop.history
-        scene = loop.history.scene
-        forms = [v for f in loop.forms for v in (f.simulated, f.closed_form, f.error)]
-        stiffness = history.machine_stiffness or ""
-        at = (scene.gamma1, scene.work_of_adhesion, history.control, stiffness)
-        rows.append([loop.shape, *at, *forms, loop.work, history.dissipated, loop.imbalance])
+        scene = history.scene
+        row = [loop.shape, scene.gamma1, scene.work_of_adhesion, history.control]
+        row.append(history.machine_stiffness or "")
+        for form in loop.forms:
+            row += [form.simulated, form.closed_form, form.error]
+        row += [loop.work, history.dissipated, loop.imbalance]
+        rows.append(row)
     return [*given, *columns, "work", "dissipated", "imbalance"], rows
 
 
@@ -207,11 +250,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     record = run(preset, command.say, jobs)
     out.table("hysteresis.csv", preset, *table(record))
     out.figures(plot(record))
-    error, imbalance = (
-        float(np.max([getattr(loop, name) for loop in record])) for name in ("error", "imbalance")
-    )
+    error = float(np.max([loop.error for loop in record]))
+    imbalance = float(np.max([loop.imbalance for loop in record]))
     failed = sum(not loop.passed for loop in record)
-    print(f"{len(record)} loops, {failed} failed; limits {BAR:.0e}, of the balance {LEDGER:.0e}")
+    limits = f"limits {BAR:.0e}, of the balance {BALANCE_BAR:.0e}"
+    print(f"{len(record)} loops, {failed} failed; {limits}")
     command.answer(
         f"The energy released in its jumps and nothing else: in {len(record)} loops the area "
         f"agrees with that within {imbalance:.0e}, and with the closed forms within {error:.0e}."

@@ -38,7 +38,13 @@ BAR = 1e-8  # largest relative error, the default goal of `load_path`
 
 @dataclass(frozen=True)
 class Parameters:
-    """l/b of the scenes; 0 is added: no tension."""
+    """The scenes.
+
+    Attributes
+    ----------
+    ratios : tuple of float
+        l/b; 0 is added: no tension.
+    """
 
     ratios: tuple[float, ...] = (*np.geomspace(0.01, 100, 25).tolist(), 0.82, 0.92, 0.97)
 
@@ -48,7 +54,15 @@ QUICK = Parameters(ratios=(0.03, 0.3, 0.8, 1.7, 4.0))
 
 
 class State(NamedTuple):
-    """A pull: force F_A > 0 [N/m], depth and half-width [m]."""
+    """A pull.
+
+    Attributes
+    ----------
+    force : float
+        F_A > 0 [N/m].
+    depth, half_width : float
+        [m].
+    """
 
     force: float
     depth: float
@@ -82,19 +96,23 @@ class Pull(NamedTuple):
         """Largest relative error, where the closed form is 0 of kδ₀(b + l), δ₀ or b."""
         scene = self.scene
         scales = (loops.force_scale(scene), scene.critical_separation, loops.size(scene))
-        pairs = [(self.simulated, self.closed_form)]
+        forms = list(zip(self.simulated, self.closed_form, scales, strict=True))
         if self.balanced is not None and self.balanced_card is not None:
-            pairs.append((self.balanced, self.balanced_card))
-        return max(
-            loops.Form("", own, card, scale).error
-            for pair in pairs
-            for own, card, scale in zip(*pair, scales, strict=True)
-        )
+            forms += zip(self.balanced, self.balanced_card, scales, strict=True)
+        return max(loops.Form("", *form).error for form in forms)
 
 
 @dataclass(frozen=True)
 class Curve:
-    """All pulls of one indenter, over growing tension; the first without."""
+    """All pulls of one indenter.
+
+    Attributes
+    ----------
+    shape : str
+        Of the indenter.
+    pulls : tuple of Pull
+        Over growing tension; the first without.
+    """
 
     shape: str
     pulls: tuple[Pull, ...]
@@ -123,9 +141,11 @@ class Curve:
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Curve, ...]:
     """Pull every scene off in `jobs` processes; `show` gets a line for each."""
     show(COLUMNS.head)
-    cases = list(product(INDENTERS, (0.0, *sorted(parameters.ratios))))
+    ratios = (0.0, *sorted(parameters.ratios))
+    cases = list(product(INDENTERS, ratios))
+    found = each(pulled, cases, jobs)
     pulls: dict[str, list[Pull]] = {shape: [] for shape in INDENTERS}
-    for (shape, _), pull in zip(cases, each(pulled, cases, jobs), strict=True):
+    for (shape, _), pull in zip(cases, found, strict=True):
         pulls[shape].append(pull)
         show(line(shape, pull))
     return tuple(Curve(shape, tuple(own)) for shape, own in pulls.items())
@@ -137,20 +157,28 @@ def _scene(shape: str, ratio: float) -> Scene:
 
 
 def pulled(case: tuple[str, float]) -> Pull:
-    """Indenter, l/b: press to 2δ₀ under a dead load, then lower it until the contact detaches."""
+    """Press to a depth of 2δ₀ under a dead load, then lower the load until the contact detaches.
+
+    Parameters
+    ----------
+    case : tuple
+        Indenter and l/b.
+
+    Returns
+    -------
+    Pull
+    """
     shape, ratio = case
     scene = _scene(shape, ratio)
     pressed = minimise(scene, 2 * scene.critical_separation).force
-    path = load_path(scene, forces=[pressed, -3 * loops.force_scale(scene)])
-    flat = shape == "flat punch"
-    return Pull(
-        scene,
-        ratio,
-        _pull(loops.most_tensile(path)),
-        _pull(loops.pull_off_card(scene)),
-        balanced(scene) if flat else None,
-        _pull(loops.global_pull_off(scene)) if flat else None,
-    )
+    beyond = -3 * loops.force_scale(scene)  # no contact bears as much
+    path = load_path(scene, forces=[pressed, beyond])
+    simulated = _pull(loops.most_tensile(path))
+    closed_form = _pull(loops.pull_off_card(scene))
+    if shape != "flat punch":
+        return Pull(scene, ratio, simulated, closed_form, None, None)
+    balanced_card = _pull(loops.global_pull_off(scene))
+    return Pull(scene, ratio, simulated, closed_form, balanced(scene), balanced_card)
 
 
 def balanced(scene: Scene) -> State:
@@ -159,9 +187,11 @@ def balanced(scene: Scene) -> State:
     def energy(depth: float) -> float:
         return minimise(scene, depth).energy
 
-    lift = scene.critical_separation
-    least = -(1 - 1e-14) * lift
-    depth = least if energy(least) <= 0 else float(brentq(energy, least, 0, xtol=1e-15 * lift))
+    delta0 = scene.critical_separation
+    least = -(1 - 1e-14) * delta0  # still in contact
+    depth = least  # without tension the energies are equal where the contact detaches
+    if energy(least) > 0:
+        depth = float(brentq(energy, least, 0, xtol=1e-15 * delta0))
     state = minimise(scene, depth)
     return _pull((state.force, depth, state.half_width))
 
@@ -184,8 +214,17 @@ def line(shape: str, pull: Pull) -> str:
     state = pull.simulated
     depth = state.depth if abs(state.depth) > BAR * scene.critical_separation else 0.0
     a = state.half_width if state.half_width > BAR * loops.size(scene) else 0.0
-    numbers = pull.ratio, scene.gamma1, state.force, pull.closed_form.force, 1e6 * depth, 1e6 * a
-    return COLUMNS.line(shape, *numbers, pull.balanced and pull.balanced.force, pull.error)
+    return COLUMNS.line(
+        shape,
+        pull.ratio,
+        scene.gamma1,
+        state.force,
+        pull.closed_form.force,
+        1e6 * depth,
+        1e6 * a,
+        pull.balanced and pull.balanced.force,
+        pull.error,
+    )
 
 
 def plot(curves: Sequence[Curve]) -> Figure:
@@ -204,7 +243,8 @@ def plot(curves: Sequence[Curve]) -> Figure:
     axes.set_xlabel("elastocapillary length over half-width at pull-off without tension, l/b")
     axes.set_yscale("symlog", linthresh=1)  # from 0 to 1 linear
     most = max(float(curve.gain.max()) for curve in curves)
-    ticks = [tick for tick in (0, 0.5, 1, 2, 5, 10, 20, 50, 100, 200) if tick <= 1.1 * most]
+    plain = (0, 0.5, 1, 2, 5, 10, 20, 50, 100, 200)
+    ticks = [tick for tick in plain if tick <= 1.1 * most]
     axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
     axes.set_ylim(-0.1, 1.3 * most)
     axes.set_title(
@@ -223,11 +263,14 @@ def table(curves: Sequence[Curve]) -> Table:
     rows = []
     for curve in curves:
         for pull in curve.pulls:
-            given = (curve.shape, pull.ratio, pull.scene.gamma1, pull.scene.work_of_adhesion)
-            other: tuple[float | str, ...] = ("", "", "")
-            if pull.balanced is not None and pull.balanced_card is not None:
-                other = (*pull.balanced[:2], pull.balanced_card.force)
-            rows.append([*given, *pull.simulated, *pull.closed_form, *other, pull.error])
+            scene = pull.scene
+            row = [curve.shape, pull.ratio, scene.gamma1, scene.work_of_adhesion]
+            row += [*pull.simulated, *pull.closed_form]
+            if pull.balanced is None or pull.balanced_card is None:
+                row += ["", "", ""]
+            else:
+                row += [pull.balanced.force, pull.balanced.depth, pull.balanced_card.force]
+            rows.append([*row, pull.error])
     return names, rows
 
 
@@ -256,17 +299,34 @@ def conclusions(curves: Sequence[Curve]) -> list[str]:
 
 
 def trend(values: Array, rounding: float = 1e-10) -> int:
-    """1 where every value is above the one before, -1 where below, else 0."""
+    """1 if every value is above the one before, -1 if below, else 0.
+
+    Parameters
+    ----------
+    values : ndarray (n,)
+    rounding : float
+        What a step has to exceed, of the largest value.
+
+    Returns
+    -------
+    int
+    """
     steps = np.diff(values) / np.abs(values).max()
-    return int(np.all(steps > rounding)) - int(np.all(steps < -rounding))
+    if np.all(steps > rounding):
+        return 1
+    if np.all(steps < -rounding):
+        return -1
+    return 0
 
 
 def _effect(values: Array, claimed: int | None = None) -> str:
     """What the trend of forces says, and whether that is what the paper claims."""
     found = trend(values)
     known = {1: "helps at every step", -1: "weakens at every step", 0: "has no one sign"}
-    verdict = f": {'confirmed' if found == claimed else 'NOT confirmed'}"
-    return f"tension {known[found]}{'' if claimed is None else verdict}"
+    told = f"tension {known[found]}"
+    if claimed is None:
+        return told
+    return f"{told}: confirmed" if found == claimed else f"{told}: NOT confirmed"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
