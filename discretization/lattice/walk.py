@@ -249,7 +249,10 @@ class Walk:
     def _tracked(self, front: "Front", start: float, end: float) -> tuple[Track, "Front"]:
         """The path of a front to another depth, up to the first event, and the front there.
 
-        All changes at one depth happen before it is decided whether they are an event.
+        Change after change happens, the earliest first. Once the next one is at another depth, all
+        that has happened at this one is judged together: it is an event, and the path ends, or the
+        contacts are recorded and the path goes on. Where many changes have happened at one depth a
+        line jumps: then it passes as many links at once as it will.
         """
         sign = front.sign
         trace = [(start, front.nodes)]
@@ -405,7 +408,24 @@ class Walk:
     def _with_touch(self, own: Any, part: Any, depth: float, later: Change) -> Change:
         """A line passes a link as a node touches that would then be in the indenter, or `later`.
 
-        Where both together leave U as it was; by how much they change it is a parabola of d.
+        That happens at the depth at which both together leave U as it is. The energy that they
+        release is a parabola of the depth: it is read at three depths between that of the link
+        alone and that of `later`, and its zero found by the formula that subtracts nothing.
+
+        Parameters
+        ----------
+        own : tuple of (int or None)
+            Contact nodes at the ends of the free surface.
+        part : tuple of (int or None)
+            The same once the line has passed the link.
+        depth : float
+            The depth at which the line alone would pass the link [length].
+        later : Change
+            What happens otherwise, at a larger depth.
+
+        Returns
+        -------
+        Change
         """
         _, node = self.closing.touches(*part)
         ends = _free((part[0], node), (node, part[1]))

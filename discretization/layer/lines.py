@@ -35,18 +35,20 @@ class LineRules:
     ----------
     adhesion_dominates : float
         Slope over √(2w/γ₁), and height over the depth, up to which a line advances, whatever lies
-        below it.
+        below it: where the slope is √(2w/γ₁) it would rest if the free surface were flat.
     far_below : float
-        Of the shortest length of the layer: at smaller half-widths D is a power of a.
+        Of the shortest length of the layer: at smaller half-widths D is a power of a but for this
+        part, and so turns nowhere.
     closed : float
         Of a half-width where adhesion dominates: at that of a line contact that has closed up.
     sparse : float
-        Octaves of a between places where D is a power of a.
+        Octaves of a between places where D is a power of a: there it turns nowhere, and few are
+        enough.
     turn_rounds : int
         Rounds of the search for the greatest D. Each narrows it fourfold, and D is known twice as
         well as the place: 4⁻¹⁰ = 1e-6, and 1e-12 of D.
     tie : float
-        Relative difference of depths that count as the same.
+        Relative difference of depths that count as the same, above the rounding of D.
     straight : float
         Of a: over so little D is straight to rounding, 3e-7² = 1e-13.
     """
@@ -70,7 +72,7 @@ class PanelRules:
     Attributes
     ----------
     degree : int
-        Degree on a panel.
+        Degree on a panel. No result depends on it, as panels are halved until they are fine enough.
     narrowest : float
         Octaves of a: a narrower panel is not halved, it holds a kink.
     coefficients_left : float
@@ -292,7 +294,11 @@ class Lines:
         return found
 
     def _small(self, depth: float) -> float:
-        """A half-width so small, by slope and height, that a line there advances, if any does."""
+        """A half-width so small that a line there advances at this depth, if any does.
+
+        It is the largest of powers of 2 times h at which slope and height are a quarter at most of
+        what adhesion, or the depth of indentation, can overcome.
+        """
         body = self.body
         h = body.scene.layer.h
         places = np.minimum(_PLACES * h, body.edge / 2)

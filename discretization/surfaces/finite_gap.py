@@ -267,7 +267,7 @@ class Gaps:
 
     @functools.cached_property
     def upright(self) -> bool:
-        """Whether a surface turns over."""
+        """Whether a surface turns over: |p| at a line is cut at the steepest, but for rounding."""
         return bool((np.abs(self.p[:, [0, -1]]) >= _STEEPEST * (1 - _UPRIGHT / 16)).any())
 
     @functools.cached_property
