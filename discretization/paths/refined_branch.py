@@ -9,6 +9,7 @@ where they fail keeps what nodes alone know (lattice_branch.py), and `on_nodes` 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -414,14 +415,24 @@ class RefinedBranch(Branch):
         return next(k for k, each in self.refinements.items() if each is way.refinement)
 
     def _on_nodes(self, point: Point, level: int) -> tuple[row.Contacts, float]:
-        """Contacts on nodes of a closeness, and the depth at which these are at rest."""
+        """Contacts on nodes of a closeness, and the depth at which these are at rest.
+
+        NotRefined where there is no node in a gap between them.
+        """
         place = point.memory
-        if level == self._level(point):
-            if place.way is None:
-                return place.contacts, place.on_nodes
+        if level == self._level(point) and place.way is not None:
             found: tuple[row.Contacts, float] = place.way.contacts(place.stretch, point.depth)
             return found
-        return self.refinement(level).nodes.contacts(point.lines or ()), point.depth
+        if level == self._level(point):
+            contacts = place.contacts
+            on_nodes = place.on_nodes
+        else:
+            contacts = self.refinement(level).nodes.contacts(point.lines or ())
+            on_nodes = point.depth
+        gaps = [right[0] - left[1] for left, right in itertools.pairwise(contacts)]
+        if any(gap < 2 for gap in gaps):
+            raise NotRefined(f"nodes at depth = {point.depth!r} see no gap", point.depth)
+        return contacts, on_nodes
 
     def pinned(self, point: Point) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""

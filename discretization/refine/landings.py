@@ -17,7 +17,7 @@ import numpy as np
 
 from discretization.lattice.walk import End, paired
 from discretization.nodes.row import Contacts
-from discretization.refine.equations import lines_of_surfaces
+from discretization.refine.equations import OUTWARDS, lines_of_surfaces
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.first_touch import faces_at_touch
 from discretization.refine.lives import CREEPING, Happening, Life, Pair, pairs
@@ -31,6 +31,8 @@ _FAR = 0.5  # of l: how far lines may be from their nodes
 _AHEAD = (0.0, 0.02, 0.1, 0.3, 1.0)  # margins beyond an event, from where lines are followed back
 _PENETRATION = 1e-9  # of the size of depths
 _GAINED = 1e-9  # of the energy's scale: more than rounding, where an event hardly releases any
+_BEYOND = 1e-6  # margins: so little beyond a fold lines still rest where they would at the event
+_ELSEWHERE = 1e-2  # of l: lines that far from those after an event are others
 _LANDED = 0.2  # of l: how far lines on closer nodes may be from those after the event
 _NEIGHBOURS = 1  # surfaces on each side of an event of receding lines that are followed with it
 _PASSED = (0.1, 0.5)  # margins on both sides of an event, within which closer nodes have it
@@ -52,9 +54,8 @@ class Landings:
         """Find the lines (n, 2) after events of known depths. NotRefined where that fails."""
         todo = [event for event in happened if event.after and not len(event.lines_after)]
         for ahead in _AHEAD:
-            if not todo:
-                return
-            todo = self._landed(todo, ahead)
+            if todo:
+                todo = self._landed(todo, ahead)
         if todo:
             todo = self._landed(todo, 0.0, downhill=True)
         if todo:
@@ -62,6 +63,70 @@ class Landings:
                 f"no equilibrium is found after the event at depth = {todo[0].depth!r}",
                 todo[0].depth,
             )
+        self._demand_first(happened)
+
+    def _demand_first(self, happened: Sequence[Happening]) -> None:
+        """NotRefined if lines rest somewhere on their way to where they land.
+
+        From where they are before the event they are moved as their forces push them. Energies are
+        submodular in the contact, so that lines stop at the first rest on the way.
+        """
+        events = [event for event in happened if not event.smooth and event.after]
+        starts = [(event, self._start(event)) for event in events]
+        known = [(event, rows) for event, rows in starts if rows is not None]
+        if not known:
+            return
+        lives = [life for event, _ in known for life in event.after]
+        rows = np.concatenate([rows for _, rows in known])
+        depths = np.concatenate(
+            [np.full(len(rows), self._just_beyond(event)) for event, rows in known]
+        )
+        found = self.events.rest(lives, rows[:, None], depths[:, None], downhill=True)
+        first = 0
+        for event, _ in known:
+            own = slice(first, first + len(event.after))
+            first += len(event.after)
+            if found.at_rest[own].all() and self._stops_earlier(event, found.lines[own]):
+                raise NotRefined(
+                    f"lines rest on the way from the event at depth = {event.depth!r}", event.depth
+                )
+
+    def _just_beyond(self, event: Happening) -> float:
+        """A depth so little beyond an event that lines still feel which way they are pushed."""
+        margin = (event.before or event.after)[0].nodes.margin
+        return event.depth + event.direction * _BEYOND * margin
+
+    def _start(self, event: Happening) -> Array | None:
+        """Lines (n, 2) of the surfaces after an event before they move; None where not known.
+
+        Those that were there before, or both sides of the place where a surface touches.
+        """
+        before = event.lines_before
+        if len(before) == 0 or len(event.after) > 2:
+            return None
+        outer = np.array([[before[0, 0], before[-1, 1]]])
+        if event.direction < 0:
+            return outer if len(event.after) == 1 else None
+        clearance, place = self.events.clearance(before[0], event.depth)
+        touches = abs(clearance) <= _PENETRATION * self.events.equations.size
+        if len(event.after) == 2:
+            return np.array([[before[0, 0], place], [place, before[0, 1]]]) if touches else None
+        if touches:
+            left, right = event.lines_after[0]
+            outer[0, 0] = place if left >= place else outer[0, 0]
+            outer[0, 1] = place if right <= place else outer[0, 1]
+        return outer
+
+    def _stops_earlier(self, event: Happening, rows: Array) -> bool:
+        """Whether lines (n, 2) are on the way to those after an event, and well before them."""
+        if (rows[:-1, 1] > rows[1:, 0]).any():
+            return False
+        finite = np.isfinite(rows)
+        forwards = event.direction * OUTWARDS  # pressed, contacts grow from both lines of a surface
+        with np.errstate(invalid="ignore"):
+            left = np.where(finite, (event.lines_after - rows) * forwards, 0.0)
+        near = _ELSEWHERE * self.events.equations.length
+        return bool((left >= -near).all() and (left > near).any())
 
     def _landed(
         self, todo: Sequence[Happening], ahead: float, *, downhill: bool = False

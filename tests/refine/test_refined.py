@@ -328,3 +328,21 @@ def test_all_flat_faces_that_are_lowest_touch_at_once():
     path = load_path(scene, depths=[0.0, 0.1, 0.0])
     assert path.at(1).lines == (0.6, 5.4, 11.3, 14.0)
     assert path.force[[0, 2]] == pytest.approx(0, abs=1e-12)
+
+
+def test_a_gap_without_a_node_in_it_is_followed_on_closer_nodes():
+    """The path went on from nodes that had closed the gap, and the contact was never lost."""
+    scene = path_case("load_edges", 500018).scene
+    path = load_path(scene, depths=[5.3e-7, 3.71e-6, 4.6e-7])
+    kinds = [event.kind for event in path.events]
+    assert kinds[-2:] == ["nucleation", "closing"]
+
+
+def test_a_rest_between_a_jump_and_where_nodes_land_is_not_skipped():
+    """A line stops next to a corner at depths so few that nodes pass them at once."""
+    scene = path_case("load_edges", 500031).scene
+    path = load_path(scene, depths=[1.9e-6, 2.9e-6, 3.2e-6])
+    jumps = [event.depth for event in path.events if event.kind == "jump"]
+    assert jumps == pytest.approx([2.88073387e-06, 2.92272050e-06], rel=1e-8, abs=0)
+    right = np.array(path.at(1).lines)[-1]
+    assert 0.00537 < right < 0.005377
