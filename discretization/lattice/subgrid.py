@@ -32,7 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.certificate import EPSILON
-from discretization.lattice.closing import closes_smoothly
+from discretization.lattice.loss import is_lost_smoothly
 from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array, Mask, Nodes
 
@@ -534,7 +534,7 @@ def _pairs_of_contacts(nodes: Nodes) -> Nodes:
 def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
     """`between` of states on a path, with as many contacts each."""
     passed = advances(row, nodes, depth)
-    return between(row, nodes, depth, passed, narrow=closes_smoothly(row))
+    return between(row, nodes, depth, passed, narrow=is_lost_smoothly(row))
 
 
 def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:

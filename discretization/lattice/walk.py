@@ -1,15 +1,15 @@
 """Contacts on nodes followed as the depth changes: a walk from change to change.
 
-Contacts are node intervals ((first, last), ...), and between and beside them lie free parts, each
-given by the contact node on its left and on its right (None: none there). In contact the
-displacement is prescribed, so that free parts do not feel each other: each has a next change of its
-own, at a depth known in closed form (thresholds.py). With growing depth a line passes a link, two
-lines that face each other do so at once, or a free node touches; with falling depth a line, or two,
-open a link, a node inside a contact opens, or a lone node does: as soon as it is pulled, or, where
-it stands for a contact narrower than a link, when that closes (closing.py). The earliest change
-happens: a heap has the next one of every part (`Front`). Changes that follow at
-no other depth belong to it: together they are an event, if they release energy or leave another
-number of contacts.
+Contacts are node intervals ((first, last), ...), and between and beside them lie free surfaces,
+each given by the contact node on its left and on its right (None: none there). In contact the
+displacement is prescribed, so that free surfaces do not feel each other: each has a next change of
+its own, at a depth known in closed form (thresholds.py). With growing depth a line passes a link,
+two lines that face each other do so at once, or a free node touches; with falling depth a line, or
+two, open a link, a node inside a contact opens, or a lone node does: as soon as it is pulled, or,
+where it stands for a contact narrower than a link, when that is lost (loss.py). The earliest change
+happens: a heap has the next one of every part (`Front`), a free surface or a contact. Changes that
+follow at no other depth belong to it: together they are an event, if they release energy or leave
+another number of contacts.
 """
 
 import functools
@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization.lattice.closing import Closing, closes_smoothly
+from discretization.lattice.loss import ContactLoss, is_lost_smoothly
 from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array
 
@@ -34,7 +34,7 @@ _JUMPING = 6  # changes at one depth, after which a line is taken to jump and pa
 
 
 class Change(NamedTuple):
-    """What happens first to a free part or a contact: its two ends become these."""
+    """What happens first to a free surface or a contact: its two ends become these."""
 
     depth: float
     ends: tuple[End, ...]
@@ -94,7 +94,7 @@ def ends_of(nodes: Contacts) -> list[End]:
 
 
 def contacts_of(ends: Sequence[End]) -> Contacts:
-    """The contacts between ends of free parts."""
+    """The contacts between ends of free surfaces."""
     return paired([end for end in ends if end is not None])
 
 
@@ -109,20 +109,20 @@ def _free(*parts: tuple[End, End]) -> tuple[End, ...]:
 
 
 class Walk:
-    """The walks over one row of nodes; next changes of free parts are remembered.
+    """The walks over one row of nodes; next changes of free surfaces are remembered.
 
     Parameters
     ----------
     row : Row
     narrow : bool
-        Whether lone nodes stand for contacts narrower than a link, up to where these close; else
+        Whether lone nodes stand for contacts narrower than a link, up to where these are lost; else
         they let go as soon as they are pulled.
     """
 
     def __init__(self, row: Row, *, narrow: bool = False) -> None:
         self.row = row
         self.closing, self.opening = row.thresholds
-        self.lines = Closing(row, self.opening) if narrow and closes_smoothly(row) else None
+        self.lines = ContactLoss(row, self.opening) if narrow and is_lost_smoothly(row) else None
         self.weakest: dict[tuple[int, int], int] = {}  # of contacts: the node that opens first
 
     def touched(self, depth: float) -> Contacts:

@@ -7,7 +7,7 @@ neighbours. With t = γ₁/Δx and contact links C (both ends in contact), the n
 
 Free nodes obey t(u_{i-1} - 2u_i + u_{i+1}) = kΔx u_i, so a free tail decays by
 λ = exp(-2 asinh(√κ/2)), κ = kΔx²/γ₁, per node, exactly. Eliminating the tail leaves a spring
-t(1-λ) on the last node: the half-infinite far field needs no nodes.
+t(1-λ) on the contact node where it begins: the half-infinite far field needs no nodes.
 
 Finite slopes: with s = (u_{i+1} - u_i)/Δx a free link has the energy γ₁Δx(√(1+s²) - 1), and on a
 contact link wΔx becomes wΔx√(1+s²): plain.py.

@@ -3,7 +3,7 @@
 A state is a list of contacts, node intervals first..last, which walk.py takes from depth to depth.
 What is reported for a step, lines, force and energy, is interpolated between nodes (subgrid.py);
 states, events and the energy balance are those of the contact sets, but for the depths of first
-touch, by the parabola through three nodes, and at which contacts close (lattice/closing.py).
+touch, by the parabola through three nodes, and at which contacts are lost (lattice/loss.py).
 """
 
 from __future__ import annotations

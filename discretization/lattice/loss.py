@@ -1,8 +1,8 @@
-"""At which depth a contact closes that is narrower than a link.
+"""At which depth a contact is lost that is narrower than a link.
 
 Between nodes a line rests at x where a link in the middle of which it is would be passed at this
 depth: the depth of `Thresholds.advance`, with heights between the nodes and whatever distance to
-the line that it faces. Both lines of a contact that closes meet at one x, and the lines that they
+the line that it faces. Both lines of a contact that is lost meet at one x, and the lines that they
 face rest as well, so that of x, the depth d, and the faced lines q and p
 
     D(x; q) = d,   D(x; p) = d,   D(q; x) = d,   D(p; x) = d,
@@ -26,7 +26,7 @@ from discretization.nodes.thresholds import Thresholds
 
 @dataclass(frozen=True)
 class ClosingRules:
-    """Newton's method for both lines of a contact that closes; lengths in links.
+    """Newton's method for both lines of a contact that is lost; lengths in links.
 
     Attributes
     ----------
@@ -56,8 +56,8 @@ _RULES = ClosingRules()
 
 
 @dataclass(frozen=True, eq=False)
-class Closing:
-    """Contacts of one node between two free surfaces, and when they close.
+class ContactLoss:
+    """Contacts of one node between two free surfaces, and when they are lost.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Closing:
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def depth(self, before: int | None, node: int, after: int | None) -> float:
-        """Depth at which a contact that ends at a node closes.
+        """Depth at which a contact is lost whose last node is this one.
 
         Parameters
         ----------
@@ -175,7 +175,7 @@ class Closing:
         return not bool((np.abs(breaks - node) <= _RULES.smooth).any())
 
 
-def closes_smoothly(row: Row) -> bool:
+def is_lost_smoothly(row: Row) -> bool:
     """Whether contacts adhere, and both their lines are free; around an axis one is not."""
     return row.lattice.w > 0 and math.isnan(row.lattice.axis)
 
