@@ -15,12 +15,25 @@ from studies.verify.mesh import Array, Grid
 from studies.verify.observe import brink
 from studies.verify.scenes import PARABOLA, PUNCH, WEDGE, case, constants, gel
 
-LAYER, BASE, BODY = "#d9d9d9", "#7f7f7f", "#bcd4e6"
-GRID = Grid(100, 0.23)
+LAYER = "#d9d9d9"
+BASE = "#7f7f7f"
+BODY = "#bcd4e6"
+_BESIDE = 1e-3  # how far from its end, in δ₀, a branch is drawn
+GRID = Grid(100, 0.23)  # nodes in l, and their shift sideways, which no symmetry has
 
 
 class Meniscus(NamedTuple):
-    """Surface u(x) under and beside a flat punch about to detach, and Eq. (21)."""
+    """The surface under and beside a flat punch that is about to detach.
+
+    Attributes
+    ----------
+    scene : Scene
+    half_width, depth : float
+        Of the punch.
+    x : ndarray (n,)
+    u, closed_form : ndarray (n,)
+        Displacement, simulated and by Eq. (21).
+    """
 
     scene: Scene
     half_width: float
@@ -40,7 +53,16 @@ Law = tuple[Callable[..., Any], str]  # a closed form, and where it stands in th
 
 
 class Branch(NamedTuple):
-    """a(d) and P(d) of a case study: simulated at `depths`, and their closed forms."""
+    """a(d) and P(d) of a case study.
+
+    Attributes
+    ----------
+    name : str
+    depths, half_widths, forces : ndarray (n,)
+        Simulated.
+    half_width, force : Law
+        Closed forms of a depth.
+    """
 
     name: str
     depths: Array
@@ -64,17 +86,22 @@ def simulate(points: int) -> Curves:
     parabola = cards.parabola
     dry = cards.nonadhesive
     scene, _, given = case(WEDGE, ())
-    end = float(wedge.detachment_depth(**given)) / scene.critical_separation + 1e-3
+    end_of_wedge = float(wedge.detachment_depth(**given)) / scene.critical_separation
     edge: Law = (lambda d, a, **_: a + 0 * d, "edge of the punch")
-    lone = (parabola.half_width, "Eq. (33)")
-    turned = (wedge.half_width, "Eq. (25)")
-    dried: tuple[Law, Law] = (dry.parabola_half_width, "Eq. (39)"), (dry.parabola_force, "Eq. (40)")
-    branches = [
-        branch(points, "flat punch", PUNCH, -0.999, edge, (flat.force, "Eq. (11)")),
-        branch(points, "wedge", WEDGE, end, turned, (wedge.force, "Eq. (27)")),
-        branch(points, "parabola", PARABOLA, -0.999, lone, (parabola.force, "Eq. (11)")),
-        branch(points, "parabola, w = 0", PARABOLA, 0.001, *dried, w=0.0),
-    ]
+    force: Law = (flat.force, "Eq. (11)")
+    branches = [branch(points, "flat punch", PUNCH, -1 + _BESIDE, edge, force)]
+
+    half_width: Law = (wedge.half_width, "Eq. (25)")
+    force = (wedge.force, "Eq. (27)")
+    branches.append(branch(points, "wedge", WEDGE, end_of_wedge + _BESIDE, half_width, force))
+
+    half_width = (parabola.half_width, "Eq. (33)")
+    force = (parabola.force, "Eq. (11)")
+    branches.append(branch(points, "parabola", PARABOLA, -1 + _BESIDE, half_width, force))
+
+    half_width = (dry.parabola_half_width, "Eq. (39)")
+    force = (dry.parabola_force, "Eq. (40)")
+    branches.append(branch(points, "parabola, w = 0", PARABOLA, _BESIDE, half_width, force, w=0.0))
     return Curves(meniscus(), branches)
 
 
@@ -87,14 +114,39 @@ def branch(
     force: Law,
     **options: float,
 ) -> Branch:
-    """A case study from `least` to 3/2 of the separation δ₀ of the shared film."""
+    """A case study from a least depth to 3/2 of δ₀ of the gel film.
+
+    Parameters
+    ----------
+    points : int
+        Simulated depths.
+    name : str
+    indenter : Indenter
+    least : float
+        Least depth over δ₀ of the gel film.
+    half_width, force : Law
+    options : optional
+        Of `gel`.
+
+    Returns
+    -------
+    Branch
+    """
     scene, _, given = case(indenter, (), **options)
     depths = np.linspace(least, 1.5, points) * gel(PUNCH).critical_separation
     states = [GRID.solve(scene, d) for d in depths]
     half_widths = np.array([state.half_width for state in states])
     forces = np.array([state.force for state in states])
-    laws = ((partial(law, **given), source) for law, source in (half_width, force))
-    return Branch(name, depths, half_widths, forces, *laws)
+    law_of_width = partial(half_width[0], **given)
+    law_of_force = partial(force[0], **given)
+    return Branch(
+        name,
+        depths,
+        half_widths,
+        forces,
+        (law_of_width, half_width[1]),
+        (law_of_force, force[1]),
+    )
 
 
 def meniscus() -> Meniscus:
@@ -175,9 +227,11 @@ def _draw_dimensions(axes: Any, data: Meniscus, h: float, unit: str) -> None:
     face = -data.depth
     both = {"arrowstyle": "<->"}
     one = {"arrowstyle": "-|>", "lw": 2.0, "color": "black"}
-    axes.annotate("", (0, face + 0.2 * h), (a, face + 0.2 * h), arrowprops=both)
+    in_punch = face + 0.2 * h
+    axes.annotate("", (0, in_punch), (a, in_punch), arrowprops=both)
     axes.text(a / 2, face + 0.24 * h, f"a = {a:.0f} {unit}", ha="center", va="bottom")
-    axes.annotate("", (-0.8 * a, -h), (-0.8 * a, 0), arrowprops=both)
+    in_layer = -0.8 * a
+    axes.annotate("", (in_layer, -h), (in_layer, 0), arrowprops=both)
     axes.text(-0.77 * a, -h / 2, f"h = {h:.0f} {unit}", va="center")
     edge = -1.45 * a
     for tip, tail in ((face, face + 0.28 * h), (0, -0.28 * h)):
@@ -200,14 +254,15 @@ def case_studies(branches: Sequence[Branch]) -> Figure:
     force = prefixed(np.concatenate(forces), "N/m")
     for i, (column, (data, d)) in enumerate(zip(grid.T, pairs, strict=True)):
         style: dict[str, Any] = {"ls": "", "color": COLOURS[i], "marker": MARKERS[i]}
-        column[0].plot(d / depth.size, widths[i] / width.size, label=data.half_width[1], **LINE)
-        column[1].plot(d / depth.size, forces[i] / force.size, label=data.force[1], **LINE)
-        for axes, found, unit in zip(
-            column, (data.half_widths, data.forces), (width, force), strict=True
-        ):
-            axes.plot(data.depths / depth.size, found / unit.size, label="simulated", **style)
+        x = d / depth.size
+        simulated = data.depths / depth.size
+        column[0].plot(x, widths[i] / width.size, label=data.half_width[1], **LINE)
+        column[1].plot(x, forces[i] / force.size, label=data.force[1], **LINE)
+        column[0].plot(simulated, data.half_widths / width.size, label="simulated", **style)
+        column[1].plot(simulated, data.forces / force.size, label="simulated", **style)
         column[1].axhline(0, color="black", lw=0.7, ls=":")
-        column[0].set(title=data.name, ylim=np.array([-0.05, 1.15]) * widths[i].max() / width.size)
+        column[0].set_title(data.name)
+        column[0].set_ylim(np.array([-0.05, 1.15]) * widths[i].max() / width.size)
         column[1].set_xlabel(f"depth d in {depth.symbol}")
         for axes, corner in zip(column, ("lower right", "upper left"), strict=True):
             axes.grid(alpha=0.25)

@@ -113,7 +113,7 @@ def punch_difference(
     mesh: Mesh, layer: ElasticLayer, surfaces: SurfaceEnergies, depth: float
 ) -> Punches:
     """What a wider punch adds to force and energy: the tails are alike and drop out."""
-    less = 1.37e-4
+    less = 1.37e-4  # both some l wide
     more = 2.11e-4
     narrow = mesh.solve(Scene(layer, surfaces, FlatPunch(less)), depth)
     wide = mesh.solve(Scene(layer, surfaces, FlatPunch(more)), depth)

@@ -2,6 +2,9 @@
 
 E = 310 Pa, ν = 0.38, h = 11 µm, γ₁ = 47 mN/m, w = 23 µJ/m²: l = 29.8 µm, δ₀ = 0.93 µm,
 √(2w/γ₁) = 0.031. At d = 0 the assumptions of the model (d ≪ h ≪ a, small slopes, 2w ≪ γ₁) hold.
+
+The numbers of the checks, of a layer, a shape, a depth or a place, are any of this order of
+magnitude: a closed form has to hold for all, and for none by the accident of a round one.
 """
 
 import functools
@@ -45,13 +48,35 @@ def gel(
     layer: ElasticLayer = LAYER,
     geometry: str = "line",
 ) -> Scene:
-    """An indenter on the gel film; surface tension, work of adhesion, layer, geometry as given."""
+    """An indenter on the gel film.
+
+    Parameters
+    ----------
+    indenter : Indenter
+    gamma1, w : float
+        Surface tension and work of adhesion [J/m²].
+    layer : ElasticLayer
+    geometry : {"line", "axisymmetric"}
+
+    Returns
+    -------
+    Scene
+    """
     surfaces = SurfaceEnergies.from_work(gamma1, w)
     return Scene(layer, surfaces, indenter, geometry=geometry)
 
 
 class Case(NamedTuple):
-    """A scene, depths (n,), and the arguments of its closed forms: the shape's, k, γ₁ and w."""
+    """A scene and what its closed forms take.
+
+    Attributes
+    ----------
+    scene : Scene
+    depths : ndarray (n,)
+        [m].
+    given : dict
+        The arguments of closed forms: those of the shape, k, γ₁ and w.
+    """
 
     scene: Scene
     depths: np.ndarray
@@ -59,7 +84,21 @@ class Case(NamedTuple):
 
 
 def case(indenter: Any, levels: ArrayLike, **options: Any) -> Case:
-    """levels: depths over δ₀; options: of `gel`."""
+    """A case on the gel film.
+
+    Parameters
+    ----------
+    indenter : Indenter
+        One with a closed form.
+    levels : array_like (n,)
+        Depths over δ₀.
+    options : optional
+        Of `gel`.
+
+    Returns
+    -------
+    Case
+    """
     scene = gel(indenter, **options)
     flat = isinstance(indenter, FlatPunch)
     shape = {"a": indenter.half_width} if flat else asdict(indenter)
@@ -93,15 +132,18 @@ def uneven_profiles() -> tuple[Indenter, ...]:
     """Profiles without mirror symmetry: tilted, sum of two, user-defined, measured."""
     x = np.linspace(-9e-4, 9e-4, 37)
     measured = x**2 / (2 * 2.9e-2) + 4e-8 * np.sin(x / 5.3e-5)
-    return (
-        Parabola(R=2.1e-2).tilted(1.3e-3),
-        PowerLaw(c=1.1e5, n=3).shifted(2.3e-5) + Parabola(R=4.7e-2),
-        Profile(
-            lambda x: 9e-6 * (np.cosh(np.asarray(x) / 4.1e-4) - 1) + 4e-4 * np.asarray(x),
-            lambda x: 9e-6 / 4.1e-4 * np.sinh(np.asarray(x) / 4.1e-4) + 4e-4,
-        ),
-        Sampled(x, measured, kind="smooth"),
-    )
+
+    def height(x: ArrayLike) -> np.ndarray:
+        x = np.asarray(x)
+        return 9e-6 * (np.cosh(x / 4.1e-4) - 1) + 4e-4 * x
+
+    def slope(x: ArrayLike) -> np.ndarray:
+        return 9e-6 / 4.1e-4 * np.sinh(np.asarray(x) / 4.1e-4) + 4e-4
+
+    tilted = Parabola(R=2.1e-2).tilted(1.3e-3)
+    summed = PowerLaw(c=1.1e5, n=3).shifted(2.3e-5) + Parabola(R=4.7e-2)
+    defined = Profile(height, slope)
+    return tilted, summed, defined, Sampled(x, measured, kind="smooth")
 
 
 def sharp_wedge(ratio: float) -> Wedge:

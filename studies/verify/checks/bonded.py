@@ -41,7 +41,20 @@ def _sphere(layer: ElasticLayer, gamma1: float, depth: float) -> Equilibrium:
 
 
 def _wide(mesh: Mesh, nu: float) -> tuple[Equilibrium, Callable[[float], float]]:
-    """The cylinder at the depth of a = 20h by (16), l = 3h; that depth at other half-widths."""
+    """The cylinder at the depth of a = 20h by (16), with l = 3h.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    nu : float
+        Poisson's ratio of the layer.
+
+    Returns
+    -------
+    state : Equilibrium
+    depth : callable
+        The depth by (16) at a half-width.
+    """
     layer = bonded(E, nu, H)
     scene = gel(PARABOLA, gamma1=layer.stiffness * (3 * H) ** 2, layer=layer)
     given = {"E": E, "nu": nu, "h": H, "gamma1": scene.gamma1, "w": WORK}

@@ -6,15 +6,16 @@ from studies.verify.mesh import Mesh
 from studies.verify.observe import last_contact, punch_difference, tail
 from studies.verify.scenes import GAMMA1, GAMMA2, LAYER, PARABOLA, PUNCH, WORK, gel
 
+# Two more layers, and surfaces of which one has a negative energy γ₂: only the sum γ₁ + γ₂ - γ₁₂
+# has to be positive.
 LAYERS = (LAYER, ElasticLayer(E=1.3e3, nu=0.21, h=2.7e-5), ElasticLayer(E=87.0, nu=0.46, h=6e-6))
-SURFACES = tuple(
-    SurfaceEnergies(gamma1, gamma2, gamma1 + gamma2 - w)
-    for gamma1, gamma2, w in ((GAMMA1, GAMMA2, WORK), (0.029, 0.041, 7.3e-5), (0.072, -0.013, 9e-6))
-)
+ENERGIES = ((GAMMA1, GAMMA2, WORK), (0.029, 0.041, 7.3e-5), (0.072, -0.013, 9e-6))  # γ₁, γ₂, w
+SURFACES = tuple(SurfaceEnergies(g1, g2, g1 + g2 - w) for g1, g2, w in ENERGIES)
 
 
 @check(1, what="w from the energies of two punch widths", order=EXACT, unit="J/m²")
 def work_from_energy(mesh: Mesh) -> Found:
+    """Per area the energy is kd²/2 - w, and its first part half the force times the depth."""
     for surfaces in SURFACES:
         d = -0.6 * Scene(LAYER, surfaces, PUNCH).critical_separation
         wider = punch_difference(mesh, LAYER, surfaces, d)
@@ -25,11 +26,13 @@ def work_from_energy(mesh: Mesh) -> Found:
 def work_from_separation(mesh: Mesh) -> Found:
     for surfaces in SURFACES:
         scene = Scene(LAYER, surfaces, Plane())
-        k = punch_difference(mesh, LAYER, surfaces, 4e-7).force / 4e-7
+        d = 4e-7
+        k = punch_difference(mesh, LAYER, surfaces, d).force / d
         yield Comparison(k * last_contact(mesh, scene) ** 2 / 2, _work(surfaces))
 
 
 def _work(s: SurfaceEnergies) -> float:
+    """w = γ₁ + γ₂ - γ₁₂ by its closed form."""
     return float(cards.contact_line.work_of_adhesion(s.gamma1, s.gamma2, s.gamma12))
 
 

@@ -10,9 +10,11 @@ from studies.verify.scenes import PARABOLA, Case, case
 
 SHAPES = (PARABOLA, Parabola(R=6.1e-3))
 LEVELS = np.array([-0.55, 0.0, 0.5, 1.1])  # depths over δ₀
+HALF_WIDTHS = (4.3e-5, 1.1e-4, 2.3e-4)  # at depths between -0.9 and 3 δ₀
 
 
 def _cases(**options: float) -> list[Case]:
+    """Both parabolas; options: of `gel`."""
     return [case(shape, LEVELS, **options) for shape in SHAPES]
 
 
@@ -36,7 +38,7 @@ def radius(mesh: Mesh) -> Found:
 def depth(mesh: Mesh) -> Found:
     scene, _, given = case(PARABOLA, LEVELS)
     delta0 = scene.critical_separation
-    for a in (4.3e-5, 1.1e-4, 2.3e-4):
+    for a in HALF_WIDTHS:
         measured = depth_at_width(mesh, scene, a, -0.9 * delta0, 3 * delta0)
         yield Comparison(measured, cards.parabola.depth(a, **given), delta0)
 
@@ -48,6 +50,7 @@ def half_width(mesh: Mesh) -> Found:
 
 @check(33, what="parabola: half-width a(d) for γ₁ = 0, lowest energy", order=EXACT, unit="m")
 def half_width_without_tension(mesh: Mesh) -> Found:
+    """Springs without tension have no length l of which nodes could be a fraction."""
     card = cards.parabola.half_width
     options = {"length": 3e-5, "branch": "global"}
     return swept(mesh, _cases(gamma1=0.0), "half_width", card, **options)

@@ -12,10 +12,11 @@ from studies.verify.scenes import WEDGE, Case, case, constants, sharp_wedge
 
 SHAPES = (WEDGE, sharp_wedge(0.4))  # blunt: tan δ < √(2w/γ₁)
 LEVELS = np.array([-0.4, 0.15, 0.6, 1.1])  # depths over δ₀
-HALF_WIDTHS = (4.3e-5, 1.1e-4, 2.3e-4)
+HALF_WIDTHS = (4.3e-5, 1.1e-4, 2.3e-4)  # at depths between -0.8 and 3 δ₀
 
 
 def _cases() -> list[Case]:
+    """Both wedges."""
     return [case(shape, LEVELS) for shape in SHAPES]
 
 
