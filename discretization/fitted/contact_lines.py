@@ -166,7 +166,7 @@ class ContactLines:
         float
             [length], 0 if the surfaces are clear of it.
         """
-        parts = free_parts(lines)
+        parts = free_surface_lines(lines)
         clearances = [
             self.pressed_surface.least_clearance(pair, depth, exact=True)[0] for pair in parts
         ]
@@ -193,7 +193,7 @@ class ContactLines:
         -------
         list of LineState
         """
-        x = np.array(free_parts(lines))
+        x = np.array(free_surface_lines(lines))
         if self.scene.axisymmetric and not lines[0]:
             x[0, 1] = math.inf  # a contact around the axis has no line there
         points = np.isin(x, [left for left, right in pairs(lines) if left == right])
@@ -316,7 +316,7 @@ class ContactLines:
         for it recede.
         """
         found: list[float] = []
-        for pair in free_parts(lines):
+        for pair in free_surface_lines(lines):
             found += self.pressed_surface.advance(*pair, start, end)
         return self.relaxed(tuple(found[1:-1]), end)
 
@@ -428,8 +428,8 @@ class ContactLines:
 
     def _receded(self, lines: Lines, depth: float) -> Lines:
         """Lines after each has receded as far as it must; those of a contact may cross."""
-        surfaces = np.array(free_parts(lines))
-        contacts = free_parts((-math.inf, *lines, math.inf))
+        surfaces = np.array(free_surface_lines(lines))
+        contacts = free_surface_lines((-math.inf, *lines, math.inf))
         behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
         recedes = (behind - depth > TIE * self.rests.size).any(axis=1)
         for i in np.flatnonzero(recedes).tolist():
@@ -466,7 +466,7 @@ class ContactLines:
             [length].
         """
         kept: list[float] = []
-        for (before, left), (right, beyond) in pairwise(free_parts(lines)):
+        for (before, left), (right, beyond) in pairwise(free_surface_lines(lines)):
             if left < right or not self._pulled(left, (before, beyond), depth):
                 kept += left, right
         return tuple(kept)
@@ -482,7 +482,7 @@ class ContactLines:
         return bool(clearance > TIE * size)
 
 
-def free_parts(lines: Sequence[float]) -> list[Pair]:
+def free_surface_lines(lines: Sequence[float]) -> list[Pair]:
     """The lines of every free surface from left to right, infinite where there is none.
 
     Parameters

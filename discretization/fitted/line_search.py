@@ -315,13 +315,13 @@ class EquilibriumFinder:
                 break
             limit = x if direction > 0 else side * math.inf
             stop = self._first_zero(-side, other, limit, x, depth, direction, exact=True)
-            if stop is None or self._rests_on_way(side, (own, x), (other, stop), depth, direction):
+            if stop is None or self._rests_on_step(side, (own, x), (other, stop), depth, direction):
                 break
             own = x
             other = stop
         return (own, other) if side > 0 else (other, own)
 
-    def _rests_on_way(
+    def _rests_on_step(
         self, side: int, line: Pair, other: Pair, depth: float, direction: int
     ) -> bool:
         """Whether a line rests on a step, with the other line moving with it; both from and to."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from discretization.certificate import TOLERANCE, NotCertifiedError
-from discretization.fitted.contact_lines import ContactLines, free_parts
+from discretization.fitted.contact_lines import ContactLines, free_surface_lines
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.rest_depths import DIFFERENCES, TIE
 from discretization.fitted.single_contact import SingleContact
@@ -254,7 +254,7 @@ class OneContactBranch(Branch):
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points with as many lines as each other."""
-        lines = np.array([free_parts(point.lines or ()) for point in points])
+        lines = np.array([free_surface_lines(point.lines or ()) for point in points])
         depths = np.array([point.depth for point in points])
         total = np.zeros((2, len(points)))
         for column, sign in ((0, -1.0), (1, 1.0)):
