@@ -433,9 +433,10 @@ class ContactLines:
         behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
         recedes = (behind - depth > TIE * self.rests.size).any(axis=1)
         for i in np.flatnonzero(recedes).tolist():
-            least, q = contacts[i]
-            p, most = contacts[i + 1]
-            surfaces[i] = self.pressed_surface.search.recede(q, p, least, most, depth)
+            left_limit, left = contacts[i]  # the contact on the left of the surface
+            right, right_limit = contacts[i + 1]
+            search = self.pressed_surface.search
+            surfaces[i] = search.recede(left, right, left_limit, right_limit, depth)
         return tuple(surfaces.ravel().tolist()[1:-1])
 
     def _closed(self, lines: Lines) -> Lines:

@@ -382,11 +382,17 @@ def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
         T = np.full_like(u, DECAYED)
         u = np.clip(u, -_STEEPEST, _STEEPEST)
         decaying = u * np.exp(-DECAYED * mesh_of(T).nodes)
-        return Gaps(T, -decaying, decaying, decaying - u)
+        return Gaps(T, p=-decaying, u=decaying, rises=decaying - u)
     u, rise, width = np.broadcast_arrays(u, rise, np.minimum(width, DECAYED))
+
+    def ends(T: Array, own: Indices) -> Ends:
+        """p at both lines of the gaps with these numbers, with these ranges."""
+        return _ends_of_displaced(u[own], rise[own], T)
+
     steepest = 1 + np.abs(u[:, 0]) + 2 * np.abs(rise[:, 0])
-    T = range_of(width, lambda T, own: _ends_of_displaced(u[own], rise[own], T), steepest)
-    p, rises = _exponentials(u, rise, T, T * mesh_of(T).nodes)
+    T = range_of(width, ends, steepest)
+    tau = T * mesh_of(T).nodes
+    p, rises = _exponentials(u, rise, T, tau)
     return Gaps(T, p, u + rises, rises)
 
 

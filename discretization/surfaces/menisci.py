@@ -318,10 +318,10 @@ class _Mesh(NamedTuple):
         """
         derivative = gauss_lobatto(DEGREE).derivative
         first_nodes = np.arange(self.half.shape[1])[:, None] * DEGREE
-        own = u[:, first_nodes + np.arange(DEGREE + 1)]
+        own = u[:, first_nodes + np.arange(DEGREE + 1)]  # (n, m, DEGREE + 1), of each element
         slope = (own @ derivative.T) / self.half
         root = np.sqrt(1 + slope * slope)
-        density = own * own / 2 + slope * slope / (1 + root)
+        density = own * own / 2 + slope * slope / (1 + root)  # √(1+u'²) - 1 without cancellation
         energy = (self.measure * density).sum(axis=(1, 2)) + self.far * u[:, -1] ** 2 / 2
 
         tension = self.measure * slope / root / self.half

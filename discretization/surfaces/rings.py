@@ -276,16 +276,19 @@ def _mesh(q: float, width: float) -> tuple[Array, Array]:
     ends = np.array(parts)
     lengths = np.diff(ends)
     stiffness, mass = _matrices(q + ends[:-1], lengths)
-    own = np.arange(len(mass))[:, None] * _MESH.degree + np.arange(_MESH.degree + 1)
+    first_nodes = np.arange(len(mass))[:, None] * _MESH.degree
+    nodes = first_nodes + np.arange(_MESH.degree + 1)  # of each element
 
-    t = (gauss_lobatto(_MESH.degree).points + 1) / 2
-    straight = np.ones((own[-1, -1] + 1, 2))
-    straight[own, 1] = (ends[:-1, None] + lengths[:, None] * t) / width
-    tension = stiffness @ (straight[own] - (1, 0))  # without the 1, of which none is left
-    loads = np.zeros_like(straight)
-    np.add.at(loads, own, tension + mass[:, :, None] * straight[own])
+    # The fields 1 and t at all nodes, and what tension and springs load them with.
+    place_on_element = (gauss_lobatto(_MESH.degree).points + 1) / 2
+    fields = np.ones((nodes[-1, -1] + 1, 2))
+    fields[nodes, 1] = (ends[:-1, None] + lengths[:, None] * place_on_element) / width
+    of_tension = stiffness @ (fields[nodes] - (1, 0))  # a field that is 1 everywhere has none
+    of_springs = mass[:, :, None] * fields[nodes]
+    loads = np.zeros_like(fields)
+    np.add.at(loads, nodes, of_tension + of_springs)
 
     hessian = band(stiffness + mass[:, :, None] * np.eye(_MESH.degree + 1))
-    w = np.zeros_like(straight)
+    w = np.zeros_like(fields)
     w[1:-1] = -solveh_banded(hessian[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
     return ends, w.T
