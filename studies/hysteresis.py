@@ -118,7 +118,20 @@ class Loop:
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Loop, ...]:
-    """Follow all loops in `jobs` processes; `show` gets a line for each."""
+    """Follow all loops in `jobs` processes; `show` gets a line for each.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    show : callable, optional
+        Gets a line of text as soon as one is there.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    tuple of Loop
+    """
     show(COLUMNS.head)
     scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
     under_all_controls = partial(_controls, parameters)

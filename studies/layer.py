@@ -56,7 +56,19 @@ SERVES = 0.05  # relative error of force and radius with which springs still ser
 
 
 class Angle(NamedTuple):
-    """A contact angle: thickness h/√(γ₁h/G); (π - θ)/√(2w/γ₁) measured, and its error."""
+    """A contact angle.
+
+    Attributes
+    ----------
+    nu : float
+        Poisson's ratio.
+    thickness : float
+        h/√(γ₁h/G).
+    measured : float
+        (π - θ)/√(2w/γ₁).
+    error : float
+        How far the last two extrapolations are apart.
+    """
 
     nu: float
     thickness: float
@@ -65,7 +77,16 @@ class Angle(NamedTuple):
 
 
 class Length(NamedTuple):
-    """The length in Eq. (16), over h: as measured and as the integral; ratio: l/h."""
+    """The length that stands for l in Eq. (16).
+
+    Attributes
+    ----------
+    nu : float
+    ratio : float
+        l/h.
+    measured, effective : float
+        Over h, from states and as the integral.
+    """
 
     nu: float
     ratio: float
@@ -74,7 +95,17 @@ class Length(NamedTuple):
 
 
 class Pull(NamedTuple):
-    """A sphere at pull-off: tension, radius over h, force over πwR."""
+    """A sphere at pull-off.
+
+    Attributes
+    ----------
+    nu : float
+    tension : {"weak", "strong"}
+    radius : float
+        Over h.
+    force : float
+        Over πwR.
+    """
 
     nu: float
     tension: str
@@ -83,7 +114,18 @@ class Pull(NamedTuple):
 
 
 class Springs(NamedTuple):
-    """By how much springs put force and radius at pull-off too high, relative; ratio: l/h."""
+    """By how much springs put force and radius at pull-off too high.
+
+    Attributes
+    ----------
+    nu : float
+    ratio : float
+        l/h.
+    Lambda : float
+        l/√(Rδ₀).
+    force, radius : float
+        Relative error of each at pull-off, positive where springs give more.
+    """
 
     nu: float
     ratio: float
@@ -93,7 +135,19 @@ class Springs(NamedTuple):
 
 
 class Accuracy(NamedTuple):
-    """Largest relative errors of some states; time of one, and over that with springs."""
+    """Errors and times of some states.
+
+    Attributes
+    ----------
+    geometry : {"line", "axisymmetric"}
+    rtol : float
+    half_width, force : float
+        Largest relative errors.
+    milliseconds : float
+        Of one state.
+    over_springs : float
+        That time over the one with springs.
+    """
 
     geometry: str
     rtol: float
@@ -125,7 +179,19 @@ QUICK: Parameters = FULL | {
 
 
 def scene_of(nu: float, gamma1: float, R: float, geometry: str = "axisymmetric") -> Scene:
-    """A parabola, or the sphere it is about an axis, on the layer."""
+    """A parabola, or the sphere it is about an axis, on the layer.
+
+    Parameters
+    ----------
+    nu : float
+    gamma1 : float
+    R : float
+    geometry : {"line", "axisymmetric"}
+
+    Returns
+    -------
+    Scene
+    """
     surfaces = SurfaceEnergies.from_work(gamma1, GENTLE * gamma1)
     return Scene(layer_of(nu), surfaces, Parabola(R), geometry=geometry)
 
@@ -234,7 +300,17 @@ def accuracy(case: tuple[str, float]) -> Accuracy:
 
 
 def timed(scene: Scene, depth: float, rtol: float) -> float:
-    """Processor time of a state with its error estimate [s], the least of three."""
+    """Processor time of a state with its error estimate [s], the least of three.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth, rtol : float
+
+    Returns
+    -------
+    float
+    """
 
     def estimated() -> Any:
         return minimise(scene, depth, rtol=rtol).error_estimate
@@ -253,7 +329,22 @@ MEASURES: dict[str, Callable[[Any], Any]] = {
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
-    """Every case, in `jobs` processes, of times in one; `show` gets a line for each."""
+    """Every case, in `jobs` processes, of times in one; `show` gets a line for each.
+
+    Parameters
+    ----------
+    parameters : dict
+        Values that the cases of each question combine.
+    show : callable, optional
+        Gets a line of text as soon as one is there.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    dict
+        Rows by the name of their question.
+    """
     rows: Record = {}
     for name, axes in parameters.items():
         cases = list(product(*axes))

@@ -139,7 +139,20 @@ class Curve:
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Curve, ...]:
-    """Pull every scene off in `jobs` processes; `show` gets a line for each."""
+    """Pull every scene off in `jobs` processes; `show` gets a line for each.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    show : callable, optional
+        Gets a line of text as soon as one is there.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    tuple of Curve
+    """
     show(COLUMNS.head)
     ratios = (0.0, *sorted(parameters.ratios))
     cases = list(product(INDENTERS, ratios))

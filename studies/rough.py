@@ -159,7 +159,20 @@ class Loop:
 
 
 def run(params: Parameters, show: Show = silent, jobs: int = 1) -> list[Loop]:
-    """A loop per tension, in `jobs` processes; `show` is told a line when it is done."""
+    """A loop per tension, in `jobs` processes; `show` is told a line when it is done.
+
+    Parameters
+    ----------
+    params : Parameters
+    show : callable, optional
+        Gets a line of text as soon as one is there.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    list of Loop
+    """
     show(COLUMNS.head)
     work = partial(followed, params)
     return list(each(work, params.tensions, jobs, say=lambda loop: show(line(loop))))

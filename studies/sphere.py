@@ -190,6 +190,18 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tu
     """Every sphere, in `jobs` processes; `show` gets a line for each.
 
     Free surfaces with finite slopes are read off a family that a process solves once: in one.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    show : callable, optional
+        Gets a line of text as soon as one is there.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    tuple of Sphere
     """
     show(COLUMNS.head)
     small = [(ratio, GENTLE, "small") for ratio in parameters.ratios]

@@ -30,7 +30,19 @@ class Parameters:
 
 
 class Row(NamedTuple):
-    """One scene: its tension [N/m], the half-width simulated and by (33) [m], relative error."""
+    """One scene.
+
+    Attributes
+    ----------
+    ratio : float
+        l/√(Rδ₀).
+    gamma1 : float
+        [N/m].
+    half_width, closed_form : float
+        Simulated, and by (33) [m].
+    error : float
+        Relative.
+    """
 
     ratio: float
     gamma1: float

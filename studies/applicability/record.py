@@ -52,7 +52,17 @@ QUICK = Parameters(
 
 
 class Point(NamedTuple):
-    """One comparison: w/γ₁, the steepness f' and width a/l of (16), and its errors."""
+    """One comparison of small slopes with a simulated state.
+
+    Attributes
+    ----------
+    shape : str
+    ratio : float
+        w/γ₁.
+    steepness, width : float
+        f'(a) and a/l by (16).
+    errors : Errors
+    """
 
     shape: str
     ratio: float
@@ -64,7 +74,16 @@ class Point(NamedTuple):
 class Border(NamedTuple):
     """The w/γ₁ at which an error first exceeds a tolerance.
 
-    0: from the least w/γ₁ on; inf: nowhere up to the largest.
+    Attributes
+    ----------
+    shape : str
+    steepness : float
+        f' at the line.
+    quantity : str
+        What the error is of: the force, the half-width, or π - θ, which no shape enters.
+    tolerance : float
+    ratio : float
+        w/γ₁; 0: from the least on; inf: nowhere up to the largest.
     """
 
     shape: str

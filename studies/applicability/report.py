@@ -17,7 +17,16 @@ from studies.shared.table import Table, markdown
 def within(steepness: Array, errors: Array, tolerance: float) -> float:
     """Steepness at which the errors reach the tolerance, between points by their power law.
 
-    nan if they exceed it everywhere, inf if nowhere.
+    Parameters
+    ----------
+    steepness, errors : ndarray (n,)
+        Growing steepness, and the errors there.
+    tolerance : float
+
+    Returns
+    -------
+    float
+        NaN if they exceed it everywhere, inf if nowhere.
     """
     over = np.flatnonzero(errors > tolerance)
     if not over.size or over[0] == 0:

@@ -166,7 +166,20 @@ def map_point(case: tuple[str, float, float]) -> Point:
 
 
 def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
-    """All comparisons, in `jobs` processes; `show` gets a line as each part begins."""
+    """All comparisons, in `jobs` processes; `show` gets a line as each part begins.
+
+    Parameters
+    ----------
+    p : Parameters
+    show : callable, optional
+        Gets a line of text as soon as one is there.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    Record
+    """
     cases = [*product(SHAPES, p.steepness, p.ratios), *product((PUNCH,), p.widths, p.ratios)]
     show("the paper's own energy, and flat faces ...")
     small = within_small_slopes(p, jobs)

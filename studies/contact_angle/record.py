@@ -17,8 +17,20 @@ LEAST_DRAWN = 1e-17  # relative difference of π - θ; some are 0, which a logar
 class Parameters:
     """What is simulated.
 
-    ratios: w/γ₁; widths: a/l by Eq. (16); path: w/γ₁ of the loading paths, with `steps` depths
-    each way; nodes: numbers of nodes in l; node_ratio: w/γ₁ on nodes.
+    Attributes
+    ----------
+    ratios : tuple of float
+        w/γ₁.
+    widths : tuple of float
+        a/l by Eq. (16).
+    path : tuple of float
+        w/γ₁ of the loading paths.
+    steps : int
+        Depths of a path each way.
+    nodes : tuple of int
+        Numbers of nodes in l.
+    node_ratio : float
+        w/γ₁ on nodes.
     """
 
     ratios: tuple[float, ...] = (
@@ -78,7 +90,15 @@ class Angle(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """Angles along touch -> press -> retract until just before the contact detaches."""
+    """Angles along touch -> press -> retract until just before the contact detaches.
+
+    Attributes
+    ----------
+    shape : str
+    ratio : float
+        w/γ₁.
+    advance, retract : tuple of Angle
+    """
 
     shape: str
     ratio: float

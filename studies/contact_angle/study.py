@@ -69,13 +69,37 @@ STEEPEST = 0.75  # w/γ₁ of finite slopes with rotational symmetry: no surface
 
 
 def given(shape: str, ratio: float, slopes: str) -> Scene:
-    """The scene of one of the SHAPES at this w/γ₁."""
+    """The scene of one of the SHAPES at this w/γ₁.
+
+    Parameters
+    ----------
+    shape : str
+    ratio : float
+        w/γ₁.
+    slopes : {"small", "finite"}
+
+    Returns
+    -------
+    Scene
+    """
     geometry = "axisymmetric" if shape in ROUND else "line"
     return scene(SHAPES[shape], 1.0, ratio, slopes, geometry)
 
 
 def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
-    """The angle at each contact line of a state that no corner pins, mirror twins once."""
+    """The angle at each contact line of a state that no corner pins, mirror twins once.
+
+    Parameters
+    ----------
+    kind : {"finite", "small"}
+        Slopes of the energy.
+    shape : str
+    state : Equilibrium
+
+    Yields
+    ------
+    Angle
+    """
     scene = state.scene
     surfaces = state.scene.surfaces
     law = surfaces.angle_deficit if kind == "finite" else surfaces.small_slope_deficit
@@ -137,7 +161,21 @@ def loop(steps: int, case: tuple[str, float]) -> Loop:
 
 
 def on_nodes(counts: Sequence[int], ratio: float, case: tuple[str, str]) -> OnNodes:
-    """The error of θ over the nodes in l (l = 1), for a case (kind of slopes, shape)."""
+    """The largest error of θ on nodes of several distances.
+
+    Parameters
+    ----------
+    counts : sequence of int
+        Numbers of nodes in l.
+    ratio : float
+        w/γ₁.
+    case : tuple of str
+        Kind of slopes and shape.
+
+    Returns
+    -------
+    OnNodes
+    """
     kind, shape = case
     scene = given(shape, ratio, kind)
     surfaces = scene.surfaces
@@ -166,6 +204,18 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """Measure all angles in `jobs` processes; `show` gets a line as each part begins.
 
     Free surfaces around an axis are read off a family that a process solves once: one process.
+
+    Parameters
+    ----------
+    p : Parameters
+    show : callable, optional
+        Gets a line of text as soon as one is there.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    Record
     """
     show(f"{len(p.ratios)} w/γ₁ x {len(SHAPES)} indenters x {len(p.widths)} depths ...")
     states: list[Angle] = []

@@ -80,7 +80,20 @@ def broken(state: Equilibrium) -> list[Assumption]:
 def run(
     given: SceneFile, show: Callable[[Equilibrium], object] = lambda state: None, jobs: int = 1
 ) -> Record:
-    """The equilibrium at each depth of the file; `show` gets each as soon as it is found."""
+    """The equilibrium at each depth of the file.
+
+    Parameters
+    ----------
+    given : SceneFile
+    show : callable, optional
+        Gets each state as soon as it is found.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    Record
+    """
     depths = given.depths.tolist()
     return Record(given, tuple(each(partial(solved, given), depths, jobs, _long, show)))
 
@@ -231,7 +244,22 @@ def as_json(name: str, value: Any) -> str:
 def equilibria(
     given: SceneFile, out: command.Output, jobs: int, show_json: bool = False
 ) -> list[Path]:
-    """Solve, print and write the states at the depths of the file; the files written."""
+    """Solve, print and write the states at the depths of the file.
+
+    Parameters
+    ----------
+    given : SceneFile
+    out : Output
+    jobs : int
+        Number of processes.
+    show_json : bool
+        Whether to print the states as JSON, too.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
     if given.depths.size == 1:
         record = run(given, show=print)
     else:
@@ -247,7 +275,20 @@ def equilibria(
 
 
 def response(given: SceneFile, out: command.Output, show_json: bool = False) -> list[Path]:
-    """Follow, print and write the load path of the file; the files written."""
+    """Follow, print and write the load path of the file.
+
+    Parameters
+    ----------
+    given : SceneFile
+    out : Output
+    show_json : bool
+        Whether to print the path as JSON, too.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
     history = follow(given)
     print(readings.path_text(history, si=True))
     if show_json:

@@ -154,7 +154,18 @@ def arguments(scene: Scene) -> dict[str, float]:
 
 
 def scene_of(shape: str, gamma1: float, w: float = WORK) -> Scene:
-    """The scene of one of the INDENTERS."""
+    """The scene of one of the INDENTERS.
+
+    Parameters
+    ----------
+    shape : str
+    gamma1, w : float
+        Surface tension and work of adhesion [J/m²].
+
+    Returns
+    -------
+    Scene
+    """
     return Scene(LAYER, SurfaceEnergies.from_work(gamma1, w), INDENTERS[shape])
 
 

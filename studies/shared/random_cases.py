@@ -148,7 +148,19 @@ def _steep(shape: str, a: float, rise: float, n: float) -> Indenter:
 
 
 def steep_totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
-    """P = 2k ∫₀ᵃ g dx + 2γ₁ sin φ and U = 2 ∫₀ᵃ [k/2 g² + (γ₁-w)√(1+f'²) - γ₁] dx + 2F."""
+    """P = 2k ∫₀ᵃ g dx + 2γ₁ sin φ and U = 2 ∫₀ᵃ [k/2 g² + (γ₁-w)√(1+f'²) - γ₁] dx + 2F.
+
+    Parameters
+    ----------
+    scene : Scene
+        With finite slopes, and a symmetric indenter.
+    d, a : float
+        Depth and half-width.
+
+    Returns
+    -------
+    force, energy : float
+    """
     k = scene.stiffness
     gamma1 = scene.gamma1
     w = scene.work_of_adhesion

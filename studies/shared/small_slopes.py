@@ -113,7 +113,18 @@ ROUND = {"cone": "wedge", "sphere": "parabola"}  # turned about their axis
 
 
 def blunt(shape: str, steepness: float, a: float = 1.0) -> Indenter:
-    """The wedge or parabola with f'(a) = steepness."""
+    """The wedge or parabola with f'(a) = steepness.
+
+    Parameters
+    ----------
+    shape : str
+        One of SHAPES.
+    steepness, a : float
+
+    Returns
+    -------
+    Indenter
+    """
     return KINDS[shape].body(steepness, a)
 
 
@@ -205,6 +216,19 @@ def at_unit_width(shape: str, steepness: float, ratio: float) -> Errors:
     """Errors at the depth where (16) gives a = l, for w/γ₁ = ratio.
 
     Around an axis that line may be unstable: a is then the radius of the stable one at this depth.
+
+    Parameters
+    ----------
+    shape : str
+        One of SHAPES or ROUND.
+    steepness : float
+        f' where the line is.
+    ratio : float
+        w/γ₁.
+
+    Returns
+    -------
+    Errors
     """
     geometry = "axisymmetric" if shape in ROUND else "line"
     body = blunt(ROUND.get(shape, shape), steepness)

@@ -113,7 +113,19 @@ def _row(scene: Scene, lattice: Lattice, depth: float) -> Row:
 def on_lattice(
     scene: Scene, depth: float, spacing: float, *, branch: str, origin: float | None
 ) -> Equilibrium:
-    """The state of `discretization.lattice.state.on_lattice`, on nodes kept for other depths."""
+    """The state of `discretization.lattice.state.on_lattice`, on nodes kept for other depths.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth, spacing : float
+    branch : str
+    origin : float or None
+
+    Returns
+    -------
+    Equilibrium
+    """
     row = None
     most = _STEP * max(1, math.ceil(depth / _STEP))
     if not isinstance(scene.indenter, Plane):
@@ -123,7 +135,17 @@ def on_lattice(
 
 @dataclass(frozen=True)
 class Grid(Mesh):
-    """A lattice: links per reference length, and its sideways shift in links."""
+    """A lattice.
+
+    Attributes
+    ----------
+    cells : float
+        Links per reference length.
+    offset : float
+        Sideways shift in links.
+    short : float
+        How far short of detachment, relatively, a state just before it is taken.
+    """
 
     cells: float
     offset: float = 0.0

@@ -112,7 +112,20 @@ def whole_line_force(state: Equilibrium) -> float:
 def punch_difference(
     mesh: Mesh, layer: ElasticLayer, surfaces: SurfaceEnergies, depth: float
 ) -> Punches:
-    """What a wider punch adds to force and energy: the tails are alike and drop out."""
+    """What a wider punch adds to force and energy: the tails are alike and drop out.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    layer : ElasticLayer
+    surfaces : SurfaceEnergies
+    depth : float
+
+    Returns
+    -------
+    Punches
+        Per added width.
+    """
     less = 1.37e-4  # both some l wide
     more = 2.11e-4
     narrow = mesh.solve(Scene(layer, surfaces, FlatPunch(less)), depth)
@@ -159,6 +172,18 @@ def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Arra
     No contact set is given: starting from every node below the indenter, or from what is in contact
     on nodes twice as far apart, nodes that pull are released and nodes that penetrate are added
     until none does (a quadratic programme).
+
+    Parameters
+    ----------
+    grid : Grid
+    scene : Scene
+    depth : float
+    width : float
+        Half of that of the membrane.
+
+    Returns
+    -------
+    x, u : ndarray (n,)
     """
     spacing = scene.elastocapillary_length / grid.cells
     lattice = Lattice.of(scene, spacing, grid.offset * spacing)
@@ -182,7 +207,20 @@ def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Arra
 
 
 def depth_at_width(mesh: Mesh, scene: Scene, half_width: float, lo: float, hi: float) -> float:
-    """Depth at which the simulated half-width takes a value, by root finding."""
+    """Depth at which the simulated half-width takes a value, by root finding.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    scene : Scene
+    half_width : float
+    lo, hi : float
+        Depths with less and with more.
+
+    Returns
+    -------
+    float
+    """
     return bracketed(lambda d: mesh.solve(scene, d).half_width - half_width, lo, hi, _CLOSE)
 
 

@@ -32,10 +32,20 @@ from studies.verify.convergence import Check, Result, refine
 
 @dataclass(frozen=True)
 class Parameters:
-    """Links per l (each level halves the spacing), shifts in links, points of each drawn branch.
+    """How much is measured.
 
-    exact: levels on which exact quantities are measured; cases: comparisons of each check, all if
-    None; points = 0: nothing is drawn.
+    Attributes
+    ----------
+    cells : tuple of int
+        Links per l; each level halves the spacing.
+    offsets : tuple of float
+        Shifts in links.
+    exact : int
+        Levels on which exact quantities are measured.
+    cases : int or None
+        Comparisons of each check; None: all.
+    points : int
+        Of each branch that is drawn; 0: nothing is.
     """
 
     cells: tuple[int, ...] = (50, 100, 200, 400)
@@ -52,7 +62,15 @@ QUICK = Parameters(offsets=(0.43,), exact=1, cases=1, points=0)
 
 @dataclass(frozen=True)
 class Record:
-    """Outcome of all checks, and the curves for the figures."""
+    """Outcome of all checks.
+
+    Attributes
+    ----------
+    parameters : Parameters
+    results : tuple of Result
+    curves : Curves or None
+        For the figures.
+    """
 
     parameters: Parameters
     results: tuple[Result, ...]
@@ -70,7 +88,22 @@ def run(
     show: Show = silent,
     jobs: int = 1,
 ) -> Record:
-    """Run the checks (all by default) in `jobs` processes; `show` gets a line for each."""
+    """Run the checks.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    checks : sequence of Check, optional
+        None: all.
+    show : callable, optional
+        Gets a line of text for each.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    Record
+    """
     show(SCREEN.head)
     p = parameters
     work = partial(refine, cells=p.cells, offsets=p.offsets, exact=p.exact, cases=p.cases)
@@ -138,7 +171,20 @@ def summary(record: Record, seconds: float) -> str:
 
 
 def report(record: Record, closing: str, drawn: Sequence[str] = ()) -> str:
-    """report.md: what was asked, the table, the figures of these names."""
+    """report.md: what was asked, the table and the figures.
+
+    Parameters
+    ----------
+    record : Record
+    closing : str
+        The last line.
+    drawn : sequence of str
+        Names of figures.
+
+    Returns
+    -------
+    str
+    """
     levels = ", ".join(map(str, record.parameters.cells))
     shifts = ", ".join(map(str, record.parameters.offsets))
     few = record.parameters.cases is not None

@@ -67,7 +67,14 @@ def solved(grid: Grid, held: Mask) -> tuple[Array, Array, Mask]:
 
 
 class Relaxed(NamedTuple):
-    """Energy, force and displacements (n,) of a contact whose free surface is relaxed."""
+    """A contact whose free surface is relaxed.
+
+    Attributes
+    ----------
+    energy, force : float
+    u : ndarray (n,)
+        Displacements of the nodes.
+    """
 
     energy: float
     force: float
@@ -130,6 +137,19 @@ def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Sol
     """scipy's solve_bvp for the free surface and a; Young's law has to be put in by hand.
 
     The unknowns are y = (u, u') over s = (x - a)/(30 l) from 0 to 1, and the half-width a.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+    rtol : float
+        Tolerance of solve_bvp.
+    guess : float
+        The half-width it starts from.
+
+    Returns
+    -------
+    Solve
     """
     problem = _FreeSurface(scene, depth)
 
@@ -162,7 +182,21 @@ class _FreeSurface:
         self.young = surfaces.angle_deficit if self.finite else surfaces.small_slope_deficit
 
     def rates(self, s: Array, y: Array, a: Array) -> Array:
-        """dy/ds: the curvature of the surface is k u/γ₁."""
+        """dy/ds: the curvature of the surface is k u/γ₁.
+
+        Parameters
+        ----------
+        s : ndarray (n,)
+            Positions between 0 and 1.
+        y : ndarray (2, n)
+            u and u' there.
+        a : ndarray (1,)
+            Half-width, on which the curvature does not depend.
+
+        Returns
+        -------
+        ndarray (2, n)
+        """
         u, slope = y
         bend = self.scene.stiffness / self.scene.gamma1 * u
         if self.finite:
@@ -170,7 +204,20 @@ class _FreeSurface:
         return self.length * np.stack((slope, bend))
 
     def ends(self, left: Array, right: Array, a: Array) -> Array:
-        """At the line u = d - f and Young's angle; at the far end an exponential."""
+        """At the line u = d - f and Young's angle; at the far end an exponential.
+
+        Parameters
+        ----------
+        left, right : ndarray (2,)
+            u and u' at the line and at the far end.
+        a : ndarray (1,)
+            Half-width.
+
+        Returns
+        -------
+        ndarray (3,)
+            All 0 for a solution.
+        """
         height = self.depth - self.scene.indenter.height(a[0])
         angle = self.deficit(a[0], left[1])
         far = right[1] + right[0] / self.scene.elastocapillary_length

@@ -27,7 +27,16 @@ WAVES_SPACING = 1 / 25  # of the samples of wavy profiles, in l
 
 
 class Answer(NamedTuple):
-    """Half-width, force, energy, contact angle [rad], arrays on a path; success as claimed."""
+    """What a method gives for a task; NaN where it does not give a number.
+
+    Attributes
+    ----------
+    half_width, force, energy : float or ndarray (depths,)
+    angle : float or ndarray (depths,)
+        Contact angle [rad].
+    success : bool
+        As the method claims.
+    """
 
     half_width: Any
     force: Any
@@ -37,7 +46,20 @@ class Answer(NamedTuple):
 
 
 def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
-    """A parabola on a layer with k = γ₁ = 1."""
+    """A parabola on a layer with k = γ₁ = 1.
+
+    Parameters
+    ----------
+    w : float
+        Work of adhesion.
+    radius : float
+        Of the parabola, over l.
+    slopes : {"small", "finite"}
+
+    Returns
+    -------
+    Scene
+    """
     surfaces = SurfaceEnergies.from_work(1.0, w)
     return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes)
 
@@ -76,7 +98,16 @@ def waves(contacts: int) -> Scene:
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """n nodes over -reach..reach under a scene's indenter at a depth."""
+    """n nodes over -reach..reach under a scene's indenter at a depth.
+
+    Attributes
+    ----------
+    scene : Scene
+    depth : float
+    nodes : int
+    reach : float
+        Half of the width they cover.
+    """
 
     scene: Scene
     depth: float
@@ -162,7 +193,21 @@ class Grid:
         return float(side * self.x[m] + dx / 2 - gap / (c * dx))
 
     def deficit(self, u: Array, first: int, a: float) -> float:
-        """π - θ [rad]: f'(a) plus the slope at a of the parabola through three free nodes."""
+        """π - θ [rad]: f'(a) plus the slope at a of the parabola through three free nodes.
+
+        Parameters
+        ----------
+        u : ndarray (3,)
+            Displacements of free nodes beside the line.
+        first : int
+            The index of the first of them.
+        a : float
+            Where the line is.
+
+        Returns
+        -------
+        float
+        """
         at = (a - self.x[first]) / self.spacing
         rise = (u[1] - u[0]) + (at - 0.5) * (u[2] - 2 * u[1] + u[0])
         f1 = float(self.scene.indenter.slope(a))

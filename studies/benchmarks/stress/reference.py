@@ -34,7 +34,12 @@ def precise() -> Iterator[None]:
 
 
 class Exact(NamedTuple):
-    """Half-width, force and energy of a state."""
+    """A state in 60 digits.
+
+    Attributes
+    ----------
+    half_width, force, energy : Decimal
+    """
 
     half_width: Decimal
     force: Decimal

@@ -74,9 +74,20 @@ Point = tuple[str, float, float, Work]  # shape, x, y, and what is judged there
 
 @dataclass(frozen=True)
 class Parameters:
-    """Decades between two points of a grid; most nodes in contact on the lattice.
+    """How much is tried.
 
-    scenes, lattices: random ones on the mesh, at rtol from 1e-2 to 1e-12, and on nodes.
+    Attributes
+    ----------
+    stride : int
+        Decades between two points of a grid.
+    nodes : int
+        The most in contact on the lattice.
+    scenes : int
+        Random ones on the mesh, at rtol from 1e-2 to 1e-12.
+    lattices : int
+        Random ones on nodes.
+    seed : int
+        Of both.
     """
 
     stride: int = 1
@@ -92,7 +103,23 @@ QUICK = Parameters(stride=3, nodes=10**4, scenes=100, lattices=20)
 def scene_at(
     number: int, width: float, work: float, shape: str, slopes: str = "small"
 ) -> tuple[Scene, float]:
-    """a/l and w/γ₁ given; the slope at the line in π - θ (1: no tail), units and ν change."""
+    """A scene of a given width of contact and work of adhesion.
+
+    Parameters
+    ----------
+    number : int
+        Chooses units, ν and the slope at the line, so that they change from scene to scene.
+    width, work : float
+        a/l and w/γ₁.
+    shape : str
+    slopes : {"small", "finite"}
+
+    Returns
+    -------
+    scene : Scene
+    depth : float
+        Where the contact is this wide.
+    """
     unit = UNITS[number % len(UNITS)]
     nu = POISSON[number // 2 % len(POISSON)]
     ell = 1e-6 * unit
@@ -144,7 +171,17 @@ def lattice(params: Parameters) -> Iterator[Point]:
 
 
 def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
-    """Energy, force and place of the line on a lattice, against 60 digits."""
+    """Energy, force and place of the line on a lattice, against 60 digits.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth, spacing : float
+
+    Returns
+    -------
+    Judgement
+    """
     state = minimise(scene, depth, method="lattice", spacing=spacing)
     if not state.contacts.size:
         return NO_DIGITS, 0.0, "refused", "no contact node"
@@ -222,7 +259,22 @@ def run(
     show: Show = silent,
     jobs: int = 1,
 ) -> list[Trial]:
-    """All trials, in `jobs` processes; `show` gets a line for each grid."""
+    """All trials, in `jobs` processes; `show` gets a line for each grid.
+
+    Parameters
+    ----------
+    params : Parameters
+    grids : sequence of str
+        Names of RUNS.
+    show : callable, optional
+        Gets a line of text for each grid.
+    jobs : int
+        Number of processes.
+
+    Returns
+    -------
+    list of Trial
+    """
     cases = [(name, *point) for name in grids for point in RUNS[name](params)]
     trials = list(each(_judged, cases, jobs))
     for name in grids:

@@ -79,9 +79,22 @@ class Trial(NamedTuple):
 
 
 def judged(grid: str, shape: str, x: float, y: float, work: Work) -> Trial:
-    """Run with warnings as errors; `work` returns digits, excess, verdict and note.
+    """A trial with warnings as errors.
 
     A number that underflows is noted, and the work repeated with zero in its place.
+
+    Parameters
+    ----------
+    grid, shape : str
+    x, y : float
+        The place of the trial on its grid.
+    work : callable
+        Does it, without arguments, and returns digits, excess, verdict and note.
+
+    Returns
+    -------
+    Trial
+        Of the verdict "refused", "floating point" or "crash" if the work raises.
     """
     try:
         try:
@@ -141,7 +154,18 @@ def _errors(
 
 
 def untrusted(scene: Scene, depth: float, state: Equilibrium) -> str:
-    """Which errors of a state are more than ten times their estimates; "" where none is."""
+    """Which errors of a state are more than ten times their estimates; "" where none is.
+
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+    state : Equilibrium
+
+    Returns
+    -------
+    str
+    """
     given = reference.inputs(scene, depth)
     exact = reference.answer(given, scene.slopes)
     if exact is None:
@@ -157,7 +181,22 @@ def untrusted(scene: Scene, depth: float, state: Equilibrium) -> str:
 
 
 def verdict(errors: Sequence[float], condition: Sequence[float], certified: bool) -> Judgement:
-    """Digits, excess, and whether more was lost than the problem's condition explains."""
+    """Digits, excess, and whether more was lost than the problem's condition explains.
+
+    Parameters
+    ----------
+    errors : sequence of float
+        Relative, of a, P and U.
+    condition : sequence of float
+        By how much each amplifies a relative error of what is given.
+    certified : bool
+        Whether the state says that it is an equilibrium.
+
+    Returns
+    -------
+    Judgement
+        "wrong" without a certificate, "lost" if digits are lost, else "ok".
+    """
     excess = 0.0
     lost = False
     for error, c in zip(errors, condition, strict=True):
@@ -187,7 +226,20 @@ def random_mesh(case: Case, rtol: float) -> Judgement:
 
 
 def random_nodes(case: Case, nodes: float, offset: float) -> Judgement:
-    """A scene solved on so many nodes per l, at this offset in links, likewise."""
+    """A scene solved on nodes, against its closed forms.
+
+    Parameters
+    ----------
+    case : Case
+    nodes : float
+        In l.
+    offset : float
+        Of the profile, in links.
+
+    Returns
+    -------
+    Judgement
+    """
     dx = case.scene.elastocapillary_length / nodes
     scene = replace(case.scene, indenter=case.scene.indenter.shifted(offset * dx))
     state = on_lattice(scene, case.depth, dx, origin=None if not offset else 0.0)
@@ -203,7 +255,21 @@ def random_nodes(case: Case, nodes: float, offset: float) -> Judgement:
 def estimated(
     errors: Sequence[float], estimates: Sequence[float], where: str, rtol: float = math.inf
 ) -> Judgement:
-    """Digits, the largest error over its estimate, and whether rtol and estimates were kept."""
+    """Digits, the largest error over its estimate, and whether rtol and estimates were kept.
+
+    Parameters
+    ----------
+    errors, estimates : sequence of float
+        Of a, P and U.
+    where : {"mesh", "nodes"}
+    rtol : float
+        What was asked for; inf: nothing.
+
+    Returns
+    -------
+    Judgement
+        "wrong" if an estimate is too small, "lost" if rtol is missed, else "ok".
+    """
     least = NEAR[where] / TRUSTED
     worst = max(
         error / max(estimate, least) for error, estimate in zip(errors, estimates, strict=True)
@@ -268,7 +334,21 @@ def _in_unit_1(name: str, depth: float) -> tuple[Equilibrium, Equilibrium]:
 
 
 def compare(name: str, depth: float, unit: float) -> Judgement:
-    """Digits on which two units agree; the lattice close to the default method."""
+    """Digits on which two units agree; the lattice close to the default method.
+
+    Parameters
+    ----------
+    name : str
+        Of a profile.
+    depth : float
+        In the unit 1.
+    unit : float
+        Of length, in place of 1.
+
+    Returns
+    -------
+    Judgement
+    """
     on_mesh, on_nodes = _in_unit_1(name, depth)
     scaled = minimise(scene(name, unit), depth * unit)
     expected = _numbers(on_mesh, 1.0)

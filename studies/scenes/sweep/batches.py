@@ -17,7 +17,17 @@ AHEAD = 2  # batches per worker, one of them waiting
 
 
 class Batch(NamedTuple):
-    """Lines for the file, how many of them are failures, and the seconds they took."""
+    """Points that one process has done.
+
+    Attributes
+    ----------
+    lines : list of str
+        For the file.
+    failed : int
+        How many of them are failures.
+    seconds : float
+        What they took.
+    """
 
     lines: list[str]
     failed: int
@@ -71,7 +81,23 @@ def in_batches(
     workers: int,
     clock: BatchClock,
 ) -> Iterator[list[str]]:
-    """Lines of the points as they come, AHEAD batches per worker under way; no pool: done here."""
+    """Lines of the points as they come, AHEAD batches per worker under way.
+
+    Parameters
+    ----------
+    function : callable
+        Of a point.
+    todo : iterator of Point
+    pool : Executor or None
+        None: done here.
+    workers : int
+    clock : BatchClock
+
+    Yields
+    ------
+    list of str
+        Lines of a batch.
+    """
     waiting = clock.total - clock.done
     most = AHEAD * workers if pool else 1
     pending: set[Future[Batch]] = set()
@@ -88,7 +114,19 @@ def in_batches(
 
 
 def submitted(pool: Executor | None, function: Function, points: list[Point]) -> Future[Batch]:
-    """A batch under way in the pool, or done here."""
+    """A batch under way in the pool, or done here.
+
+    Parameters
+    ----------
+    pool : Executor or None
+        None: done here.
+    function : callable
+    points : list of Point
+
+    Returns
+    -------
+    Future of a Batch
+    """
     if pool is not None:
         return pool.submit(solve, function, points)
     future: Future[Batch] = Future()

@@ -84,7 +84,14 @@ def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
 
 
 class Values(NamedTuple):
-    """An observable (n,) or (n, m), its error, and which states are detached."""
+    """An observable over one axis or two.
+
+    Attributes
+    ----------
+    table, error : ndarray (n,) or (n, m)
+    detached : ndarray of bool, likewise
+        Which states are.
+    """
 
     table: Array
     error: Array
