@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from discretization import AccuracyWarning, Equilibrium, load_path, minimise, minimise_many
-from energy import cards
+from energy import Scene, cards
 from studies.benchmarks.rivals import by_hand, solvers
 from studies.benchmarks.rivals.problem import (
     RADIUS,
@@ -60,13 +60,18 @@ ROUGH_TOP = 3.0
 ROUGH_BOTTOM = -2.5
 
 
+def _judged_by_its_error(scene: Scene, depth: float, **options: Any) -> Equilibrium:
+    """`minimise` without its warnings of accuracy, which is measured here."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        return minimise(scene, depth, **options)
+
+
 def default(task: Task, rtol: float) -> Made:
     """`minimise` with its defaults but rtol."""
 
     def solve() -> Answer:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)
-            return _answer(minimise(task.scene, task.depth, rtol=rtol))
+        return _answer(_judged_by_its_error(task.scene, task.depth, rtol=rtol))
 
     return solve, SIMILAR
 
@@ -173,10 +178,10 @@ def shortest(task: Task, size: float) -> Made:
 def integers(task: Task, size: float) -> Made:
     """The same nodes as a mixed-integer programme; in place of U its energy over the proven one."""
     scene, options = rough(int(size))
-    proven = minimise(scene, task.depth, method="shortest_path", **options).energy
+    proven = _judged_by_its_error(scene, task.depth, method="shortest_path", **options).energy
 
     def solve() -> Answer:
-        state = minimise(scene, task.depth, method="oracle", **options)
+        state = _judged_by_its_error(scene, task.depth, method="oracle", **options)
         return Answer(math.nan, math.nan, state.energy / proven, math.nan)
 
     return solve, int(size)
