@@ -18,15 +18,20 @@ axi = cards.axisymmetric
 radii = st.floats(-4, 4).map(lambda e: 10.0**e)  # a/l
 
 
-def quad(f, p, q, **_):
-    """Like scipy's, of what is smooth."""
-    return ((q - p) * DT @ f(p + (q - p) * T),)
+def integral(f, p, q):
+    """Of what is smooth, from p to q."""
+    return (q - p) * DT @ f(p + (q - p) * T)
 
 
-shapes, named = (
-    st.builds(Round, st.sampled_from(kinds), decades, decades, ratios, ratios, ratios)
-    for kinds in (["cone", "sphere", "1.0", "1.5", "2.0", "3.7"], ["cone", "sphere"])
-)
+def rounds(kinds):
+    """Random shapes of these kinds."""
+    return st.builds(Round, st.sampled_from(kinds), decades, decades, ratios, ratios, ratios)
+
+
+shapes = rounds(["cone", "sphere", "1.0", "1.5", "2.0", "3.7"])
+named = rounds(["cone", "sphere"])
+SECOND = [-9, 128, -1008, 8064, -14350, 8064, -1008, 128, -9]  # over 5040 h²: second derivative
+FORWARD = [-147, 360, -450, 400, -225, 72, -10]  # over 60 h: the first, from one side
 
 
 @every
@@ -38,12 +43,16 @@ def test_free_surface_equation_and_energy(k, ell, ratio, height):
     h = 0.02 * min(a, ell)
     outer = {"a": a, "u_a": height, **layer}
     inner = {"b": a, "u_b": height, **layer}
-    for at, u in (
-        (1.3 * a, lambda r: axi.surface.displacement(r, **outer)),
-        (0.9 * a, lambda r: axi.surface.disc_displacement(r, **inner)),
-    ):
+
+    def around(r):
+        return axi.surface.displacement(r, **outer)
+
+    def inside(r):
+        return axi.surface.disc_displacement(r, **inner)
+
+    for at, u in ((1.3 * a, around), (0.9 * a, inside)):
         near = np.asarray(u(at + h * np.arange(-4, 5)))
-        bend = np.dot([-9, 128, -1008, 8064, -14350, 8064, -1008, 128, -9], near) / (5040 * h**2)
+        bend = np.dot(SECOND, near) / (5040 * h**2)
         slope = np.dot(EIGHTH_ORDER, near) / h
         # 1e-8 of it is 6.5 · 9 · 2⁻⁵³: the weights of u, and what it is off by next to 40 digits
         rounded = 6.5e-7 * near[4] / h**2
@@ -52,25 +61,22 @@ def test_free_surface_equation_and_energy(k, ell, ratio, height):
         assert u(a) == height
     slope = axi.surface.slope_at_line(height, a=a, **layer)
     noise = (1e-3 + 4e-5 * ratio) * height / h
-    numbers = axi.surface.displacement(a + 0.5 * h * np.arange(7), **outer)
-    check(slope, np.dot([-147, 360, -450, 400, -225, 72, -10], numbers) / (30 * h), 1e-9, noise)
+    beyond = around(a + 0.5 * h * np.arange(7))
+    check(slope, np.dot(FORWARD, beyond) / (30 * h), 1e-9, noise)
     pull = axi.surface.force(height, a=a, **layer)
     stored = axi.surface.energy(height, a=a, **layer)
     check(-2 * np.pi * a * layer["gamma1"] * slope, pull, 1e-13)
     check(stored, pull * height / 2, 1e-13)
     # the springs below the surface carry what it pulls with
     points = np.geomspace(a, a + 40 * ell, 12).tolist()
-    carried = sum(
-        quad(lambda r: r * axi.surface.displacement(r, **outer), *ends, epsrel=1e-11, limit=200)[0]
-        for ends in itertools.pairwise(points)
-    )
+    pieces = itertools.pairwise(points)
+    carried = sum(integral(lambda r: r * around(r), *ends) for ends in pieces)
     check(2 * np.pi * k * carried, pull, 1e-9)
     r = a * (1 - T**4)
     dr = 4 * a * T**3 * DT
-    disc = axi.surface.disc_displacement(r, **inner)
     held = axi.surface.disc_force(height, b=a, **layer)
     if ratio < 100:
-        check(2 * np.pi * k * (disc * r * dr).sum(), held, 1e-9)
+        check(2 * np.pi * k * (inside(r) * r * dr).sum(), held, 1e-9)
     check(2 * axi.surface.disc_energy(height, b=a, **layer), held * height, 1e-14)
 
 
@@ -78,13 +84,15 @@ def test_free_surface_equation_and_energy(k, ell, ratio, height):
 @given(shapes)
 def test_every_line_meets_its_conditions(case):
     a = case.a
-    f_a = case.height(case.a)
-    slope_a = case.slope(case.a)
+    f_a = case.height(a)
+    slope_a = case.slope(a)
     scale = case.delta0 + f_a + case.ell * slope_a
-    check(axi.contact_line.depth(f_a, slope_a, a, w=case.w, **case.layer), case.d, 1e-13, scale)
+    rests = axi.contact_line.depth(f_a, slope_a, a, w=case.w, **case.layer)
+    check(rests, case.d, 1e-13, scale)
     check(axi.power_law.depth(a, **case.power), case.d, 1e-13, scale)
     kink = slope_a + axi.surface.slope_at_line(case.d - f_a, a=a, **case.layer)
-    check(kink, case.delta0 / case.ell, 1e-11, scale / case.ell / _bessel.decay(a / case.ell))
+    steepest = scale / case.ell / _bessel.decay(a / case.ell)
+    check(kink, case.delta0 / case.ell, 1e-11, steepest)
     check(case.card.radius(case.d, **case.args), a, 1e-9)  # flat near the turn of d(a)
     check(case("depth", case("radius", case.d)), case.d, 1e-13, scale)
 
@@ -107,8 +115,9 @@ def test_force_and_energy_are_those_of_the_stationary_functional(case):
     h = 1e-3 * a
     moved = [case.parts(d, a + i * h).sum() for i in range(-4, 5)]
     check(np.dot(EIGHTH_ORDER, moved), 0.0, 1e-11, abs(terms).sum())
-    energies = axi.power_law.energy_of_radius(a + h * np.arange(-4, 5), **case.power)
-    depths = axi.power_law.depth(a + h * np.arange(-4, 5), **case.power)
+    along = a + h * np.arange(-4, 5)
+    energies = axi.power_law.energy_of_radius(along, **case.power)
+    depths = axi.power_law.depth(along, **case.power)
     rise = np.dot(EIGHTH_ORDER, energies)
     fall = np.dot(EIGHTH_ORDER, depths)
     check(rise, force * fall, 1e-9, scale * abs(fall) + 1e-4 * abs(terms).sum())
@@ -117,20 +126,23 @@ def test_force_and_energy_are_those_of_the_stationary_functional(case):
 @every
 @given(named)
 def test_named_shapes_against_power_laws(case):
-    force = abs(case("force_of_radius", case.a)) + case.k * case.a**2 * case.delta0
-    for name, scale in (("depth", case.delta0), ("force_of_radius", force)):
-        check(getattr(axi.power_law, name)(case.a, **case.power), case(name, case.a), 1e-12, scale)
-    for one, other in zip(case("pull_off"), axi.power_law.pull_off(**case.power), strict=True):
+    a = case.a
+    law = axi.power_law
+    check(law.depth(a, **case.power), case("depth", a), 1e-12, case.delta0)
+    force = case("force_of_radius", a)
+    scale = abs(force) + case.k * a**2 * case.delta0
+    check(law.force_of_radius(a, **case.power), force, 1e-12, scale)
+    for one, other in zip(case("pull_off"), law.pull_off(**case.power), strict=True):
         check(one, other, 1e-11, case.delta0)
     for one, other in zip(case("detachment"), case.least, strict=True):
-        check(one, other, 1e-9, case.delta0 * min(1.0, case.k * case.a**2))
+        check(one, other, 1e-9, case.delta0 * min(1.0, case.k * a**2))
     if case.n == 2:
         bare = {**case.power, "w": 0.0}
-        a = case.a
         same = {"R": case.args["R"], **case.layer}
-        check(axi.sphere.depth_without_adhesion(a, **same), axi.power_law.depth(a, **bare), 1e-13)
-        twin = axi.power_law.force_of_radius(a, **bare)
-        check(axi.sphere.force_without_adhesion(a, **same), twin, 1e-13)
+        depth = axi.sphere.depth_without_adhesion(a, **same)
+        check(depth, law.depth(a, **bare), 1e-13)
+        force = axi.sphere.force_without_adhesion(a, **same)
+        check(force, law.force_of_radius(a, **bare), 1e-13)
 
 
 @pytest.mark.slow
@@ -138,7 +150,7 @@ def test_named_shapes_against_power_laws(case):
 @given(shapes)
 def test_pull_off_and_detachment_are_extremes(case):
     card = axi.power_law
-    pulled = axi.power_law.pull_off(**case.power)
+    pulled = card.pull_off(**case.power)
     least = case.least
     assert pulled.half_width > least.half_width > 0
     near = np.geomspace(0.03, 30, 400)
@@ -222,7 +234,8 @@ def test_expansions_have_their_orders(at, card, name, ratios, order, band, most)
         scale = cards.plane.critical_separation(args["k"], args["w"])
     errors = abs(getattr(card, name)(**args) - exact(**args)) / scale
     slowly = np.log(4 * ratios**2) ** 2 if "liquid" in name else 1.0
-    assert abs(np.polyfit(np.log(ratios), np.log(errors / slowly), 1)[0] - order) < band
+    found = np.polyfit(np.log(ratios), np.log(errors / slowly), 1)[0]
+    assert abs(found - order) < band
     assert errors.min() < most
 
 
@@ -306,11 +319,14 @@ def test_inner_line_of_a_ring_makes_the_energy_stationary(k, ell, ratio, alpha, 
     d = float(axi.contact_line.inner_depth(0.0, slope, b, k=k, gamma1=gamma1, w=w))
     assert d < 0
 
-    def energy(r):  # what changes when the line moves by r - b: contact is lost inside r
+    def energy(r):
+        """What changes when the line moves by r - b: contact is lost inside r."""
         t = b + (r - b) * T
-        lost = k / 2 * (d - slope * (t - b)) ** 2 + gamma1 / 2 * slope**2 - w
-        contact = -2 * np.pi * (lost * t * DT).sum() * (r - b)
-        return contact + axi.surface.disc_energy(d - slope * (r - b), b=r, k=k, gamma1=gamma1)
+        springs = k / 2 * (d - slope * (t - b)) ** 2
+        density = springs + gamma1 / 2 * slope**2 - w
+        contact = -2 * np.pi * (density * t * DT).sum() * (r - b)
+        at_line = d - slope * (r - b)
+        return contact + axi.surface.disc_energy(at_line, b=r, k=k, gamma1=gamma1)
 
     h = 1e-3 * min(b, ell)
     rise = np.dot(EIGHTH_ORDER, [energy(b + i * h) for i in range(-4, 5)]) / h
@@ -320,12 +336,16 @@ def test_inner_line_of_a_ring_makes_the_energy_stationary(k, ell, ratio, alpha, 
 def test_a_small_true_sphere_in_a_liquid():
     R = 0.013
     gamma1 = 0.031
+
+    def force(inclination, deficit):
+        """Of a line where the sphere has this inclination."""
+        return -2 * np.pi * R * gamma1 * np.sin(inclination) * np.sin(deficit - inclination)
+
+    options = {"xatol": 1e-10}
     for w in (1e-3, 0.02, 0.06):
         deficit = cards.contact_line.angle_deficit(w, gamma1)
+        bounds = (0, deficit)
         found = minimize_scalar(
-            lambda b, deficit=deficit: -2 * np.pi * R * gamma1 * np.sin(b) * np.sin(deficit - b),
-            bounds=(0, deficit),
-            method="bounded",
-            options={"xatol": 1e-10},
+            force, bounds=bounds, args=(deficit,), method="bounded", options=options
         )
         check(axi.finite.adhesion_force_small_sphere(R=R, w=w), -found.fun, 1e-12)

@@ -1,5 +1,6 @@
 """The studies of one question each: numbers, figures, files and answers."""
 
+import itertools
 import math
 import pickle
 from dataclasses import replace
@@ -30,28 +31,31 @@ def record():
 
 def test_young_s_law_and_its_small_slope_form_emerge(record):
     """And the two laws differ as far as they should."""
-    assert record.worst("finite") < 1e-9 and record.worst("small") < 1e-11
-    shapes = {angle.shape for angle in record.of("finite")}
+    assert record.worst("finite") < 1e-9
+    assert record.worst("small") < 1e-11
+    finite = record.of("finite")
+    small = record.of("small")
+    shapes = {angle.shape for angle in finite}
     assert shapes == set(contact_angle.INDENTERS) | set(contact_angle.ROUND)
-    assert {angle.shape for angle in record.of("small")} == shapes | set(contact_angle.TILTED)
-    for angle in record.of("finite"):
+    assert {angle.shape for angle in small} == shapes | set(contact_angle.TILTED)
+    for angle in finite:
         assert -math.cos(angle.deficit) == pytest.approx(angle.ratio - 1, rel=0, abs=1e-9)
-    small, finite = ({x.ratio: x.deficit for x in record.of(kind)} for kind in ("small", "finite"))
+    by_15 = {angle.ratio: angle.deficit for angle in small}
+    by_8 = {angle.ratio: angle.deficit for angle in finite}
     for ratio, gap, rel in ((0.01, 0.001, 0.2), (0.1, 0.009, 0.1), (0.5, 0.045, 0.01)):
-        assert 1 - small[ratio] / finite[ratio] == pytest.approx(gap, rel=rel, abs=0)
+        assert 1 - by_15[ratio] / by_8[ratio] == pytest.approx(gap, rel=rel, abs=0)
 
 
 def test_the_angle_stays_while_everything_else_moves(record):
-    assert {(one.shape, one.ratio) for one in record.loops} == {
-        (shape, ratio) for shape in ("wedge", "parabola") for ratio in PRESET.path
-    }
+    expected = set(itertools.product(("wedge", "parabola"), PRESET.path))
+    assert {(one.shape, one.ratio) for one in record.loops} == expected
     for one in record.loops:
         assert np.ptp([angle.deficit for angle in one.angles]) < 1e-9
-        depths, widths = (
-            np.array([getattr(a, name) for a in one.angles]) for name in ("depth", "half_width")
-        )
+        depths = np.array([angle.depth for angle in one.angles])
+        widths = np.array([angle.half_width for angle in one.angles])
         turn = int(np.argmax(depths))
-        assert np.all(np.diff(depths[: turn + 1]) > 0) and np.all(np.diff(depths[turn + 1 :]) < 0)
+        assert np.all(np.diff(depths[: turn + 1]) > 0)
+        assert np.all(np.diff(depths[turn + 1 :]) < 0)
         assert depths[-1] < -0.3 * depths[turn]  # on the metastable branch
         assert widths.max() > 100 * widths.min()
         if one.shape == "parabola":
@@ -61,9 +65,10 @@ def test_the_angle_stays_while_everything_else_moves(record):
 def test_the_angle_emerges_on_nodes_with_second_order(record):
     """θ = 120° of the true lengths, 180° - 1 rad of small slopes, from energies alone."""
     found = {(one.kind, one.shape) for one in record.nodes}
-    assert found == {(k, s) for k in ("finite", "small") for s in contact_angle.ON_NODES}
+    assert found == set(itertools.product(("finite", "small"), contact_angle.ON_NODES))
     for one in record.nodes:
-        assert 1.7 < one.order < 2.2 and one.errors[-1] < 0.01
+        assert 1.7 < one.order < 2.2
+        assert one.errors[-1] < 0.01
 
 
 def test_mirror_twins_count_once_and_pinned_lines_not_at_all(record):
@@ -72,17 +77,21 @@ def test_mirror_twins_count_once_and_pinned_lines_not_at_all(record):
     for body, lines in ((Parabola(4.0), 1), (tilted, 1), (Wedge(0.1).tilted(0.02), 2)):
         state = simulated(scene(body, 1.0, 0.1, "small"), 0.5)
         assert len(list(measured("small", "", state))) == lines
-    assert min(record.edge) < -0.9 and max(record.edge) > 0.9  # any angle, with the depth
+    assert min(record.edge) < -0.9  # any angle, with the depth
+    assert max(record.edge) > 0.9
 
 
 def test_a_wrong_angle_fails_the_study(record):
     assert record.passed
-    spoilt = record.states[0]._replace(deficit=record.states[0].deficit * (1 + 1e-6))
+    right = record.states[0]
+    spoilt = right._replace(deficit=right.deficit * (1 + 1e-6))
     wrong = replace(record, states=(*record.states, spoilt))
-    assert not wrong.passed and "by up to 1e-06 of itself" in contact_angle.answer(wrong)
+    assert not wrong.passed
+    assert "by up to 1e-06 of itself" in contact_angle.answer(wrong)
     assert "NOT the constant" in contact_angle.plot(wrong).get_suptitle()
     path = record.loops[0]
-    spoilt = path.retract[-1]._replace(deficit=path.retract[-1].deficit * (1 + 1e-6))
+    right = path.retract[-1]
+    spoilt = right._replace(deficit=right.deficit * (1 + 1e-6))
     path = path._replace(retract=(*path.retract[:-1], spoilt))
     assert not replace(record, loops=(*record.loops[1:], path)).passed
     coarse = record.nodes[0]._replace(errors=(0.1,) * 4)  # does not converge
@@ -90,10 +99,12 @@ def test_a_wrong_angle_fails_the_study(record):
     said = contact_angle.summary(record)
     assert f"(8), relative error at most {record.worst('finite'):.0e}" in said
     columns, rows = contact_angle.table(record)
-    assert len(rows) == len(record.states) + sum(len(one.angles) for one in record.loops)
+    on_paths = sum(len(one.angles) for one in record.loops)
+    assert len(rows) == len(record.states) + on_paths
     assert rows[0][columns.index("deficit")] == record.states[0].deficit
     sharp = simulated(scene(Wedge(0.5), 1.0, 0.01), 0.1)
-    assert sharp.pinned.all() and not list(measured("finite", "wedge", sharp))  # has no say
+    assert sharp.pinned.all()
+    assert not list(measured("finite", "wedge", sharp))  # it has no say
 
 
 def test_the_contact_angle_runs_from_the_command_line(tmp_path, monkeypatch, capsys):
@@ -101,10 +112,13 @@ def test_the_contact_angle_runs_from_the_command_line(tmp_path, monkeypatch, cap
     monkeypatch.setattr(contact_angle, "QUICK", replace(PRESET, **few))
     assert main(["contact_angle", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
     assert " distinct free lines agree" in capsys.readouterr().out
-    names = {
-        f"{name}.{kind}" for name in ("contact_angle", "angle_on_nodes") for kind in ("png", "csv")
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "contact_angle.png",
+        "contact_angle.csv",
+        "angle_on_nodes.png",
+        "angle_on_nodes.csv",
+        "loading_path.png",
     }
-    assert {path.name for path in tmp_path.iterdir()} == {*names, "loading_path.png"}
 
 
 @pytest.fixture(scope="module")
@@ -118,10 +132,12 @@ def test_small_and_finite_slopes_against_closed_forms(spheres):
     assert [s.slopes for s in spheres] == ["small"] * 3 + ["finite"]
     assert max(s.error for s in spheres[:3]) <= 1e-11
     assert 1e-4 < spheres[3].error < 1e-2
-    forces = [s.load.force for s in spheres[:3]]
-    assert forces[0] > 0.97 and 0.5 < forces[2] < 0.501
+    on_springs, _, on_a_liquid = (s.load.force for s in spheres[:3])
+    assert on_springs > 0.97
+    assert 0.5 < on_a_liquid < 0.501
     for s in spheres:
-        assert s.depth.depth < s.load.depth and s.depth.radius < s.load.radius
+        assert s.depth.depth < s.load.depth
+        assert s.depth.radius < s.load.radius
         assert 0 < s.depth.force < s.load.force
 
 
@@ -144,10 +160,11 @@ def rough_loops():
 
 def test_rough_contact_spots_and_energy_balance(rough_loops):
     """With weak adhesion, too: nodes that have just touched do not let go again by rounding."""
-    spots = [int(loop.contacts.max()) for loop in rough_loops]
-    assert spots[0] < spots[-1] and spots[-1] >= 8
-    deepest = [loop.fraction[14] for loop in rough_loops]
-    assert deepest[0] == pytest.approx(1.0, abs=1e-13) and deepest[-1] < 0.6
+    first, last = rough_loops
+    assert first.contacts.max() < last.contacts.max()
+    assert last.contacts.max() >= 8
+    assert first.fraction[14] == pytest.approx(1.0, abs=1e-13)  # at the deepest
+    assert last.fraction[14] < 0.6
     (weak,) = rough.run(rough.Parameters(nodes=1001, w=2e-7, compared=0, tensions=(4.0,)))
     assert weak.contacts.max() >= 10
     for loop in (*rough_loops, weak):
@@ -174,7 +191,8 @@ def test_loops_agree_with_cards_and_balance(looped):
     assert {loop.history.control for loop in looped} == {"depth", "force", "drive"}
     for loop in looped:
         assert loop.error <= 1e-8, (hysteresis.line(loop), loop.forms)
-        assert loop.imbalance <= 1e-9 and loop.passed, hysteresis.line(loop)
+        assert loop.imbalance <= 1e-9, hysteresis.line(loop)
+        assert loop.passed
 
 
 def test_hysteresis_files_and_failures(looped, monkeypatch, tmp_path, capsys):
@@ -186,17 +204,20 @@ def test_hysteresis_files_and_failures(looped, monkeypatch, tmp_path, capsys):
         assert (tmp_path / f"hysteresis_{name}.png").stat().st_size > 2e4
     for row, loop in zip(read(tmp_path / "hysteresis.csv"), looped, strict=True):
         assert float(row["dissipated"]) == loop.history.dissipated
-        assert float(row["work"]) == loop.work and float(row["pull-off_force"]) <= 0
+        assert float(row["work"]) == loop.work
+        assert float(row["pull-off_force"]) <= 0
     loop = looped[0]
-    form = looped[0].forms[0]
+    form, *others = loop.forms
     off = form._replace(simulated=form.closed_form + 2e-8 * form.scale)
+    missing = form._replace(simulated=math.nan)
     for change in (
-        {"forms": (off, *loop.forms[1:])},
-        {"forms": (form._replace(simulated=math.nan), *loop.forms[1:])},
+        {"forms": (off, *others)},
+        {"forms": (missing, *others)},
         {"work": loop.work * (1 + 2e-9)},
     ):
         one = replace(loop, **change)
-        assert not one.passed and hysteresis.line(one).endswith("FAIL")
+        assert not one.passed
+        assert hysteresis.line(one).endswith("FAIL")
     monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: (one, *looped[1:]))
     monkeypatch.setattr(hysteresis, "plot", lambda record: {})
     assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 1
@@ -221,10 +242,12 @@ def test_tension_and_adhesion_force_of_shapes(pulls):
     flat, wedge, parabola = pulls
     assert pull_off.trend(flat.forces) == pull_off.trend(parabola.forces) == 1
     balanced = np.array([pull.balanced.force for pull in flat.pulls])
-    assert pull_off.trend(balanced) == 1 and np.all(np.diff(balanced / flat.forces) < 0)
+    assert pull_off.trend(balanced) == 1
+    assert np.all(np.diff(balanced / flat.forces) < 0)
     assert pull_off.trend(wedge.forces[wedge.ratios < 1]) == -1
     told = "\n".join(pull_off.conclusions(pulls))
-    assert told.count("at every step") == 3 and "F_A ~ γ₁^0.500" in told
+    assert told.count("at every step") == 3
+    assert "F_A ~ γ₁^0.500" in told
 
 
 def test_the_global_pull_of_the_punch_is_the_maxwell_point(pulls):
@@ -241,11 +264,13 @@ def test_pull_off_files_and_failures(pulls, monkeypatch, tmp_path, capsys):
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "worst relative error" in capsys.readouterr().out
     assert (tmp_path / "pull_off_gain.png").stat().st_size > 2e4
-    rows = read(tmp_path / "pull_off.csv")
-    assert [float(row["force"]) for row in rows] == [*np.concatenate([c.forces for c in pulls])]
-    first = pulls[0].pulls[0]
-    wrong = first._replace(simulated=first.simulated._replace(depth=-LIFT * (1 + 2e-8)))
-    spoilt = (replace(pulls[0], pulls=(wrong, *pulls[0].pulls[1:])), *pulls[1:])
+    written = [float(row["force"]) for row in read(tmp_path / "pull_off.csv")]
+    assert written == np.concatenate([curve.forces for curve in pulls]).tolist()
+    flat, *others = pulls
+    first, *further = flat.pulls
+    state = first.simulated._replace(depth=-LIFT * (1 + 2e-8))
+    wrong = first._replace(simulated=state)
+    spoilt = (replace(flat, pulls=(wrong, *further)), *others)
     monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: spoilt)
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 1
 
@@ -267,11 +292,14 @@ def layered():
 
 def test_each_question_has_its_answer(layered):
     angle, length = layer.errors(layered)
-    assert angle < 5e-3 and length < 1e-5
-    assert layered["angle"][0].error < 1e-2 and layered["length"][0].effective < 0
+    assert angle < 5e-3
+    assert length < 1e-5
+    assert layered["angle"][0].error < 1e-2
+    assert layered["length"][0].effective < 0
     half_space, thin, strong = layered["weak"] + layered["strong"]
     assert half_space.force == pytest.approx(1.5, rel=0.01, abs=0)
-    assert 2.8 < thin.force < 3 and 25 < thin.radius < 35
+    assert 2.8 < thin.force < 3
+    assert 25 < thin.radius < 35
     assert strong.force == pytest.approx(1.0, rel=0.01, abs=0)
     said = layer.answers(layered)
     assert "2.85 at ν = 0.5, a = 28 h, 1 where tension dominates" in said["pull"]
@@ -281,9 +309,11 @@ def test_each_question_has_its_answer(layered):
 def test_states_are_as_accurate_as_asked(layered):
     assert {one.geometry for one in layered["accuracy"]} == {"line", "axisymmetric"}
     for one in layered["accuracy"]:
-        assert 0 < max(one.half_width, one.force) <= one.rtol and one.over_springs > 1
+        assert 0 < max(one.half_width, one.force) <= one.rtol
+        assert one.over_springs > 1
     coarse, fine = layered["accuracy"][:2]
-    assert fine.rtol < coarse.rtol and fine.half_width < coarse.half_width / 10
+    assert fine.rtol < coarse.rtol
+    assert fine.half_width < coarse.half_width / 10
     for one in layered["springs_worst"]:  # over all tensions, without a sign
         own = [s for s in layered["springs"] if s.nu == one.nu]
         assert one.force == max(abs(s.force) for s in own)
@@ -293,10 +323,15 @@ def test_states_are_as_accurate_as_asked(layered):
 def test_times_are_measured_in_one_process(monkeypatch):
     """Whatever number of them is asked for: others on the same cores lengthen what is timed."""
     asked = {}
-    ask = lambda measure, cases, jobs, say: asked.update({measure: jobs}) or []  # noqa: E731
+
+    def ask(measure, cases, jobs, say):
+        asked[measure] = jobs
+        return []
+
     monkeypatch.setattr(layer, "each", ask)
     layer.run(LAYERS, jobs=4)
-    assert asked.pop(layer.accuracy) == 1 and set(asked.values()) == {4}
+    assert asked.pop(layer.accuracy) == 1
+    assert set(asked.values()) == {4}
 
 
 @pytest.mark.parametrize(
