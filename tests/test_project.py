@@ -226,8 +226,10 @@ def alike(printed, shown):
 
 
 def test_every_block_is_run():
-    assert len(READMES) == 4 and len(RECIPES) == sum(t.count("```python") for t in TEXT.values())
-    assert len(RECIPES) == 6 and sum(map(len, SHELL.values())) == 5
+    assert len(READMES) == 4
+    assert len(RECIPES) == sum(t.count("```python") for t in TEXT.values())
+    assert len(RECIPES) == 6
+    assert sum(map(len, SHELL.values())) == 5
 
 
 @pytest.mark.parametrize(("words", "code", "shown"), RECIPES)
@@ -324,7 +326,8 @@ def test_workflows_call_the_scripts_that_run_here():
     workflows = ROOT / ".github" / "workflows"
     called = {path.stem: path.read_text("utf-8") for path in workflows.glob("*.yml")}
     assert set(called) == {"tests", "docs"}
-    assert "run: .ci/run\n" in called["tests"] and "run: .ci/docs\n" in called["docs"]
+    assert "run: .ci/run\n" in called["tests"]
+    assert "run: .ci/docs\n" in called["docs"]
     install = SHELL_OF_CONTRIBUTING[0]
     assert f"run: {install}\n" in called["docs"]
 
@@ -335,7 +338,8 @@ def test_the_page_of_a_package_index_needs_no_files_beside_it():
     for rule in hooks["hooks"]["fancy-pypi-readme"]["substitutions"]:
         page = re.sub(rule["pattern"], rule["replacement"], page)
     assert not re.findall(r"\]\((?!https?:)", page)
-    assert "*(figure: A rough cylinder)*" in page and "MIT\nlicence, LICENSE." in page
+    assert "*(figure: A rough cylinder)*" in page
+    assert "MIT\nlicence, LICENSE." in page
 
 
 TOP_LEVEL = {*PACKAGES, "tests", "pyproject.toml", "README.md", "LICENSE"}
@@ -397,4 +401,6 @@ def test_the_top_level_of_a_used_clone_is_the_one_agreed(clone, tmp_path):
 
 def test_what_is_shown_is_compared():
     assert alike("a 1.00000 (numerical error 1e-9)", "a 1.00001 (numerical error 3e-9)")
-    assert not alike("a 1.000", "a 1.001") and not alike("a 1", "b 1") and not alike("a", "a 1")
+    assert not alike("a 1.000", "a 1.001")
+    assert not alike("a 1", "b 1")
+    assert not alike("a", "a 1")

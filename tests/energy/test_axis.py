@@ -49,7 +49,8 @@ SYMMETRIC = [
 @pytest.mark.parametrize("indenter", SYMMETRIC, ids=lambda i: type(i).__name__)
 def test_a_symmetric_profile_is_turned_as_it_is(indenter):
     scene = turned(indenter)
-    assert scene.axisymmetric and scene.opened.axisymmetric
+    assert scene.axisymmetric
+    assert scene.opened.axisymmetric
     assert scene.indenter is indenter
     assert not Scene(LAYER, SURFACES, indenter).axisymmetric
 
@@ -94,13 +95,15 @@ def test_turned_profile_not_mirrored_or_endless_raises(indenter, told):
 def test_samples_from_the_axis_on_are_mirrored(kind):
     scene = turned(Sampled(R, 2e-9 + R**2 / 0.04, kind=kind))
     both = scene.indenter
-    assert (both.x == -both.x[::-1]).all() and both.kind == kind
+    assert (both.x == -both.x[::-1]).all()
+    assert both.kind == kind
     assert both.extent == (-R[-1], R[-1])
     assert np.allclose(both.height(R), both.height(-R), rtol=1e-15, atol=0)
     assert both.height(0.0) == 2e-9
     assert kind == "linear" or both.slope(0.0) == both.apex == 0
     again = rebuilt(described(scene))
-    assert (again.indenter.z == both.z).all() and again.axisymmetric
+    assert (again.indenter.z == both.z).all()
+    assert again.axisymmetric
 
 
 def test_a_function_from_the_axis_on_is_mirrored():
@@ -116,10 +119,14 @@ def test_a_function_from_the_axis_on_is_mirrored():
     assert both.slope(-2e-4) == -both.slope(2e-4) == -0.1 - 3 * 2e-4**2
     assert list(both.corners) == [-3e-4, -1e-4, 0.0, 1e-4, 3e-4]
     assert list(both.knots) == [-2e-4, 0.0, 2e-4]
-    assert both.extent == (-1e-3, 1e-3) and both.walls == ()
-    assert both.convex and both.symmetric and both.apex == 0
+    assert both.extent == (-1e-3, 1e-3)
+    assert both.walls == ()
+    assert both.convex
+    assert both.symmetric
+    assert both.apex == 0
     dimple = turned(Profile(lambda x: x * x - 1e-4 * x, lambda x: 2 * x - 1e-4, (0.0, 1.0)))
-    assert not dimple.indenter.convex and dimple.indenter.apex is None
+    assert not dimple.indenter.convex
+    assert dimple.indenter.apex is None
     assert turned(half + FlatPunch(2e-4)).indenter.walls == (-2e-4, 2e-4)
 
 
@@ -142,8 +149,10 @@ def test_the_circle_is_an_arc():
     inner = x[1:-1]
     assert np.allclose(circle.slope(inner) * (0.02 - f[1:-1]), inner, rtol=1e-13, atol=0)
     assert circle.slope(0.02) == -circle.slope(-0.02) == np.inf
-    assert np.isinf(circle.height(0.021)) and np.isnan(circle.slope(0.021))
-    assert circle.height(0.01) == f[5] and circle.shifted(0.3).apex == 0.3
+    assert np.isinf(circle.height(0.021))
+    assert np.isnan(circle.slope(0.021))
+    assert circle.height(0.01) == f[5]
+    assert circle.shifted(0.3).apex == 0.3
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])

@@ -246,7 +246,8 @@ def test_sharp_cone_is_never_pinned():
         assert not np.any(getattr(axi.cone, event)(**args))
     d = np.array([1e-9, 1e-7, 1e-5, 1e-3])
     a = axi.cone.radius(d, **args)
-    assert (np.diff(a) > 0).all() and (a > 0).all()
+    assert (np.diff(a) > 0).all()
+    assert (a > 0).all()
     check(axi.cone.depth(a, **args), d, 1e-12)
     assert (axi.cone.force(d, **args) > 0).all()
     assert axi.cone.radius(0.0, **args) == 0

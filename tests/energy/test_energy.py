@@ -143,7 +143,8 @@ def test_the_assumptions_that_a_state_makes():
         return {one.name: one for one in found}
 
     found = report(1e-6, 1e-6, 1e-2, 0.05)
-    assert found["d/h"].holds and found["h/a"].holds
+    assert found["d/h"].holds
+    assert found["h/a"].holds
     assert found["h/a"].value == pytest.approx(0.03, rel=1e-14, abs=0)
     assert not found["2w/γ₁"].holds
     assert "VIOLATED" in str(found["2w/γ₁"])

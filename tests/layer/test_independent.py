@@ -68,9 +68,11 @@ def test_nodes_and_poles_agree_for_any_layer_width_and_tension():
             continue
         if math.isfinite(nodes.error_estimate["force"]):
             errors.append(found)
-    assert refused <= 4 and len(errors) >= 9
+    assert refused <= 4
+    assert len(errors) >= 9
     second, third = np.moveaxis(np.array(errors), 1, 0)[1:]
-    assert (third <= 0.03).all() and (np.median(third, axis=0) <= 2e-3).all()
+    assert (third <= 0.03).all()
+    assert (np.median(third, axis=0) <= 2e-3).all()
     assert (np.abs(np.median(np.log2(second / third), axis=0) - 2) <= 0.2).all()
 
 
@@ -88,7 +90,8 @@ def test_nodes_are_of_second_order(geometry, nu):
 
     errors = worst(15), worst(60)
     order = np.log(errors[0] / errors[1]) / math.log(4)
-    assert (order >= 1.6).all() and (errors[1] <= 4e-3).all()
+    assert (order >= 1.6).all()
+    assert (errors[1] <= 4e-3).all()
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
@@ -129,7 +132,8 @@ def test_parts_of_energy_and_force_on_nodes(geometry):
         assert sum(nodes.force_parts.values()) == pytest.approx(nodes.force, rel=1e-12)
         errors.append([abs(own[name] / value - 1) for name, value in parts.items()])
     order = np.log2(np.array(errors[0]) / errors[1])
-    assert (order[:3] >= 1.6).all() and (order[3:] >= 0.9).all()  # forces by slopes beside the line
+    assert (order[:3] >= 1.6).all()
+    assert (order[3:] >= 0.9).all()  # forces by slopes beside the line
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
@@ -138,22 +142,26 @@ def test_parts_of_energy_beside_a_body_that_ends(geometry):
     scene = scene_of(FlatPunch(1.2), 0.3, geometry=geometry)
     errors = []
     fitted = minimise(scene, 0.03, rtol=1e-7)
-    assert fitted.pinned[0, 1] and fitted.energy_parts["surface"] > 0
+    assert fitted.pinned[0, 1]
+    assert fitted.energy_parts["surface"] > 0
     for links in (20, 40):
         nodes = on_nodes(scene, 0.03, 1.2, links)
         errors.append(
             [abs(nodes.energy_parts[name] / fitted.energy_parts[name] - 1) for name in PARTS]
         )
     coarse, fine = np.array(errors)
-    assert (fine <= 0.05).all() and (fine <= 0.6 * coarse).all()
+    assert (fine <= 0.05).all()
+    assert (fine <= 0.6 * coarse).all()
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_nodes_of_a_punch_that_is_pulled_off(geometry):
     scene = scene_of(FlatPunch(1.2), 0.3, geometry=geometry)
     held, lost = (on_nodes(scene, depth, 1.2, 24) for depth in (-0.01, -1.0))
-    assert held.half_width == pytest.approx(1.2, rel=1e-12) and held.pinned[0, 1]
-    assert not lost.contacts.size and not minimise(scene, -1.0).contacts.size
+    assert held.half_width == pytest.approx(1.2, rel=1e-12)
+    assert held.pinned[0, 1]
+    assert not lost.contacts.size
+    assert not minimise(scene, -1.0).contacts.size
 
 
 def truths(nu, geometry, heights, a, works, parts, gamma=0.7):
@@ -191,7 +199,8 @@ def test_a_layer_of_finite_elements_by_its_extrapolated_error(nu, geometry, a):
             known = np.array([[s.half_width, s.force, s.energy] for s in (other, state)])
             found = np.array([[a, *one[1:]], [a, *two[1:]]])
             first, second = np.abs(known - found) / scales
-            assert (second <= 1e-3).all() and (second <= 0.3 * first + 2e-5).all()
+            assert (second <= 1e-3).all()
+            assert (second <= 0.3 * first + 2e-5).all()
 
 
 @pytest.mark.parametrize("part", [0.0, 0.02, 0.3])

@@ -159,7 +159,8 @@ def test_flat_face_touches_and_parts_at_once(body, geometry):
         assert a == pytest.approx(state.half_width, rel=1e-6)
         assert force == pytest.approx(state.force, rel=1e-6)
     assert (path.events[0].kind, path.events[-1].kind) == ("touch", "detachment")
-    assert abs(path.events[-1].depth) <= 1e-9 and path.dissipated <= 1e-9 * path.energy[1]
+    assert abs(path.events[-1].depth) <= 1e-9
+    assert path.dissipated <= 1e-9 * path.energy[1]
     pulled = load_path(scene, forces=[0.01, -0.01], rtol=1e-6)
     assert list(pulled.half_width) == [1.0, 0.0]
 
@@ -211,4 +212,5 @@ def tension(a):
 )
 def test_how_hard_a_sphere_sticks_in_the_limits(limit, value, widths, bounds):
     off = np.array([abs(limit(a) - value) for a in widths])
-    assert (off <= bounds).all() and (np.diff(off) < 0).all()
+    assert (off <= bounds).all()
+    assert (np.diff(off) < 0).all()

@@ -38,8 +38,11 @@ def path():
 
 def test_a_state_is_told_in_one_line_and_in_full(state):
     line = repr(state)
-    assert "\n" not in line and line.startswith("Equilibrium(depth=") and len(line) < 200
-    assert f"force={state.force:.6g}" in line and f"label={state.label!r}" in line
+    assert "\n" not in line
+    assert line.startswith("Equilibrium(depth=")
+    assert len(line) < 200
+    assert f"force={state.force:.6g}" in line
+    assert f"label={state.label!r}" in line
     assert str(state).splitlines()[0].startswith("depth        d = ")
     assert (
         state._repr_html_() == f"<pre>{str(state).replace('<', '&lt;').replace('>', '&gt;')}</pre>"
@@ -51,10 +54,13 @@ def test_numbers_have_units_and_digits():
     nodes = {"method": "lattice", "spacing": SCENE.elastocapillary_length / 20}
     state = minimise(SCENE, LIFT, **nodes)
     shown = readings.rounded
-    assert shown(0.01413690508, 3.8e-3) == "0.014" and shown(-2.0, 30.0) == "-2"
-    assert shown(1 / 3, 1e-18) == "0.3333333333" and shown(1.25, math.inf) == "1.25"
+    assert shown(0.01413690508, 3.8e-3) == "0.014"
+    assert shown(-2.0, 30.0) == "-2"
+    assert shown(1 / 3, 1e-18) == "0.3333333333"
+    assert shown(1.25, math.inf) == "1.25"
     width = shown(state.half_width, state.uncertainty["half_width"])
-    assert len(width.lstrip("0.")) < 8 and f"half-width   a = {width} m   (numerical" in str(state)
+    assert len(width.lstrip("0.")) < 8
+    assert f"half-width   a = {width} m   (numerical" in str(state)
     for part in ("force        P = ", "energy       U = ", "angle        θ = "):
         (line,) = [line for line in str(state).splitlines() if line.startswith(part)]
         unit = {"f": " N/m", "e": " J/m", "a": " rad"}[part[0]]
@@ -62,7 +68,9 @@ def test_numbers_have_units_and_digits():
     exact = minimise(SCENE, LIFT)
     assert str(exact).count("numerical error below rounding") == 4
     around = str(minimise(replace(SCENE, geometry="axisymmetric"), LIFT))
-    assert " N   (" in around and " J   (" in around and "radius       a = " in around
+    assert " N   (" in around
+    assert " J   (" in around
+    assert "radius       a = " in around
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
@@ -92,36 +100,46 @@ def test_a_pinned_line_is_marked_and_no_line_has_no_angle():
 def test_a_state_is_a_row_of_plain_data(state):
     row = state.to_dict()
     for name in ("depth", "half_width", "force", "energy", "contact_angle"):
-        assert row[name] == getattr(state, name) and type(row[name]) is float
+        assert row[name] == getattr(state, name)
+        assert type(row[name]) is float
     assert row["error_force"] == state.uncertainty["force"]
     assert (row["label"], row["branch"], row["method"]) == (state.label, "adhered", state.method)
-    assert row["contacts"] == 1 and minimise(SCENE, -2 * LIFT).to_dict()["contacts"] == 0
+    assert row["contacts"] == 1
+    assert minimise(SCENE, -2 * LIFT).to_dict()["contacts"] == 0
 
 
 def test_a_path_is_told_with_its_events(path):
     assert len(path) == path.depth.size == 5
     line = repr(path)
-    assert "\n" not in line and "5 steps of depth" in line and "events" in line and len(line) < 200
+    assert "\n" not in line
+    assert "5 steps of depth" in line
+    assert "events" in line
+    assert len(line) < 200
     told = str(path).splitlines()
     assert len(told) == 4 + len(path.events)
     for event, text in zip(path.events, told[2:], strict=False):
         assert text.startswith(event.kind)
         assert float(text.split()[-1]) == pytest.approx(event.energy_released, rel=1e-5, abs=1e-30)
-    assert f"P = {path.pull_off.force:.6g}" in told[-2] and "force/(N/m)" in told[1]
+    assert f"P = {path.pull_off.force:.6g}" in told[-2]
+    assert "force/(N/m)" in told[1]
     assert path._repr_html_().startswith("<pre>load path: 5 steps")
 
 
 def test_a_path_without_tension_or_steps_is_told_too():
     pressed = load_path(SCENE, depths=[-LIFT, -0.5 * LIFT])
-    assert "most tensile" not in str(pressed) and "0 events" in str(pressed)
+    assert "most tensile" not in str(pressed)
+    assert "0 events" in str(pressed)
     empty = discretization.History(SCENE, "depth", None, 1e-8, None)
-    assert len(empty) == 0 and empty and "0 steps" in repr(empty)
+    assert len(empty) == 0
+    assert empty
+    assert "0 steps" in repr(empty)
 
 
 def test_a_path_is_columns_of_plain_data(path):
     columns = path.to_dict()
     assert {values.shape for values in columns.values()} == {(5,)}
-    assert columns["force"] is path.force and columns["control"] is path.values
+    assert columns["force"] is path.force
+    assert columns["control"] is path.values
     assert columns["contacts"].tolist() == [0, 1, 1, 1, 0]
     assert np.isnan(columns["left"]).tolist() == [True, False, False, False, True]
     assert columns["half_width"][2] == pytest.approx(columns["right"][2], rel=1e-12)
@@ -139,7 +157,8 @@ def test_a_state_is_drawn(state):
     figure = state.plot("a title")
     surface, line = figure.axes
     assert figure.get_suptitle() == "a title"
-    assert surface.get_xlabel() == "position x in µm" and "in nm" in surface.get_ylabel()
+    assert surface.get_xlabel() == "position x in µm"
+    assert "in nm" in surface.get_ylabel()
     (drawn,) = [one for one in surface.lines if one.get_label() == "surface u"]
     x, u = np.array(drawn.get_data()) * [[1e-6], [1e-9]]
     np.testing.assert_allclose(u, state.displacement(x), atol=1e-9 * LIFT)
@@ -155,7 +174,8 @@ def test_plain_numbers_are_drawn_without_units(state, path):
     for figure in (state.plot(si=False), path.plot(si=False)):
         for axes in figure.axes:
             for text in (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()):
-                assert " in " not in text.replace("last in", "") and "µ" not in text
+                assert " in " not in text.replace("last in", "")
+                assert "µ" not in text
     (drawn,) = [a for a in state.plot(si=False).axes[0].lines if a.get_label() == "surface u"]
     x, u = drawn.get_data()
     np.testing.assert_array_equal(u, state.displacement(x))
@@ -164,7 +184,8 @@ def test_plain_numbers_are_drawn_without_units(state, path):
 def test_a_path_is_drawn_with_its_events(path):
     figure = path.plot("loop")
     force, width = figure.axes
-    assert force.get_ylabel().startswith("force P in ") and width.get_xlabel().startswith("depth d")
+    assert force.get_ylabel().startswith("force P in ")
+    assert width.get_xlabel().startswith("depth d")
     names = force.get_legend_handles_labels()[1]
     assert {event.kind for event in path.events} <= set(names)
     driven = load_path(SCENE, forces=[0.0, 0.01, -0.1])
@@ -202,7 +223,8 @@ def test_what_a_user_writes_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(Path(__file__).with_name("user_script.py")))
     width, error, kinds = capsys.readouterr().out.split(maxsplit=2)
-    assert float(width) == pytest.approx(1.6e-4, rel=0.01) and abs(float(error)) < 1e-12
+    assert float(width) == pytest.approx(1.6e-4, rel=0.01)
+    assert abs(float(error)) < 1e-12
     assert kinds == "['jump-in', 'detachment']\n"
     assert (tmp_path / "state.png").stat().st_size > 1e4 < (tmp_path / "path.png").stat().st_size
 
@@ -247,7 +269,8 @@ def test_help_has_numpydoc_sections_and_examples(thing):
         for line, rule in zip(text.split("\n"), text.split("\n")[1:], strict=False)
         if rule == "-" * len(line) and line
     }
-    assert "\n" not in text.split("\n\n")[0] and "Examples" in heads
+    assert "\n" not in text.split("\n\n")[0]
+    assert "Examples" in heads
     assert thing not in (*FUNCTIONS, *MADE) or "Parameters" in heads
     assert thing not in FUNCTIONS or "Raises" in heads
     assert thing not in FOUND or "Attributes" in heads

@@ -67,7 +67,8 @@ def test_arguments_broadcast_and_so_do_the_results():
     check(found.force[1, 2], one.force, 1e-13, one.scales["force"])
     check(found.energy[1, 2], one.energy, 1e-13, one.scales["energy"])
     alone = minimise_many(SCENE, DELTA0)
-    assert alone.force.shape == () and "in contact: 1" in repr(alone)
+    assert alone.force.shape == ()
+    assert "in contact: 1" in repr(alone)
     assert minimise_many(SCENE, []).force.shape == (0,)
     assert isinstance(found, Equilibria)
 
@@ -96,7 +97,8 @@ def test_units_do_not_matter(slopes, geometry):
     one = minimise_many(scene, DEPTHS, w=works)
     scaled = minimise_many(other, length * DEPTHS, w=stress * length * works)
     power = 2 if geometry == "axisymmetric" else 1
-    assert (one.in_contact == scaled.in_contact).all() and one.in_contact.any()
+    assert (one.in_contact == scaled.in_contact).all()
+    assert one.in_contact.any()
     check(scaled.half_width / length, one.half_width, 1e-11)
     size = np.abs(one.force).max()
     check(scaled.force / (stress * length**power), one.force, 1e-11, size)
@@ -108,16 +110,20 @@ def test_units_do_not_matter(slopes, geometry):
 def test_limits():
     """Touching, a tip, an edge, no adhesion, no tension, deep, and just before it is lost."""
     touch = minimise_many(SCENE, 0.0, w=0.0)
-    assert touch.in_contact and touch.half_width == touch.force == touch.energy == 0
+    assert touch.in_contact
+    assert touch.half_width == touch.force == touch.energy == 0
     assert minimise_many(SCENE, [-DELTA0 / 9], w=0.0).in_contact.tolist() == [False]
 
     blunt = adhesive(Wedge(math.atan(3 * ALPHA)))
     tip = minimise_many(blunt, 0.5 * DELTA0)
-    assert tip.in_contact and tip.half_width == 0 and tip.stable
+    assert tip.in_contact
+    assert tip.half_width == 0
+    assert tip.stable
     check(tip.force, 2 * K * L * 0.5 * DELTA0, 1e-12)
 
     punch = minimise_many(adhesive(FlatPunch(L)), np.array([-0.999, -1.001]) * DELTA0)
-    assert punch.in_contact.tolist() == [True, False] and punch.half_width[0] == L
+    assert punch.in_contact.tolist() == [True, False]
+    assert punch.half_width[0] == L
 
     springs = minimise_many(SCENE, [-0.5 * DELTA0, DELTA0, -2 * DELTA0], gamma1=0.0)
     assert springs.in_contact.tolist() == [True, True, False]
@@ -143,7 +149,8 @@ def test_a_fold_about_an_axis_is_where_one_state_has_it(slopes):
     near = minimise_many(scene, [held + margin, held])
     one = minimise(scene, held + margin)
     check(near.half_width, np.full(2, one.half_width), 1e-5)
-    assert near.stable.all() and (near.residual < 1e-13).all()
+    assert near.stable.all()
+    assert (near.residual < 1e-13).all()
 
 
 @pytest.mark.parametrize(

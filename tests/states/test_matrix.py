@@ -153,7 +153,8 @@ def test_lattice_convergence_is_second_order(states, name):
 def test_state_certificate_angle_and_parts(states, name):
     """A state is certified with Young's angle and its parts are the whole."""
     state = states[name]
-    assert state.certificate.ok and state.method == "fitted"
+    assert state.certificate.ok
+    assert state.method == "fitted"
     assert max(state.error_estimate.values()) <= 1e-8
     kind = {"small": "small_slope_deficit", "finite": "angle_deficit"}[state.scene.slopes]
     young = getattr(state.scene.surfaces, kind)
@@ -252,7 +253,8 @@ def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
     adhered = on_nodes(name, 80)
     mesh = solved(name, branch="global")
     size = adhered.scales["energy"]
-    assert lowest.certificate.ok and lowest.label in ("global", "detached")
+    assert lowest.certificate.ok
+    assert lowest.label in ("global", "detached")
     if lowest.proof:
         assert lowest.proof.violation <= 1e-12
     assert lowest.energy <= adhered.energy + adhered.uncertainty["energy"]
@@ -260,7 +262,8 @@ def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
     assert lowest.contacts.shape == mesh.contacts.shape
     assert lowest.energy == pytest.approx(mesh.energy, rel=0, abs=lowest.uncertainty["energy"])
     if not scene.surfaces.work_of_adhesion:
-        assert states[name].label == "global" and lowest.nodes.tolist() == adhered.nodes.tolist()
+        assert states[name].label == "global"
+        assert lowest.nodes.tolist() == adhered.nodes.tolist()
 
 
 @pytest.mark.slow

@@ -76,7 +76,8 @@ def test_parts_of_energy_and_force_are_those_of_the_closed_forms(
 def test_a_surface_without_contact_has_no_angle_and_is_flat(kind, options):
     state = minimise(replace(adhesive(Parabola(0.02)), **kind), -2 * DELTA0, **options)
     assert state.contact_angles.shape == state.line_slopes[1].shape == (0, 2)
-    assert math.isnan(state.contact_angle) and state.label == "detached"
+    assert math.isnan(state.contact_angle)
+    assert state.label == "detached"
     assert not state.displacement(np.linspace(0, L, 5)).any()
 
 
@@ -94,14 +95,16 @@ def test_global_is_never_above_adhered_for_rough_indenters(method, spacing, coun
         lowest = minimise(scene, depth, branch="global", **options)
         assert lowest.label == ("global" if lowest.contacts.size else "detached")
         if spacing:
-            assert lowest.method == "shortest_path" and lowest.proof.violation <= 1e-13
+            assert lowest.method == "shortest_path"
+            assert lowest.proof.violation <= 1e-13
         several += len(lowest.contacts) > 1
         adhered = minimise(scene, depth, **options)
         size = adhered.scales["energy"]
         known = (adhered.uncertainty["energy"] if spacing else 0.0) + 1e-12 * size
         assert lowest.energy <= adhered.energy + known
         lower += lowest.energy < adhered.energy - max(known, 1e-6 * abs(adhered.energy))
-    assert several >= 2 and lower >= 2
+    assert several >= 2
+    assert lower >= 2
 
 
 @pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
@@ -140,11 +143,13 @@ def test_every_method_finds_the_same_lowest_state(scene, depth, spacing):
         for method in ("lattice", "auto", "oracle", "shortest_path")
     )
     assert ours.label == ("detached" if depth < 0 else "global")
-    assert searched.proof.violation <= 1e-13 and theirs.proof is None
+    assert searched.proof.violation <= 1e-13
+    assert theirs.proof is None
     assert (theirs.method, searched.method) == ("oracle", "shortest_path")
     assert auto.method == ours.method == ("shortest_path" if scene.work_of_adhesion else "lattice")
     for other in (auto, theirs, searched):
-        assert other.label == ours.label and np.array_equal(other.nodes, ours.nodes)
+        assert other.label == ours.label
+        assert np.array_equal(other.nodes, ours.nodes)
         assert other.energy == pytest.approx(ours.energy, rel=1e-13, abs=0)
         assert other.force == pytest.approx(ours.force, rel=1e-13, abs=0)
     if not scene.work_of_adhesion:
@@ -205,5 +210,6 @@ def test_the_lowest_state_detaches_where_its_energy_vanishes():
     gone = even - 1e-12 * DELTA0
     assert minimise(scene, gone, branch="global").label == "detached"
     state = minimise(scene, held, branch="global")
-    assert state.label == "global" and -0.9 * DELTA0 < held < 0
+    assert state.label == "global"
+    assert -0.9 * DELTA0 < held < 0
     assert abs(state.energy) <= 1e-10 * state.scales["energy"]

@@ -83,7 +83,8 @@ def test_absent_packages_are_skipped_with_a_word(monkeypatch):
     found = study.run(TINY, ["rough"])
     (absent,) = (p for p in found if p.note)
     assert absent.note == "pyscipopt not installed"
-    assert not absent.success and math.isnan(absent.seconds)
+    assert not absent.success
+    assert math.isnan(absent.seconds)
     assert not problem.installed("a_package_nobody_has")
 
 
@@ -136,8 +137,10 @@ def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch)
     assert study.main(["--quick", "--tasks", "finite", "rough", "--out", str(tmp_path)]) == 0
     text = (tmp_path / "runtime_vs_error.md").read_text("utf-8")
     assert text in capsys.readouterr().out
-    assert "cores" in text and "### a state with steep surfaces" in text
-    assert "| a to 1e-06 |" in text and "Ours, shortest path (lattice)" in text
+    assert "cores" in text
+    assert "### a state with steep surfaces" in text
+    assert "| a to 1e-06 |" in text
+    assert "Ours, shortest path (lattice)" in text
     rows = (tmp_path / "runtime_vs_error.csv").read_text("utf-8").splitlines()
     assert len({row.count(",") for row in rows if row[0] != "#" and '"' not in row}) == 1
     assert (tmp_path / "runtime_vs_error.png").stat().st_size > 20_000
@@ -176,9 +179,11 @@ def test_nothing_is_lost_and_what_is_not_kept_has_its_reason(trials):
     assert {(t.grid, t.shape) for t in tied} == {("edge", "flat")}
     assert all(t.x >= 15 for t in tied)  # 4.5 ε; 450 ε must be decided
     few = [t for t in stress.exact(trials) if min(t.digits) < stress.KEPT]
-    assert few and all("condition" in t.note for t in few)
+    assert few
+    assert all("condition" in t.note for t in few)
     told = stress.summary("edge", [t for t in trials if t.grid == "edge"])
-    assert "keep 12" in told and "ε (1 + condition)" in told
+    assert "keep 12" in told
+    assert "ε (1 + condition)" in told
     for t in trials:
         if t.grid in ("fitted", "finite", "lattice") and not math.isnan(t.digits[0]):
             assert min(t.digits) >= 11.9 or t.excess <= 1, t
@@ -219,7 +224,8 @@ def test_verdicts():
     assert stress.judged("edge", "x", 0, 0, overflow).verdict == "floating point"
     assert stress.judged("edge", "x", 0, 0, lambda: int(None)).verdict == "crash"
     harmless = stress.judged("edge", "x", 0, 0, underflow)
-    assert harmless.verdict == "ok" and "underflow" in harmless.note
+    assert harmless.verdict == "ok"
+    assert "underflow" in harmless.note
 
 
 def test_rtol_and_estimates_against_errors():
@@ -243,7 +249,8 @@ def test_digits_are_drawn_against_those_expected():
 
 def test_no_point_that_passes_lies_below_the_limit(trials):
     judged = [t for t in trials if t.grid not in stress.SCATTERED and not math.isnan(t.margin)]
-    assert len(judged) > 50 and min(t.margin for t in judged if t.verdict == "ok") >= 0
+    assert len(judged) > 50
+    assert min(t.margin for t in judged if t.verdict == "ok") >= 0
 
 
 @pytest.mark.parametrize(
@@ -272,8 +279,10 @@ def test_estimates_of_lattice_states(tmp_path, monkeypatch, capsys):
     """None is below a tenth of the error or far too large; one that is off fails the study."""
     sparse = stress.run(stress.Parameters(lattices=30, seed=5), ["nodes"])
     words = Counter(t.verdict for t in sparse)
-    assert set(words) <= {"ok", "withheld", "refused"} and sum(words.values()) == 30
-    assert words["ok"] >= 24 and words["withheld"] >= 1
+    assert set(words) <= {"ok", "withheld", "refused"}
+    assert sum(words.values()) == 30
+    assert words["ok"] >= 24
+    assert words["withheld"] >= 1
     assert all(10**t.x < 50 for t in sparse if t.verdict == "refused")
     links = [float(t.note.split()[0]) for t in sparse if t.verdict == "withheld"]
     assert max(links) < 8
@@ -321,7 +330,8 @@ def test_a_skip_changes_no_digit_and_saves_work(name, monkeypatch):
     counted[0] = 0
     assert skipping.difference(found, general()) <= 1e-13
     if name in SAVED:
-        assert cost <= SAVED[name][0] and counted[0] >= SAVED[name][1]
+        assert cost <= SAVED[name][0]
+        assert counted[0] >= SAVED[name][1]
 
 
 def test_every_row_stands_in_the_readme():
@@ -339,7 +349,8 @@ def test_benchmark_rows_and_changed_digits(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(skipping, "routes", lambda: few)
     assert skipping.main([*command, str(tmp_path)]) == 0
     said = capsys.readouterr().out
-    assert "leaving out 2 things" in said and "none changes a digit" in said
+    assert "leaving out 2 things" in said
+    assert "none changes a digit" in said
     assert (tmp_path / "skipping.png").stat().st_size > 10_000
     numbers = np.array([1.3e-4, 2.1, -3e-5])
     few["wrong"] = lambda: numbers, lambda: numbers * [1 + 1e-11, 1, 1]

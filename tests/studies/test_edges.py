@@ -44,9 +44,11 @@ def test_any_encoding_of_the_output_will_do(tmp_path, encoding):
     out, err = child.communicate()
     assert (child.returncode, err) == (0, b"")
     said = out.decode(encoding)
-    assert "force        P" in said and ("γ₁" in said) == encoding.startswith("utf")
+    assert "force        P" in said
+    assert ("γ₁" in said) == encoding.startswith("utf")
     child = started(*STUDIES, "Ω.py", **given)
-    assert "no such file" in child.communicate()[1].decode(encoding) and child.returncode == 2
+    assert "no such file" in child.communicate()[1].decode(encoding)
+    assert child.returncode == 2
 
 
 @pytest.mark.parametrize(
@@ -89,7 +91,8 @@ def test_ctrl_c_in_a_sweep(tmp_path, jobs):
     os.killpg(child.pid, signal.SIGINT)  # as a terminal does
     said = child.communicate()[1].decode().splitlines()
     count = len(kept.read_text("utf-8").splitlines()) - 1
-    assert child.returncode == 130 and 0 < count < 10000
+    assert child.returncode == 130
+    assert 0 < count < 10000
     told = f"sweep: stopped; {count} of 10000 points are kept in {Path('results', kept.name)}"
     assert said[-1] == f"{told}; the same command goes on from there"
     assert not any("Traceback" in line for line in said)
@@ -155,7 +158,8 @@ def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch, capsys, preset
     assert command_line.main(arguments) == 2
     said = capsys.readouterr().err.splitlines()
     assert said[-1] == f"mine.py: {out / name}: No space left on device"
-    assert not (out / name).exists() and not [*out.glob("*.part")]
+    assert not (out / name).exists()
+    assert not [*out.glob("*.part")]
     sys.modules.pop("mine", None)
 
 
@@ -220,7 +224,8 @@ def test_a_misspelt_study_is_understood(capsys, wrong, meant):
     assert command_line.main([wrong]) == 2
     said = capsys.readouterr().err
     assert (f"study {wrong!r} is unknown: did you mean {meant!r}?" in said) == (meant is not None)
-    assert said.count("\n") == 1 and repr(wrong) in said
+    assert said.count("\n") == 1
+    assert repr(wrong) in said
     assert meant or all(name in said for name in command_line.STUDIES)
 
 

@@ -39,9 +39,11 @@ def test_report_figures_and_links(folder):
     """Every figure is in the page and every link leads to a file beside it."""
     made = (folder / "report.html").read_text("utf-8")
     sources = re.findall(r"src=\"?([^\"> ]{0,30})", made)
-    assert len(sources) == 2 and all(s.startswith("data:image/png;base64,") for s in sources)
+    assert len(sources) == 2
+    assert all(s.startswith("data:image/png;base64,") for s in sources)
     links = re.findall(r"href=\"([^\"]+)\"", made)
-    assert len(links) >= 6 and not any("//" in link or link.startswith("/") for link in links)
+    assert len(links) >= 6
+    assert not any("//" in link or link.startswith("/") for link in links)
     for link in links:
         if link.startswith("#"):
             assert f"<h2 id={link[1:]}>" in made
@@ -49,7 +51,8 @@ def test_report_figures_and_links(folder):
             assert (folder / link).is_file()
     assert {"pull_off/pull_off.csv", "skipping/skipping.csv"} < set(links)
     assert "<figcaption>Tension strengthens the adhesion of punch and parabola" in made
-    assert "skipping/printed.txt" in links and not (folder / "report.jsonl").exists()
+    assert "skipping/printed.txt" in links
+    assert not (folder / "report.jsonl").exists()
     assert "answer: " in (folder / "skipping" / "printed.txt").read_text("utf-8")
     assert "<span class=good>All 2 studies passed.</span>" in made
 
@@ -120,16 +123,18 @@ def test_a_report_grows_and_goes_on_where_it_was_stopped(tmp_path, monkeypatch, 
         report.main(command)
     assert ran == ["layer", "verify"]
     shown = page_at.read_text("utf-8")
-    assert "1 of 2 studies failed" in shown and "1 more are to come" in shown
+    assert "1 of 2 studies failed" in shown
+    assert "1 more are to come" in shown
     stop.clear()
     assert report.main(command) == 1
-    assert (
-        ran == ["layer", "verify", "verify", "sphere"] and "layer kept" in capsys.readouterr().out
-    )
+    assert ran == ["layer", "verify", "verify", "sphere"]
+    assert "layer kept" in capsys.readouterr().out
     shown = page_at.read_text("utf-8")
-    assert "1 of 3 studies failed" in shown and "to come" not in shown
+    assert "1 of 3 studies failed" in shown
+    assert "to come" not in shown
     assert "answer: layer" in shown.replace("<p class=answer>", "answer: ")
-    assert report.main(command) == 1 and ran[4:] == ["layer", "verify", "sphere"]  # all anew
+    assert report.main(command) == 1
+    assert ran[4:] == ["layer", "verify", "sphere"]  # all anew
 
 
 def test_what_the_page_shows_is_small_and_the_rest_is_linked(tmp_path):
@@ -144,11 +149,13 @@ def test_what_the_page_shows_is_small_and_the_rest_is_linked(tmp_path):
     one = page.Section("big", "?", "word " * 5000, 0, folder, 1.0)
     shown = page.page([one], "a command", "facts")
     words = re.sub(r"<style>.*?</style>|<[^>]*>", " ", shown, flags=re.S).split()
-    assert len(words) < 40 and len(shown) < 3000 + 0.8 * 4 / 3 * picture.stat().st_size
+    assert len(words) < 40
+    assert len(shown) < 3000 + 0.8 * 4 / 3 * picture.stat().st_size
     for name in ("noise.png", "all.csv", "printed.txt"):
         assert f'href="big/{name}"' in shown
     failed = page.page([one._replace(status=1, printed="early\n" * 50 + "late\n")], "c", "f")
-    assert "late" in failed and failed.count("early") == page.LAST - 1
+    assert "late" in failed
+    assert failed.count("early") == page.LAST - 1
 
 
 def test_figures_come_first_and_all_at_one_scale(tmp_path):
@@ -160,7 +167,8 @@ def test_figures_come_first_and_all_at_one_scale(tmp_path):
     said = "answer: All of them.\nmissed: a time\n"
     shown = page.page([page.Section("one", "What?", said, 0, folder, 1.0)], "a command", "facts")
     places = [shown.index(text) for text in ("<h2", "<figure", "All of them", "a time", "command")]
-    assert places == sorted(places) and shown.count("All of them") == 1
+    assert places == sorted(places)
+    assert shown.count("All of them") == 1
     widths = [int(width) for width in re.findall(r"--width:(\d+)px", shown)]
     assert widths == [round(report.SCALE * 140 * inches) for inches in (5, 10)]
 
@@ -187,11 +195,14 @@ def test_a_bad_scene_is_one_line_and_status_2(tmp_path, capsys):
     path = writer(tmp_path / "tiny.toml")(("h = 60e-6", 'h = "1 mm"'))
     assert command_line.main(["run", str(path), "--out", str(tmp_path)]) == 2
     out, err = capsys.readouterr()
-    assert out == "" and len(err.splitlines()) == 1 and f"{path}: layer.h = '1 mm'" in err
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert f"{path}: layer.h = '1 mm'" in err
     assert not (tmp_path / "tiny.csv").exists()
 
 
 def test_the_list_costs_no_matplotlib():
     code = "import sys; from studies.__main__ import main; main([]); print(*sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
-    assert "studies" in ran.stdout.split() and "matplotlib" not in ran.stdout.split()
+    assert "studies" in ran.stdout.split()
+    assert "matplotlib" not in ran.stdout.split()

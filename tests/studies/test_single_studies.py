@@ -372,7 +372,8 @@ def test_paths_of_the_levels_pass_between_processes(shared_work):
 
 def test_nodes_find_what_the_mesh_refines(shared_work):
     """Lines to half a link; events and energies with second order, on four numbers of nodes."""
-    assert shared_work.passed and shared_work.balance < 1e-12
+    assert shared_work.passed
+    assert shared_work.balance < 1e-12
     assert len(shared_work.refined.events) == 15
     found = shared_work.errors
     counts = [one.nodes for one in found]
@@ -387,21 +388,25 @@ def test_an_event_is_enclosed(shared_work):
     """The gap narrows like a square root towards the fold at which it is lost."""
     refined = shared_work.enlarged[0]
     held = refined.depth < refined.event
-    assert np.all(refined.width[held] > 0) and np.all(refined.width[~held] == 0)
+    assert np.all(refined.width[held] > 0)
+    assert np.all(refined.width[~held] == 0)
     left = refined.event - refined.depth[held]
     near = left < 0.01 * shared_work.refined.scene.critical_separation
     power = np.polyfit(np.sqrt(left[near]), refined.width[held][near], 1)
     line = np.polyval(power, np.sqrt(left[near]))
-    assert power[0] > 0 and np.abs(line / refined.width[held][near] - 1).max() < 2e-3
+    assert power[0] > 0
+    assert np.abs(line / refined.width[held][near] - 1).max() < 2e-3
     off = [abs(shared_work.enlarged[n].event - refined.event) for n in levels.QUICK.nodes]
-    assert off == sorted(off, reverse=True) and off[-1] < off[0] / 20
+    assert off == sorted(off, reverse=True)
+    assert off[-1] < off[0] / 20
 
 
 def test_levels_fail_where_nodes_find_other_events(shared_work, tmp_path, monkeypatch, capsys):
     assert "in the same order" in levels.answer(shared_work)
     fewer = {n: replace(p, events=p.events[:-1]) for n, p in shared_work.on_nodes.items()}
     wrong = replace(shared_work, on_nodes=fewer)
-    assert wrong.balance < levels.BALANCE and not wrong.passed
+    assert wrong.balance < levels.BALANCE
+    assert not wrong.passed
     assert math.isnan(wrong.errors[0].line)
     lost = replace(shared_work.refined, events=shared_work.refined.events[:-1])
     assert replace(shared_work, refined=lost).balance > levels.BALANCE

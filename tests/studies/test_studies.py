@@ -34,7 +34,9 @@ def test_every_study_has_the_common_options(name, capsys):
         command_line.main([name, "-h"])
     assert caught.value.code == 0
     told = capsys.readouterr().out
-    assert "--preset {quick,full}" in told and "--out DIR" in told and "--jobs N" in told
+    assert "--preset {quick,full}" in told
+    assert "--out DIR" in told
+    assert "--jobs N" in told
     with pytest.raises(SystemExit):
         command_line.main([name, "--preset", "tiny"])
     assert "choose from" in capsys.readouterr().err
@@ -61,7 +63,8 @@ def test_folder_that_cannot_be_written_raises(tmp_path, capsys):
         given = ["stress", "--quick", "--out", str(tmp_path / where)]
         assert command_line.main(given) == 2
         said = capsys.readouterr()
-        assert said.err.count("\n") == 1 and "no folder to write to; give another" in said.err
+        assert said.err.count("\n") == 1
+        assert "no folder to write to; give another" in said.err
 
 
 def test_no_jobs_are_refused(capsys):
@@ -85,7 +88,8 @@ def test_quick_study_leaves_figure_and_table(name, tmp_path, monkeypatch):
     arguments = [*words, "--preset", "quick", "--jobs", "1", "--out", "out"]
     assert command_line.main(arguments) == 0
     pictures = sorted((tmp_path / "out").glob("*.png"))
-    assert pictures and not any((tmp_path / "out").glob("*.pdf"))
+    assert pictures
+    assert not any((tmp_path / "out").glob("*.pdf"))
     assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in pictures)
     tables = sorted((tmp_path / "out").glob("*.csv"))
     for one, count in zip(tables, rows, strict=True):
@@ -93,7 +97,8 @@ def test_quick_study_leaves_figure_and_table(name, tmp_path, monkeypatch):
         said = dict(line.split(": ", 1) for line in head if ": " in line)
         assert said["command"] == shlex.join(["python", "-m", "studies", *arguments])
         assert said["commit"] == table.commit()
-        assert "numpy" in said["versions"] and "elastocap" in said["versions"]
+        assert "numpy" in said["versions"]
+        assert "elastocap" in said["versions"]
         assert len(said["parameters"]) > 1
         assert len(table.read(one)) == count
 
@@ -117,7 +122,8 @@ def test_a_table_is_read_as_it_was_written(tmp_path):
     table.write(path, ["note: two\nlines"], ["x", "text"], [[0.1 + 0.2, "a, b"], [math.inf, ""]])
     assert path.read_text("utf-8").startswith("# note: two lines\nx,text\n")
     first, second = table.read(path)
-    assert float(first["x"]) == 0.1 + 0.2 and first["text"] == "a, b"
+    assert float(first["x"]) == 0.1 + 0.2
+    assert first["text"] == "a, b"
     assert float(second["x"]) == math.inf
 
 
@@ -181,7 +187,8 @@ def test_the_template_runs_at_once_in_any_number_of_processes(inside, capsys):
         assert "2 scenes, largest relative error" in capsys.readouterr().out
         assert (inside / jobs / "half_width.png").read_bytes().startswith(b"\x89PNG")
     rows = [read(inside / jobs / "half_width.csv") for jobs in ("1", "2")]
-    assert rows[0] == rows[1] and len(rows[0]) == 2
+    assert rows[0] == rows[1]
+    assert len(rows[0]) == 2
     head = (inside / "2" / "half_width.csv").read_text("utf-8").splitlines()[0]
     assert head == "# command: python -m studies mine.py --preset quick --jobs 2 --out 2"
 
@@ -214,13 +221,15 @@ def test_what_is_no_study_is_refused_in_one_line(inside, capsys, name, text, tol
         (inside / name).write_text(text, "utf-8")
     assert command_line.main([name]) == 2
     said = capsys.readouterr().err
-    assert told in said and said.count("\n") == 1
+    assert told in said
+    assert said.count("\n") == 1
 
 
 def test_the_version_is_told(capsys):
     assert command_line.main(["--version"]) == 0
     name, version = capsys.readouterr().out.split(maxsplit=1)
-    assert name == "elastocap" and version.strip()
+    assert name == "elastocap"
+    assert version.strip()
 
 
 def test_everything_is_listed_once_in_its_group(capsys, monkeypatch):
@@ -229,7 +238,8 @@ def test_everything_is_listed_once_in_its_group(capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["/somewhere/bin/elastocap"])
     assert command_line.main([]) == 0
     said = capsys.readouterr().out
-    assert said.startswith("usage: elastocap NAME") and "Benchmarks:" in said
+    assert said.startswith("usage: elastocap NAME")
+    assert "Benchmarks:" in said
     with pytest.raises(SystemExit):
         command_line.main(["-h", "run"])
     assert "usage: elastocap run [-h]" in capsys.readouterr().out
@@ -248,14 +258,19 @@ def test_failures_say_so_in_one_object_or_alone(capsys, monkeypatch):
     monkeypatch.setattr(command_line, "load", lambda name: Study)
     assert command_line.main(["mine"]) == 1
     shown = capsys.readouterr()
-    assert "much" in shown.out and shown.err.startswith("mine: FAILED")
+    assert "much" in shown.out
+    assert shown.err.startswith("mine: FAILED")
     assert command_line.main(["mine", "--quiet"]) == 1
     shown = capsys.readouterr()
-    assert shown.out == "42 of it\n" and shown.err.startswith("mine: FAILED")
+    assert shown.out == "42 of it\n"
+    assert shown.err.startswith("mine: FAILED")
     assert command_line.main(["mine", "--json"]) == 1
     found = json.loads(capsys.readouterr().out)
-    assert found["status"] == 1 and not found["passed"] and found["answer"] == ["42 of it"]
-    assert found["files"] == ["a.csv", "b.png"] and found["numbers"] == [1, None]
+    assert found["status"] == 1
+    assert not found["passed"]
+    assert found["answer"] == ["42 of it"]
+    assert found["files"] == ["a.csv", "b.png"]
+    assert found["numbers"] == [1, None]
 
 
 def test_a_run_gives_its_numbers_as_json(tmp_path, capsys, monkeypatch):
@@ -268,4 +283,5 @@ def test_a_run_gives_its_numbers_as_json(tmp_path, capsys, monkeypatch):
     assert all(Path(file).exists() for file in found["files"])
     assert command_line.main(["run", "none.toml", "--json"]) == 2
     shown = capsys.readouterr()
-    assert "none.toml" in json.loads(shown.out)["error"] and "none.toml" in shown.err
+    assert "none.toml" in json.loads(shown.out)["error"]
+    assert "none.toml" in shown.err

@@ -15,7 +15,8 @@ QUICK = {"loop_and_pull_off"}  # the others take more than 3 s of processor time
 
 
 def test_every_tutorial_says_what_it_shows():
-    assert len(SCRIPTS) >= 6 and set(SCRIPTS) >= QUICK
+    assert len(SCRIPTS) >= 6
+    assert set(SCRIPTS) >= QUICK
     for name in SCRIPTS:
         words = ast.get_docstring(ast.parse((FOLDER / f"{name}.py").read_text("utf-8")))
         assert words and len(words.splitlines()) > 2, name
@@ -31,7 +32,8 @@ def test_a_tutorial_draws_its_figure(name, tmp_path):
     done = subprocess.run(command, cwd=tmp_path, env=given, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "Warning" not in done.stderr
-    assert target.read_bytes().startswith(b"\x89PNG") and target.stat().st_size > 5000
+    assert target.read_bytes().startswith(b"\x89PNG")
+    assert target.stat().st_size > 5000
     assert not [path for path in tmp_path.iterdir() if path != target]
 
 

@@ -104,7 +104,8 @@ def test_a_card_wrong_by_one_percent_fails_its_check(monkeypatch, card, name, ch
     monkeypatch.setattr(card, name, lambda *a, **k: 1.01 * right(*a, **k))
     for item in checks_of(check) if isinstance(check, int) else [check]:
         result = refine(item, (25, 50, 100, 200), (0.37,))
-        assert not result.lattice_passed and not result.fitted_passed
+        assert not result.lattice_passed
+        assert not result.fitted_passed
         assert min(result.error, result.fitted_error) > 2e-3
 
 
@@ -168,8 +169,10 @@ def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, caps
     assert all((tmp_path / "new" / link).exists() for link in links)
     rows = read(tmp_path / "new" / "verify.csv")
     assert [row["equation"] for row in rows] == ["25", "20"]
-    assert rows[0]["passed"] == "True" and float(rows[0]["error"]) == float(rows[0]["error_400"])
-    assert 1.8 < float(rows[0]["order"]) < 2.2 and rows[1]["order"] == "exact"
+    assert rows[0]["passed"] == "True"
+    assert float(rows[0]["error"]) == float(rows[0]["error_400"])
+    assert 1.8 < float(rows[0]["order"]) < 2.2
+    assert rows[1]["order"] == "exact"
     for row in rows:
         assert 0 <= float(row["fitted_error"]) <= float(row["fitted_bar"]) == 1e-10
         assert row["lattice_only"] == ""
@@ -243,12 +246,18 @@ def test_the_engine_wants_both_discretisations():
 
     assert on_fitted(1e-11).passed
     wrong = on_fitted(1e-9)
-    assert wrong.lattice_passed and not wrong.passed
+    assert wrong.lattice_passed
+    assert not wrong.passed
     assert wrong.fitted_error == pytest.approx(1e-9, rel=1e-5, abs=0)
-    assert on_fitted(1e-9, fitted_bar=2e-9).passed and not on_fitted(math.nan).passed
+    assert on_fitted(1e-9, fitted_bar=2e-9).passed
+    assert not on_fitted(math.nan).passed
     broken = on_fitted(None)
-    assert broken.lattice_passed and not broken.passed and broken.fitted_error == math.inf
+    assert broken.lattice_passed
+    assert not broken.passed
+    assert broken.fitted_error == math.inf
     assert "fitted: ValueError: no such depth" in verify.line(broken)
     alone = on_fitted(1.0, lattice_only="because")
-    assert alone.passed and math.isnan(alone.fitted_error) and verify.fitted(alone) == "—"
+    assert alone.passed
+    assert math.isnan(alone.fitted_error)
+    assert verify.fitted(alone) == "—"
     assert "because" in verify.report(verify.Record(verify.Parameters(), (alone,), None), "")

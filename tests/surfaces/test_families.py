@@ -83,7 +83,8 @@ def test_the_file_is_part_of_the_distributions():
     targets = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]
     wheel = targets["targets"]["wheel"]
     path = network.TABLES.relative_to(ROOT)
-    assert path.parts[0] in wheel["packages"] and targets["targets"].keys() == {"wheel"}
+    assert path.parts[0] in wheel["packages"]
+    assert targets["targets"].keys() == {"wheel"}
     left_out = [*wheel["exclude"], *(ROOT / ".gitignore").read_text("utf-8").split()]
     assert not any(
         place.match(rule.strip("/")) for rule in left_out for place in (path, *path.parents)

@@ -43,7 +43,8 @@ def test_the_steep_free_surface_obeys_its_own_first_integral():
         phi = 2 * math.asin(u / 2)
         rounding = 1e-12 * abs(u)
         pull = float(surface.pulls.sum())
-        assert abs(pull - math.sin(phi)) <= rounding and abs(surface.area - pull) <= rounding
+        assert abs(pull - math.sin(phi)) <= rounding
+        assert abs(surface.area - pull) <= rounding
         assert surface.pulls[0] == pytest.approx(pull, rel=1e-15)
         assert surface.residual <= 1e-12
         assert abs(math.atan(float(surface.at(np.zeros(1), np.full(1, 40.0))[1][0])) + phi) <= 1e-9
@@ -260,6 +261,7 @@ def test_a_small_sphere_is_pulled_off_a_liquid(w):
 def test_the_edge_of_a_punch_and_a_surface_that_is_no_graph():
     scene = scene_of(FlatPunch(1e-5), 0.02)
     found = meniscus.state(scene, 1e-5)  # where the line comes free of the edge
-    assert found.depth < 0 and found.force < 0
+    assert found.depth < 0
+    assert found.force < 0
     with pytest.raises(ValueError, match="overhang"):
         meniscus.state(scene_of(FlatPunch(1e-5), 0.08), 1e-5)
