@@ -25,7 +25,9 @@ from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array, Indices, Mask
 
 DEGREE = 12  # of the Lobatto rule in t
-TOLERANCE = 1e-9  # of the energy's scale: what a piece may be off by
+TOLERANCE = 1e-10  # of the energy's scale: what a piece may be off by, or it is halved. Forces that
+# are read off the polynomials of a piece are as good as its balance.
+REFUSED = 1e-9  # of the same: a piece that halving does not mend
 _HALVINGS = 12
 _FIRST = 4  # parts of a life at first
 _CUTS = 16  # rounds in which the depth of a corner is enclosed
@@ -173,7 +175,7 @@ class Balance:
         to_cut = list[tuple[_Part, float, float, Array, Array]]()
         for i, part in enumerate(todo):
             short = last or abs(part.end - part.start) <= _SHORT * self.events.equations.size
-            if balanced[i] or (short and good[i] and off[i] <= TOLERANCE):
+            if balanced[i] or (short and good[i] and off[i] <= REFUSED):
                 part.life.pieces.append(Piece(depths[i], lines[i]))
             elif short:
                 raise NotRefined(
