@@ -40,8 +40,9 @@ _ASIDE = 0.5  # margins of the depths of nodes: so far before a depth at which t
 _BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
 _MOST_FAILURES = 4  # of nodes of a closeness, after which closer ones are taken for all that is
 # left, and legs on nodes alone, after which all is: each costs a walk to the end of the route
-_NOISE = 0.25  # of √(2w/γ₁): more noise of the slopes, and lines go from facet to facet by jumps.
-# With .16 (400 samples, noise of half a percent of δ₀) all is refined in 10 s, with .4 in 30 s.
+_NOISE = 0.25  # of √(2w/γ₁): more noise of the slopes, and lines go from facet to facet by jumps
+_FEW_SAMPLES = 500  # of fewer samples all is refined in seconds even so. Of 1000 with noise of .3
+# hardly anything is, after 4 s.
 _NEAR_NODES = 4.0  # spacings: so near to those of nodes lines must rest to be refined again
 
 
@@ -127,7 +128,10 @@ class NodalLeg(Leg):
 
 
 def _is_noisy(scene: Scene) -> bool:
-    """Whether noise of the samples makes slopes that contact lines notice by far."""
+    """Whether noise of many samples makes slopes that contact lines notice by far."""
+    samples = len(scene.indenter.corners) + len(scene.indenter.knots)
+    if samples <= _FEW_SAMPLES:
+        return False
     noise = scene.indenter.noise_slope
     kink = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
     return noise is not None and kink > 0 and noise > _NOISE * kink
@@ -328,9 +332,10 @@ class RefinedBranch(Branch):
 
         Nodes may fail again, at a depth before that.
         """
-        aside = direction * _ASIDE * self.refinement(0).nodes.margin
+        least = _ASIDE * self.refinement(0).nodes.margin
+        aside = direction * least
         goal = failed - aside
-        while direction * (goal - start.depth) > 0:
+        while direction * (goal - start.depth) > least:
             try:
                 return self._way(start, goal, level)
             except NotRefined as reason:
