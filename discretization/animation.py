@@ -10,7 +10,6 @@ history: a `History`, which is built on this module, not it on that.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,8 +24,7 @@ from energy.units import prefixed
 from energy.units import quantity as written
 
 
-@dataclass(frozen=True)
-class FilmRules:
+class FilmRules(NamedTuple):
     """How a film is drawn.
 
     Attributes

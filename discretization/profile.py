@@ -35,8 +35,7 @@ MOST = 200_000  # samples at most, so that a path over them takes seconds
 LOOKS = 8
 
 
-@dataclass(frozen=True)
-class SamplingRules:
+class SamplingRules(NamedTuple):
     """How closely a profile is sampled.
 
     Attributes
@@ -67,8 +66,7 @@ _SAMPLING = SamplingRules()
 _TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
 
 
-@dataclass(frozen=True)
-class MissedFeatures:
+class MissedFeatures(NamedTuple):
     """When what is found between samples is a feature that they have missed.
 
     Attributes
@@ -93,8 +91,7 @@ class MissedFeatures:
 _MISSED = MissedFeatures()
 
 
-@dataclass(frozen=True)
-class EndlessProfile:
+class EndlessProfile(NamedTuple):
     """How far a profile without ends is followed.
 
     Attributes

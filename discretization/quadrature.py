@@ -36,8 +36,7 @@ from energy.arrays import Array, Mask
 Density = Callable[[Array], Array]  # of places (.., p): several densities (m, .., p)
 
 
-@dataclass(frozen=True)
-class PanelRules:
+class PanelRules(NamedTuple):
     """When panels are halved, and how far their integrals are trusted.
 
     Attributes
@@ -75,13 +74,12 @@ class PanelRules:
 _PANEL = PanelRules()
 
 
-@dataclass(frozen=True)
-class HeightSteps:
+class HeightSteps(NamedTuple):
     """Short steps over which heights are compared with the integral of the slope.
 
     Attributes
     ----------
-    count : int
+    steps : int
         Number of steps in a contact.
     length : float
         Of a panel: so short that the slope is smooth on a step, so long that the height changes by
@@ -92,7 +90,7 @@ class HeightSteps:
         Golden section: the fractional parts of its multiples repeat at no period of the profile.
     """
 
-    count: int = 32
+    steps: int = 32
     length: float = 2.0**-10
     left_out: int = 2
     golden: float = 0.6180339887498949
@@ -489,8 +487,8 @@ def height_rounding(indenter: Indenter, ends: Array) -> float:
     if indenter.complete or not (ends[:, 1] > ends[:, 0]).any():
         return 0.0
     panels = ends[ends[:, 1] > ends[:, 0]]
-    number = np.arange(_HEIGHTS.count)
-    low, high = panels[number * len(panels) // _HEIGHTS.count].T
+    number = np.arange(_HEIGHTS.steps)
+    low, high = panels[number * len(panels) // _HEIGHTS.steps].T
     width = high - low
     place_in_panel = number * _HEIGHTS.golden % 1
     start = low + width * (1 - _HEIGHTS.length) * place_in_panel

@@ -19,9 +19,9 @@ state: an `Equilibrium`; history: a `History`. Both are built on this module, no
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,8 +38,7 @@ STORED = ("springs", "surface", "adhesion")
 ACTING = ("pressure", "lines")
 
 
-@dataclass(frozen=True)
-class ReadingRules:
+class ReadingRules(NamedTuple):
     """How closely states are read.
 
     Attributes

@@ -10,7 +10,6 @@ about an axis it falls to its least value, where the contact is lost, and grows 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -27,8 +26,7 @@ from energy.arrays import Array
 _LOOKED_AT = np.exp2(np.arange(-30.0, 31.0, 0.5))  # of l: half-widths among which the ends are
 
 
-@dataclass(frozen=True)
-class SpreadRules:
+class SpreadRules(NamedTuple):
     """How half-widths are spread between the loss of contact and a depth.
 
     Attributes

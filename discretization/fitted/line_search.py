@@ -10,7 +10,7 @@ every other sweep.
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,7 @@ MET = 1e-9  # of l: lines closer than that have met
 PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap, and passes the certificate
 
 
-@dataclass(frozen=True)
-class TurnRules:
+class TurnRules(NamedTuple):
     """When the two lines of a gap, which move one after the other, have come to rest.
 
     Attributes

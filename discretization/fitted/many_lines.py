@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,7 @@ from discretization.roots import EIGHTHS, MOST_STEPS, NARROWINGS, crossings
 from energy.arrays import Array, Indices, Mask
 
 
-@dataclass(frozen=True)
-class BracketRules:
+class BracketRules(NamedTuple):
     """Where both ends of brackets of D = d are looked for.
 
     Attributes

@@ -26,8 +26,7 @@ from energy.arrays import Array
 Lines = tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class PressRules:
+class PressRules(NamedTuple):
     """When a surface that is pressed has touched, and how steps of the depth are chosen.
 
     Attributes

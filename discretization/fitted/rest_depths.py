@@ -9,7 +9,7 @@ a part of themselves; so where the slope is smooth in a narrow gap, the rise is 
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,7 @@ ULPS = 4.0
 SIDES = np.array([1, -1])  # of the left and the right line of a free surface
 
 
-@dataclass(frozen=True)
-class DifferenceRules:
+class DifferenceRules(NamedTuple):
     """Steps of the central differences of D by the lines.
 
     Attributes

@@ -23,7 +23,7 @@ import functools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,8 +37,7 @@ from energy import Indenter, Scene
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class ApexRules:
+class ApexRules(NamedTuple):
     """Lines so near to an apex that their distance from it is found by its logarithm.
 
     Attributes
@@ -71,8 +70,7 @@ class ApexRules:
 _APEX = ApexRules()
 
 
-@dataclass(frozen=True)
-class LowestPoint:
+class LowestPoint(NamedTuple):
     """Where the lowest point of a profile is looked for.
 
     Attributes

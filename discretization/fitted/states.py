@@ -12,7 +12,7 @@ same state.
 import math
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,7 @@ from energy import Scene
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class LatticeSearch:
+class LatticeSearch(NamedTuple):
     """Lattices on which the state of least energy is looked for.
 
     They only supply contacts, which are moved to rest on the mesh, and are halved until two of them

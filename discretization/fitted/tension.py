@@ -6,7 +6,6 @@ there is no gap where nothing pulls, and one around every place that does.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,8 +17,7 @@ from energy import Scene
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class PullRules:
+class PullRules(NamedTuple):
     """How closely the pull of a profile is looked at.
 
     Attributes

@@ -25,8 +25,7 @@ from energy.arrays import Array, Mask
 Function = Callable[..., Any]  # of x, numbers or arrays, and f(x) and f'(x) if they are known
 
 
-@dataclass(frozen=True)
-class SearchRules:
+class SearchRules(NamedTuple):
     """How the first zero along a profile is searched.
 
     Attributes
@@ -53,8 +52,7 @@ _SEARCH = SearchRules()
 _TOWARDS = 1 - 0.25 ** np.arange(1, 6)
 
 
-@dataclass(frozen=True)
-class NewtonRules:
+class NewtonRules(NamedTuple):
     """Newton's method for both lines of a gap; sizes are those of positions: the positions and l.
 
     Attributes

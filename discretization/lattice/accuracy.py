@@ -28,7 +28,8 @@ What the nodes do not resolve of the profile itself is looked for by unresolved.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,8 +48,7 @@ LEAST = 4  # links of a resolved contact
 UNEVEN = 0.05  # of a: what the profile between the nodes may make of it
 
 
-@dataclass(frozen=True)
-class Comparison:
+class Comparison(NamedTuple):
     """How a state is compared with that on other nodes.
 
     Attributes

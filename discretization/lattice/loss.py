@@ -16,7 +16,7 @@ import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ from discretization.nodes.row import Row
 from discretization.nodes.thresholds import Thresholds
 
 
-@dataclass(frozen=True)
-class ClosingRules:
+class ClosingRules(NamedTuple):
     """Newton's method for both lines of a contact that is lost; lengths in links.
 
     Attributes

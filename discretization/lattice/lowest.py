@@ -49,7 +49,6 @@ that v is at least -max(g, 0) instead of 0. Nodes of that height are certain.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,8 +64,7 @@ from energy import Scene
 from energy.arrays import Array, Mask, Nodes
 
 
-@dataclass(frozen=True)
-class Search:
+class Search(NamedTuple):
     """How the search over contact sets is divided; no result depends on it but by ties.
 
     Attributes

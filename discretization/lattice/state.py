@@ -5,8 +5,8 @@ A convex profile has a single contact at any depth, which is found without follo
 
 import functools
 import math
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,7 @@ from discretization.routes import LOWEST, route
 from energy import Plane, Scene
 
 
-@dataclass(frozen=True)
-class Ties:
+class Ties(NamedTuple):
     """What counts as equal when a line, or a plane, may move at no cost.
 
     Attributes

@@ -26,7 +26,6 @@ one half way, which is exact for a quadratic energy.
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -40,8 +39,7 @@ Lines = tuple[float, ...]  # x of all lines
 LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
 
 
-@dataclass(frozen=True)
-class LineRules:
+class LineRules(NamedTuple):
     """Where lines between the nodes may be; lengths in links.
 
     Attributes

@@ -53,8 +53,7 @@ from energy import Plane, Scene
 from energy.arrays import Array, Mask
 
 
-@dataclass(frozen=True)
-class BetweenNodes:
+class BetweenNodes(NamedTuple):
     """What the profile may do between nodes.
 
     Attributes
@@ -126,8 +125,7 @@ class LinesOnNodes:
 _ON_NODES = LinesOnNodes()
 
 
-@dataclass(frozen=True)
-class NarrowContacts:
+class NarrowContacts(NamedTuple):
     """How contacts narrower than a link are looked for.
 
     Attributes

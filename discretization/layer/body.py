@@ -5,8 +5,7 @@ around the axis. So one number describes it: its half-width or radius a, measure
 """
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,8 +15,7 @@ from energy import Scene
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class ProfileRules:
+class ProfileRules(NamedTuple):
     """How a profile is read beside its lowest point.
 
     Attributes

@@ -9,7 +9,7 @@ tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth there an
 import functools
 import itertools
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,7 @@ from energy.arrays import Array, Complex
 DEGREE = 12  # of the polynomials on an element, which leave rounding on elements graded as below
 
 
-@dataclass(frozen=True)
-class Grading:
+class Grading(NamedTuple):
     """How elements are graded towards the line and towards kinks.
 
     Attributes

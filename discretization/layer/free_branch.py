@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebval
@@ -24,8 +25,7 @@ from energy.arrays import Array
 _DEGREES = (8, 16, 32, 64)  # of the polynomials, one after the other
 
 
-@dataclass(frozen=True)
-class BranchRules:
+class BranchRules(NamedTuple):
     """How the polynomials over all half-widths are made.
 
     Attributes

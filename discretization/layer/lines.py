@@ -27,8 +27,7 @@ from energy.arrays import Array
 _PLACES = 2.0 ** np.arange(-30, 31)  # half-widths over h that are tried first, and the largest
 
 
-@dataclass(frozen=True)
-class LineRules:
+class LineRules(NamedTuple):
     """Where the line of a contact is looked for, and how exactly.
 
     Attributes
@@ -65,8 +64,7 @@ class LineRules:
 _LINE = LineRules()
 
 
-@dataclass(frozen=True)
-class PanelRules:
+class PanelRules(NamedTuple):
     """Polynomials in log₂ a of the coefficients of contacts.
 
     Attributes

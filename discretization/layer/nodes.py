@@ -23,8 +23,8 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -42,8 +42,7 @@ from energy import Scene, SurfaceEnergies
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class NodeRules:
+class NodeRules(NamedTuple):
     """How many nodes there are, and how a state on them estimates its errors.
 
     Attributes
@@ -84,8 +83,7 @@ class NodeRules:
 _NODES = NodeRules()
 
 
-@dataclass(frozen=True)
-class WaveIntegral:
+class WaveIntegral(NamedTuple):
     """How the integral over wave numbers is cut into panels.
 
     tests/layer/test_independent.py compares its results with those of poles.

@@ -16,7 +16,6 @@ displacement has a kink, and nothing of the layer may compete with γ₁u'².
 
 import functools
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +30,7 @@ from energy.layer import relative_stiffness
 _FLOW = 3.0  # k₁ over G/h³ of an incompressible layer: Poiseuille flow between its two surfaces
 
 
-@dataclass(frozen=True)
-class PoleRules:
+class PoleRules(NamedTuple):
     """Which poles there are, and at which q they are fitted, so that the sum keeps its tolerance;
     tests/layer/test_response.py compares it with the stiffness of layers for tolerances from 1e-9
     to 1e-2 and γ₁ over 8 decades.
@@ -67,8 +65,7 @@ class PoleRules:
 _POLES = PoleRules()
 
 
-@dataclass(frozen=True)
-class ZeroRules:
+class ZeroRules(NamedTuple):
     """How zeros in the complex plane are found.
 
     Attributes

@@ -7,8 +7,7 @@ a parabola of the depth; what these fields press and pull is known from other el
 import functools
 import math
 import warnings
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,8 +30,7 @@ from energy import Scene
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class ErrorRules:
+class ErrorRules(NamedTuple):
     """How a state estimates its errors.
 
     Attributes
@@ -73,8 +71,7 @@ _OCTAVE = 1.0  # of a: over so much of it D turns once at most
 PRESSURE_KNOWN = 1e-3  # of the largest: by how much the pressures on two sets of elements differ
 
 
-@dataclass(frozen=True)
-class OutsideRules:
+class OutsideRules(NamedTuple):
     """Places on the free surface.
 
     Attributes

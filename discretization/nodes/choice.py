@@ -7,7 +7,7 @@ contact that begins at a lowest point of curvature 1/R, whose lines rest where t
 """
 
 import warnings
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from energy import Scene
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class NodesPerLength:
+class NodesPerLength(NamedTuple):
     """How many nodes there are in each length on which something varies.
 
     Attributes

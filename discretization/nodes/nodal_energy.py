@@ -1,7 +1,7 @@
 """The lattice's energy as a function of all displacements: what the shortcuts are checked by."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +14,7 @@ from energy import terms
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class NewtonRules:
+class NewtonRules(NamedTuple):
     """When Newton's method for the free nodes stops.
 
     Attributes

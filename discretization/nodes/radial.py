@@ -30,8 +30,7 @@ whose sums over equidistant t converge exponentially (NIST DLMF 14.12.6).
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,8 +38,7 @@ from discretization.certificate import DECAYED
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class OuterSurface:
+class OuterSurface(NamedTuple):
     """How the stiffness of the surface outside is computed.
 
     Attributes

@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +25,7 @@ Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 MOST = 10**7  # nodes that are looked through, or kept: arrays of 80 MB
 
 
-@dataclass(frozen=True)
-class RowLimits:
+class RowLimits(NamedTuple):
     """How many nodes are looked at; MOST bounds them.
 
     Attributes

@@ -8,6 +8,7 @@ no functions but roots.
 import functools
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,7 @@ from discretization.nodes.lattice import Lattice
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class Tables:
+class Tables(NamedTuple):
     """How much of free surfaces is tabulated.
 
     Attributes

@@ -42,8 +42,7 @@ DEGREE = 16
 _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)
 
 
-@dataclass(frozen=True)
-class RangeRules:
+class RangeRules(NamedTuple):
     """How the range T of a gap is divided and found.
 
     Attributes

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,8 +61,7 @@ _SOLVED = 2.0**-20
 _SQUARES = np.sin(np.array([0.0, _MILD, STEEPEST]) / 2) ** 2
 
 
-@dataclass(frozen=True)
-class FamilyPieces:
+class FamilyPieces(NamedTuple):
     """Pieces of the family on which g and e are polynomials; with these their errors are rounding.
 
     Attributes
@@ -84,8 +82,7 @@ class FamilyPieces:
 _PIECE = FamilyPieces()
 
 
-@dataclass(frozen=True)
-class Meshing:
+class Meshing(NamedTuple):
     """Spectral elements beside a line; lengths in l.
 
     Attributes
@@ -111,8 +108,7 @@ _HALVINGS = (2, 8)  # of the first element, next to mild and to steep lines
 _ON_DISC = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # lengths of elements of a disc, or of 8 l of it
 
 
-@dataclass(frozen=True)
-class NewtonRules:
+class NewtonRules(NamedTuple):
     """When Newton's method for the nodal displacements shortens a step, and when it stops.
 
     Attributes

@@ -34,8 +34,7 @@ from energy.arrays import Array
 Shape = tuple[Array, Array]  # u and u' of a surface at places (n,)
 
 
-@dataclass(frozen=True)
-class LineMesh:
+class LineMesh(NamedTuple):
     """Elements beside a line of a line contact; lengths in l.
 
     Attributes

@@ -9,8 +9,7 @@ beside the line and of the far field, eliminated exactly, and is kept as a famil
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -29,8 +28,7 @@ from discretization.surfaces.network import (
 from energy.arrays import Array
 
 
-@dataclass(frozen=True)
-class RingMesh:
+class RingMesh(NamedTuple):
     """Spectral elements about an axis, and the pieces on which S(s) is kept.
 
     Attributes

@@ -1,7 +1,6 @@
 """The lowest contacts and rings against enumeration and at size; free surfaces about an axis."""
 
 import math
-from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -163,7 +162,7 @@ def stripes(seed):
 
 @pytest.mark.parametrize("few", [1, 7, 64])
 def test_blocks_of_any_size_leave_nothing_out(monkeypatch, few):
-    search = replace(lowest_module._SEARCH, block=few)
+    search = lowest_module._SEARCH._replace(block=few)
     monkeypatch.setattr(lowest_module, "_SEARCH", search)
     several = 0
     for seed in range(8):
