@@ -34,6 +34,7 @@ _CLOSER = (1, 4, 16, 24)  # times closer nodes, of which two must lead to the sa
 _TOLD_APART = 1.2  # times closer nodes are another row
 _SOONER = 1.5  # the depths of events are off by less than this power of the spacing of nodes
 _GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
+_LINKS = 4  # of a contact, or nodes may take others for the lowest ones
 _BESIDE = 1 / 64  # of δ₀: depths beside the imposed one, of which the lowest contacts are tried
 _SAME = 1e-9  # of the energy's scale: energies of the same state
 _FAR = 0.5  # of l: how far lines may be from their nodes
@@ -250,7 +251,7 @@ class _Lowest:
         """The lowest of the adhered state, none, and those of the lowest contacts on nodes."""
         lowest = list[Equilibrium]()
         same = False
-        for candidates, count in self._candidates():
+        for candidates, count, spacing in self._candidates():
             states = [adhered]
             for lines in candidates:
                 try:
@@ -263,7 +264,9 @@ class _Lowest:
             one, other = lowest[-2:]
             alike = len(one.contacts) == len(other.contacts)
             same = alike and abs(one.energy - other.energy) <= _SAME * other.scales["energy"]
-            if same and len(one.contacts) == count:
+            widths = np.diff(other.contacts, axis=1)
+            resolved = bool((widths >= _LINKS * spacing).all())
+            if same and resolved and len(one.contacts) == count:
                 break
         if not same:
             self._warn()
@@ -278,8 +281,10 @@ class _Lowest:
             stacklevel=5,
         )
 
-    def _candidates(self) -> Iterator[tuple[set[Lines], int]]:
-        """Lines at rest near the lowest contacts of closer and closer nodes, and their number.
+    def _candidates(self) -> Iterator[tuple[set[Lines], int, float]]:
+        """Lines at rest near the lowest contacts of closer and closer nodes.
+
+        With the number of contacts on these, and their distance.
 
         Those of depths a little less and more are among them: two states may have so nearly the
         same energy that nodes take one for the other. ValueError where the lowest contacts leave
@@ -302,7 +307,7 @@ class _Lowest:
                     candidates.add(rest)
                 elif depth == self.depth:
                     raise unknown(depth, left[0])
-            yield candidates, count
+            yield candidates, count, nodes.spacing
 
     def _at_rest(self, equations: Equations, lines: Lines) -> Lines | None:
         """Lines taken to rest, None where that fails; contacts whose lines meet are left out."""
