@@ -30,6 +30,7 @@ OUTWARDS = np.array([1.0, -1.0])  # of the contacts of a left and of a right lin
 _ROUNDINGS = 4  # of a position: a line that is so near to a joint is read on one side of it
 _LEAST = 1e-6  # of l: below that a position is rounded as there
 _CURVATURE = 1e-6  # of l: the step over which f'' is taken from f'
+_ASIDE = 0.1  # of that step: so far from a joint slopes are those of their own side
 _NARROWEST = 1e-12  # of l: width of a gap that is about to close
 
 
@@ -192,11 +193,15 @@ class Equations:
         return there, height, slope
 
     def _curvature(self, there: Array, rooms: Nodes) -> Array:
-        """f'' by a central difference that crosses no joint."""
+        """f'' by a central difference that crosses no joint.
+
+        Nor does it come next to one, where the slope of a profile that is put together may be that
+        of the other side, by rounding.
+        """
         step = _CURVATURE * self.length
         lower, upper = self.rooms
-        low = np.maximum(there - step, lower[rooms])
-        high = np.minimum(there + step, upper[rooms])
+        low = np.maximum(there - step, np.minimum(lower[rooms] + _ASIDE * step, there))
+        high = np.minimum(there + step, np.maximum(upper[rooms] - _ASIDE * step, there))
         change = self.profile.indenter.slope(high) - self.profile.indenter.slope(low)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(high > low, change / (high - low), 0.0)

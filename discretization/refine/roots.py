@@ -40,7 +40,10 @@ class Roots(NamedTuple):
 def folds(
     equations: Equations, lines: Array, depths: Array, directions: Array, free: Mask
 ) -> Roots:
-    """Where equilibria of free surfaces disappear, near lines (n, 2); free (n, 2): not pinned."""
+    """Where equilibria of free surfaces disappear, near lines (n, 2); free (n, 2): not pinned.
+
+    Not next to a joint, at which F jumps: differences across it make roots that are none.
+    """
     length = equations.length
     rooms = equations.rooms_of(lines)
 
@@ -60,7 +63,10 @@ def folds(
     steps = _FOLD_STEP * np.array([length, length, equations.size])
     found, good = _newton(off, start, steps, length, rounding=_FLAT)
     at = np.where(np.isfinite(lines), found[:, :2], lines)
-    good &= free.any(axis=1)
+    lower, upper = equations.rooms
+    aside = _FOLD_STEP * length
+    inside = (at > lower[rooms] + aside) & (at < upper[rooms] - aside)
+    good &= free.any(axis=1) & (inside | ~free).all(axis=1)
     return Roots(at, found[:, 2], np.full(len(lines), np.nan), good)
 
 
