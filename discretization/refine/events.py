@@ -39,6 +39,7 @@ _FAR = 0.5  # of l: how far lines may be from their nodes
 _FEW = 8  # rounds of Newton's method from nearby
 _TIE = 1e-13  # of the size of depths
 _SAME_FOLD = 1e-7  # of the size of depths: a root that near to the enclosed depth is the fold
+_SAME_TOUCH = 1e-3  # of l: lines that near to those of a touch are these
 _NEAR_FOLD = 5e-2  # of l: the same of its lines
 _PENETRATION = 1e-9  # of the size of depths
 _MINIMA = 3  # of the gap at which a surface may touch
@@ -129,7 +130,7 @@ class Events:
         low = np.array([depth for _, depth, _ in started])
         lines = np.concatenate([known for _, _, known in started])
         touching = self._touching(group, low, lines)
-        high, low, lines, ended, missed = self._beyond(group, low, lines, touching.depths)
+        high, low, lines, ended, missed = self._beyond(group, low, lines, touching)
         ending = np.flatnonzero(ended)
         if ending.size:
             part = _Group([group.events[i] for i in ending])
@@ -271,14 +272,16 @@ class Events:
         return bool(falls and rises)
 
     def _beyond(
-        self, group: _Group, low: Array, lines: Array, touched: Array
+        self, group: _Group, low: Array, lines: Array, touching: roots.Roots
     ) -> tuple[Array, Array, Array, Mask, Mask]:
         """Depths at which surfaces are no longer at rest, or at which they have touched by then.
 
         Those depths, the low ones with their lines, which are moved on, which events end a life
-        before the surface touches, and which are not found.
+        before the surface touches, and which are not found. Where lines come to other places by
+        the depth of a touch, that is one of lines that do not rest, beyond a fold.
         """
         count = len(group.events)
+        touched = touching.depths.copy()
         high = np.full(count, np.nan)
         ended = np.zeros(count, bool)
         open_ = np.ones(count, bool)
@@ -302,7 +305,9 @@ class Events:
                 if good[j].all():
                     low[i] = goal[j]
                     lines[np.flatnonzero(group.owner == i)] = found[own, -1]
-                    open_[i] = not known[j]
+                    if known[j]:
+                        open_[i] = not self._near(found[own, -1], touching.lines[i])
+                        touched[i] = math.nan
                     continue
                 first = int(np.argmin(good[j]))
                 share = np.arange(PARTS + 2) / (PARTS + 1)
@@ -314,6 +319,12 @@ class Events:
                 ended[i] = True
                 open_[i] = False
         return high, low, lines, ended, open_
+
+    def _near(self, lines: Array, others: Array) -> bool:
+        """Whether lines of a surface (1, 2) are those of a touch."""
+        with np.errstate(invalid="ignore"):
+            apart = np.where(np.isfinite(lines), np.abs(lines - others), 0.0)
+        return bool(apart.max() <= _SAME_TOUCH * self._length)
 
     def _tried(self, group: _Group, low: Array, high: Array, lines: Array) -> tuple[Array, Mask]:
         """Surfaces at PARTS + 1 depths (g, j) up to the high ones: lines (r, j, 2), good (g, j)."""

@@ -346,3 +346,17 @@ def test_a_rest_between_a_jump_and_where_nodes_land_is_not_skipped():
     assert jumps == pytest.approx([2.88073387e-06, 2.92272050e-06], rel=1e-8, abs=0)
     right = np.array(path.at(1).lines)[-1]
     assert 0.00537 < right < 0.005377
+
+
+def test_a_touch_of_lines_beyond_a_fold_is_none():
+    """Nothing touched there, and the jump came too early."""
+    scene = path_case("load_small", 600029).scene
+    path = load_path(scene, depths=[0.0, 0.13])
+    assert path.events[-1].depth == pytest.approx(0.12676783712, rel=1e-9, abs=0)
+
+
+def test_a_line_stays_at_a_corner_until_it_is_pushed_off():
+    """The slope next to the corner was that of the other side, by rounding."""
+    scene = path_case("machine_small", 600015).scene
+    path = load_path(scene, depths=[0.003, 0.04])
+    assert path.events[-1].depth == pytest.approx(0.0381548966016, rel=1e-9, abs=0)
