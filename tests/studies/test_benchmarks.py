@@ -140,7 +140,7 @@ def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch)
     assert "cores" in text
     assert "### a state with steep surfaces" in text
     assert "| a to 1e-06 |" in text
-    assert "Ours, shortest path (lattice)" in text
+    assert "by ours, shortest path (lattice)" in text
     rows = (tmp_path / "runtime_vs_error.csv").read_text("utf-8").splitlines()
     assert len({row.count(",") for row in rows if row[0] != "#" and '"' not in row}) == 1
     assert (tmp_path / "runtime_vs_error.png").stat().st_size > 20_000
