@@ -118,11 +118,11 @@ class Point(NamedTuple):
 
 
 @dataclass(eq=False)
-class Leg:
-    """The way from one depth to another, with nothing but smooth motion in between.
+class PathSegment:
+    """The path from one depth to another, with nothing but smooth motion in between.
 
     after: what is beyond an event at the end, None where nothing happens there; jumps: whether
-    lines jump at that event. Depths on the way are start + (end - start) t²(3 - 2t): at both ends P
+    lines jump at that event. Depths on it are start + (end - start) t²(3 - 2t): at both ends P
     may be like a root of the depth, which is smooth in t.
     """
 
@@ -134,19 +134,19 @@ class Leg:
 
     @property
     def smooth(self) -> bool:
-        """Whether P is a smooth function of d on the way."""
+        """Whether P is a smooth function of d on it."""
         return bool(self.branch.smooth)
 
     @property
     def pinned(self) -> Pinned:
-        """What holds the outermost lines on the way."""
+        """What holds the outermost lines on it."""
         if self.branch.pinned(self.start) == self.branch.pinned(self.end):
             return self.branch.pinned(self.start)
         (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
         return self.branch.pinned(between)
 
     def points(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the way (n,)."""
+        """The contacts at depths on the segment (n,)."""
         known = {point.depth: point for point in (self.end, self.start)}
         new = np.array([depth for depth in depths.tolist() if depth not in known])
         if new.size:
@@ -158,7 +158,7 @@ class Leg:
         return list(self.branch.moved(self.start, depths))
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P at depths on the way (n,); roughly: good to draw it, where rounding moves no line."""
+        """P at depths on the segment (n,); roughly: only as good as is needed to draw it."""
         return np.asarray(self.branch.totals(self.points(depths))[1])
 
     def depths(self, t: Array) -> Array:
@@ -222,8 +222,8 @@ class Branch(Protocol):
         """The point at a depth whose lines are here, two for every contact."""
         return Point(depth, lines)
 
-    def leg(self, point: Point, goal: float) -> Leg:
-        """The way from a point in contact towards another depth, up to the first event."""
+    def segment(self, point: Point, goal: float) -> PathSegment:
+        """The path from a point in contact towards another depth, up to the first event."""
 
     def pinned(self, point: Point) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" or "" where it is free."""

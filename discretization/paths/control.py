@@ -18,18 +18,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import Legendre
 
-from discretization.paths.branch import Leg, Point
+from discretization.paths.branch import PathSegment, Point
 from discretization.roots import crossings
 from discretization.surfaces.network import gauss_lobatto, on_elements, to_legendre
 from energy.arrays import Array, Indices
 from energy.checks import positive
 
-# How C on a leg is represented. Degree and error were chosen by the time of load paths; no result
-# depends on them by more than _DRAWN, as peaks and crossings are refined with exact C.
+# How C on a segment is represented. Degree and error were chosen by the time of load paths; no
+# result depends on them by more than _DRAWN, as peaks and crossings are refined with exact C.
 _DEGREE = 12  # of the polynomials that represent C
-_DRAWN = 1e-6  # of the range of P: what C may be off by on a part of a leg
-_FINEST = 1 / 256  # of a leg: parts that short are not halved again
-_LEAST = 128  # samples of a leg where P is only known between nodes
+_DRAWN = 1e-6  # of the range of P: what C may be off by on a part of a segment
+_FINEST = 1 / 256  # of a segment: parts that short are not halved again
+_LEAST = 128  # samples of a segment where P is only known between nodes
 
 # How a peak is refined
 _RESOLVED = 1e-12  # of the range of C around a peak: what it may be off by there
@@ -82,22 +82,22 @@ class Control:
 
 
 class Curve(NamedTuple):
-    """C on a leg, monotone between samples.
+    """C on a segment, monotone between samples.
 
     Attributes
     ----------
-    leg : Leg
+    segment : PathSegment
     control : Control
     t, value : ndarray (j,)
-        Samples of the leg, t from 0 to 1, and C there.
+        Samples of the segment, t from 0 to 1, and C there.
     ends, nodal : ndarray
-        Of the parts of the leg on which C is a polynomial of t, and C at the Gauss-Lobatto points
-        of all of them; empty where P is only known between nodes.
+        Of the parts of the segment on which C is a polynomial of t, and C at the Gauss-Lobatto
+        points of all of them; empty where P is only known between nodes.
     rounding : float
         Of C.
     """
 
-    leg: Leg
+    segment: PathSegment
     control: Control
     t: Array
     value: Array
@@ -106,31 +106,31 @@ class Curve(NamedTuple):
     rounding: float
 
     @classmethod
-    def of(cls, leg: Leg, control: Control) -> Curve:
-        """C by polynomials on parts of the leg, which are halved until these represent it."""
-        if not leg.smooth:
-            t = at_changes(leg)
-            return cls.sampled(leg, control, t, _values(leg, control, t))
-        rounding = _rounding(leg, control)
-        parts = _representing(leg, control, rounding)
+    def of(cls, segment: PathSegment, control: Control) -> Curve:
+        """C by polynomials on parts of the segment, which are halved until these represent it."""
+        if not segment.smooth:
+            t = at_changes(segment)
+            return cls.sampled(segment, control, t, _values(segment, control, t))
+        rounding = _rounding(segment, control)
+        parts = _representing(segment, control, rounding)
         ends = np.array([0.0, *(part.t[-1] for part in parts)])
         nodal = np.append(parts[0].value[0], [part.value[1:] for part in parts])
         turns = np.concatenate([_turns(part.series) for part in parts])
-        at_turns = _values(leg, control, turns, roughly=True) if turns.size else turns
+        at_turns = _values(segment, control, turns, roughly=True) if turns.size else turns
         samples = np.concatenate([[0.0], *(part.t[1:] for part in parts), turns])
         t, first = np.unique(samples, return_index=True)
-        return cls(leg, control, t, np.append(nodal, at_turns)[first], ends, nodal, rounding)
+        return cls(segment, control, t, np.append(nodal, at_turns)[first], ends, nodal, rounding)
 
     @classmethod
-    def sampled(cls, leg: Leg, control: Control, t: Array, value: Array) -> Curve:
-        """The curve of a leg where P is only known between nodes, with C at samples t (j,)."""
+    def sampled(cls, segment: PathSegment, control: Control, t: Array, value: Array) -> Curve:
+        """The curve of a segment where P is only known between nodes, with C at samples t (j,)."""
         none = np.empty(0)
-        return cls(leg, control, t, value, none, none, _rounding(leg, control))
+        return cls(segment, control, t, value, none, none, _rounding(segment, control))
 
     def peak(self, side: int) -> int:
         """The first sample after which exact C falls (side 1) or rises (-1); the last if none."""
         for i in np.flatnonzero(side * np.diff(self.value) < -_NOISE * self.rounding).tolist():
-            start, after = side * _values(self.leg, self.control, self.t[i : i + 2])
+            start, after = side * _values(self.segment, self.control, self.t[i : i + 2])
             if after - start < -_NOISE * self.rounding:
                 return int(i)
         return self.value.size - 1
@@ -143,7 +143,7 @@ class Curve(NamedTuple):
         known = _DRAWN * np.ptp(self.value) if self.ends.size else _NOISE * self.rounding
         low, high = self._around(i, side, known)
         for _ in range(_ZOOMS):
-            (part,) = _parts(self.leg, self.control, [(low, high)])
+            (part,) = _parts(self.segment, self.control, [(low, high)])
             top = float(part.t[np.argmax(side * part.value)])
             turns = _turns(part.series)
             spread = np.ptp(part.value)
@@ -156,10 +156,10 @@ class Curve(NamedTuple):
             if spread <= _FELT * self.rounding or not low < high:
                 break
         if low == 0:
-            start, peak = side * _values(self.leg, self.control, np.array([0.0, top]))
+            start, peak = side * _values(self.segment, self.control, np.array([0.0, top]))
             if start >= peak - _ROUNDING * abs(peak):  # d hardly changes with t there
                 top = 0.0
-        return self.leg.points(self.leg.depths(np.array([top])))[0]
+        return self.segment.points(self.segment.depths(np.array([top])))[0]
 
     def _around(self, i: int, side: int, known: float) -> tuple[float, float]:
         """t before and after a peak at a sample, where C is less by more than it may be off."""
@@ -179,7 +179,7 @@ class Curve(NamedTuple):
         inner = k > 0
         if inner.any():
             found[inner] = self._crossings(values[: k.size][inner], first + k[inner])
-        return self.leg.points(self.leg.depths(found))
+        return self.segment.points(self.segment.depths(found))
 
     def _crossings(self, values: Array, k: Indices) -> Array:
         """t at which C is each value (n,), between the samples k - 1 and k."""
@@ -198,13 +198,13 @@ class Curve(NamedTuple):
 
         def off(t: Array, i: Indices) -> Array:
             """Exact C less the values."""
-            return _values(self.leg, self.control, t) - values[i]
+            return _values(self.segment, self.control, t) - values[i]
 
         return crossings(off, low, high, guess, rise, noise)
 
 
 class _Part(NamedTuple):
-    """C on a part of a leg: at Gauss-Lobatto points t, as a polynomial, which may be off so far."""
+    """C on a part of a segment: at Gauss-Lobatto points t, as a polynomial, and its error."""
 
     t: Array
     value: Array
@@ -212,40 +212,40 @@ class _Part(NamedTuple):
     off: float
 
 
-def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:
-    """C on a leg at t (j,)."""
-    depths = leg.depths(t)
-    return np.asarray(control.value(depths, leg.forces(depths, roughly=roughly)), float)
+def _values(segment: PathSegment, control: Control, t: Array, *, roughly: bool = False) -> Array:
+    """C on a segment at t (j,)."""
+    depths = segment.depths(t)
+    return np.asarray(control.value(depths, segment.forces(depths, roughly=roughly)), float)
 
 
-def _rounding(leg: Leg, control: Control) -> float:
-    """The rounding of C on a leg."""
-    deepest = max(abs(leg.start.depth), abs(leg.end.depth))
-    return float(control.value(_EPSILON * deepest, leg.rounding))
+def _rounding(segment: PathSegment, control: Control) -> float:
+    """The rounding of C on a segment."""
+    deepest = max(abs(segment.start.depth), abs(segment.end.depth))
+    return float(control.value(_EPSILON * deepest, segment.rounding))
 
 
 def evenly_spaced() -> Array:
-    """t at which every leg is sampled where P is only known between nodes."""
+    """t at which every segment is sampled where P is only known between nodes."""
     return np.linspace(0, 1, _LEAST)
 
 
-def at_changes(leg: Any) -> Array:
+def at_changes(segment: Any) -> Array:
     """t at which links are passed, and at least some others."""
-    span = leg.end.depth - leg.start.depth or 1.0
-    share = (np.array([depth for depth, _ in leg.trace]) - leg.start.depth) / span
-    passed = 0.5 - np.sin(np.arcsin(1 - 2 * np.clip(share, 0, 1)) / 3)  # of `Leg.depths`
+    span = segment.end.depth - segment.start.depth or 1.0
+    share = (np.array([depth for depth, _ in segment.trace]) - segment.start.depth) / span
+    passed = 0.5 - np.sin(np.arcsin(1 - 2 * np.clip(share, 0, 1)) / 3)  # of `PathSegment.depths`
     return np.union1d(evenly_spaced(), passed)
 
 
-def _representing(leg: Leg, control: Control, rounding: float) -> list[_Part]:
-    """The parts of a leg, in their order, on each of which one polynomial represents C."""
+def _representing(segment: PathSegment, control: Control, rounding: float) -> list[_Part]:
+    """The parts of a segment, in their order, on each of which one polynomial represents C."""
     found = list[_Part]()
     todo = [(0.0, 1.0)]
     while todo:
         halves = list[tuple[float, float]]()
-        parts = _parts(leg, control, todo, roughly=True)
+        parts = _parts(segment, control, todo, roughly=True)
         for (low, high), part in zip(todo, parts, strict=True):
-            force = part.value - control.value(leg.depths(part.t), 0.0)  # what C has of P
+            force = part.value - control.value(segment.depths(part.t), 0.0)  # what C has of P
             allowed = _DRAWN * np.ptp(force) + _FELT * rounding
             if high - low > _FINEST and part.off > allowed:
                 middle = (low + high) / 2
@@ -257,12 +257,16 @@ def _representing(leg: Leg, control: Control, rounding: float) -> list[_Part]:
 
 
 def _parts(
-    leg: Leg, control: Control, ends: list[tuple[float, float]], *, roughly: bool = False
+    segment: PathSegment,
+    control: Control,
+    ends: list[tuple[float, float]],
+    *,
+    roughly: bool = False,
 ) -> Iterator[_Part]:
-    """C on parts of a leg between these ends, all at once."""
+    """C on parts of a segment between these ends, all at once."""
     points = gauss_lobatto(_DEGREE).points
     t = np.array([np.interp(points, [-1.0, 1.0], both) for both in ends])
-    values = _values(leg, control, t.ravel(), roughly=roughly).reshape(t.shape)
+    values = _values(segment, control, t.ravel(), roughly=roughly).reshape(t.shape)
     for at, value, both in zip(t, values, ends, strict=True):
         series = Legendre(value @ to_legendre(_DEGREE), domain=both)
         yield _Part(at, value, series, 2 * float(np.abs(series.coef[-2:]).max()))

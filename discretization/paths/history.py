@@ -18,7 +18,7 @@ import numpy as np
 from discretization import animation, plots, readings
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.lattice.accuracy import LEAST
-from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot
+from discretization.paths.branch import Branch, Event, PathSegment, Point, PullOff, Snapshot
 from discretization.paths.choice import branch_of
 from discretization.paths.control import Control, Curve
 from discretization.paths.lattice_branch import LatticeBranch
@@ -170,7 +170,7 @@ class History:
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
         jumps = sum(self.hold.work(e.before.depth, e.after.depth, e.control) for e in self.events)
-        return sum(leg.external_work() for leg in self._legs(self.parts)) + jumps
+        return sum(segment.external_work() for segment in self._segments(self.parts)) + jumps
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -266,14 +266,14 @@ class History:
 
     def _force_with_more_links(self, run: Any) -> float | None:
         """P before the last link of a run of states opened; None if none did."""
-        legs: list[Any] = [*self._legs([run])]
-        if not legs or len(legs[-1].trace) < 2:
+        segments: list[Any] = [*self._segments([run])]
+        if not segments or len(segments[-1].trace) < 2:
             return None
-        depth, _ = legs[-1].trace[-2]
-        return float(legs[-1].forces(np.array([depth]))[0])
+        depth, _ = segments[-1].trace[-2]
+        return float(segments[-1].forces(np.array([depth]))[0])
 
-    def _legs(self, parts: list[Any]) -> Iterator[Leg]:
-        """The legs of runs of states in one direction, as far as they are in contact."""
+    def _segments(self, parts: list[Any]) -> Iterator[PathSegment]:
+        """The segments of runs of states in one direction, as far as they are in contact."""
         for part in parts:
             if not isinstance(part, list):  # an event
                 continue
@@ -282,9 +282,9 @@ class History:
                 continue
             here = self._branch.contact(run[0].depth, *run[0].lines)
             while here.lines is not None and here.depth != run[-1].depth:
-                leg = self._branch.leg(here, run[-1].depth)
-                yield leg
-                here = leg.after or leg.end
+                segment = self._branch.segment(here, run[-1].depth)
+                yield segment
+                here = segment.after or segment.end
 
     @functools.cached_property
     def _least_recorded(self) -> Snapshot | None:
@@ -325,14 +325,14 @@ class History:
                 yield from self._turns_on_nodes(self._branch)
                 return
             except (ValueError, UnknownError):
-                pass  # something happens that is no event of the path: every leg is followed again
-        yield from self._turns_of_legs()
+                pass  # something happens that is no event of the path: follow all segments again
+        yield from self._turns_of_segments()
 
-    def _turns_of_legs(self) -> Iterator[Snapshot]:
-        """The same, and the ends of legs, of paths that are followed and drawn again."""
-        for leg in self._legs(self.parts):
-            yield self._branch.snapshot(leg.end)
-            curve = Curve.of(leg, Control(0.0))
+    def _turns_of_segments(self) -> Iterator[Snapshot]:
+        """The same, and the ends of segments, of paths that are followed and drawn again."""
+        for segment in self._segments(self.parts):
+            yield self._branch.snapshot(segment.end)
+            curve = Curve.of(segment, Control(0.0))
             least = int(np.argmin(curve.value))
             ends = curve.value[[0, -1]]
             if curve.value[least] < ends.min() - NOISE * np.abs(curve.value).max():

@@ -31,7 +31,15 @@ from discretization.lattice.unresolved import (
 from discretization.lattice.walk import Walk, paired
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row, positions
-from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, alike, snapshot_of
+from discretization.paths.branch import (
+    Branch,
+    PathSegment,
+    Pinned,
+    Point,
+    Snapshot,
+    alike,
+    snapshot_of,
+)
 from discretization.routes import route
 from energy import Scene
 from energy.arrays import Array, Nodes
@@ -40,16 +48,19 @@ _SAME = 1e-12  # of the depth and δ₀: depths of one closing
 
 
 @dataclass(eq=False)
-class Links(Leg):
-    """A leg on which lines pass links, each at a depth of its own; trace: that of its `Track`."""
+class LatticeSegment(PathSegment):
+    """A segment on which lines pass links, each at a depth of its own.
+
+    trace: that of its `Track`.
+    """
 
     trace: Sequence[tuple[float, tuple[int, ...]]]
 
     def between(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the way (n,)."""
-        way = 1 if self.end.depth >= self.start.depth else -1
-        changed = way * np.array([depth for depth, _ in self.trace])
-        last = np.searchsorted(changed, way * depths, side="right") - 1
+        """The contacts at depths on the segment (n,)."""
+        direction = 1 if self.end.depth >= self.start.depth else -1
+        changed = direction * np.array([depth for depth, _ in self.trace])
+        last = np.searchsorted(changed, direction * depths, side="right") - 1
         contacts = [paired(self.trace[i][1]) for i in last.tolist()]
         return list(self.branch.points(contacts, depths, self.start))
 
@@ -118,7 +129,7 @@ class LatticeBranch(Branch):
         return 1.5 * self.row.lattice.spacing
 
     def point(self, nodes: Contacts, depth: float, before: Point) -> Point:
-        """The point with these contacts at a depth, when it was `before` on the way here.
+        """The point with these contacts at a depth, when it was `before` on the path here.
 
         ValueError for contacts that reach an end of the known profile.
         """
@@ -160,8 +171,8 @@ class LatticeBranch(Branch):
         at = np.rint((lines - lattice.origin) / lattice.spacing).astype(int) - self.row.first
         return np.minimum(at, self.row.size - 1)
 
-    def leg(self, point: Point, goal: float) -> Links:
-        """The way from a point towards another depth, up to the first event.
+    def segment(self, point: Point, goal: float) -> LatticeSegment:
+        """The path from a point towards another depth, up to the first event.
 
         Or to where an outermost line leaves or reaches what holds it.
         """
@@ -174,13 +185,13 @@ class LatticeBranch(Branch):
                 here, there = (
                     self.point(paired(nodes), depth, point) for _, nodes in trace[i - 1 : i + 1]
                 )
-                return Links(self, point, here, there, False, trace[:i])
+                return LatticeSegment(self, point, here, there, False, trace[:i])
         low, high = sorted((point.depth, goal))
         last = paired(trace[-1][1])
         end = self.point(last, min(max(stop, low), high), point)  # but for rounding
         after = None if at is None else self.point(then, end.depth, end)
         lost = after is not None and after.lines is None and len(last) == 1
-        return Links(self, point, end, after, after is not None and not lost, trace)
+        return LatticeSegment(self, point, end, after, after is not None and not lost, trace)
 
     @functools.cached_property
     def _pinning(self) -> tuple[dict[int, str], dict[int, str]]:

@@ -16,7 +16,7 @@ from discretization.layer.body import Body
 from discretization.layer.contact import Contact, at_depth
 from discretization.layer.lines import Lines, Table
 from discretization.layer.state import Layer
-from discretization.paths.branch import Branch, Leg, Pinned, Point
+from discretization.paths.branch import Branch, PathSegment, Pinned, Point
 from discretization.roots import crossings
 from energy import Scene
 from energy.arrays import Array, Indices
@@ -25,19 +25,20 @@ _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the s
 _STEP = 1 / 12  # of log₂ a
 
 
-class Slide(Leg):
-    """A leg on which the line is held, or slides where D is the depth, which does not turn."""
+class LayerSegment(PathSegment):
+    """A segment on which the line is held, or slides where D is the depth, which does not turn."""
 
     def between(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the way (n,)."""
+        """The contacts at depths on the segment (n,)."""
         branch, ((d, _, one), (e, _, other)) = self.branch, (self.start, self.end)
         a = np.full(depths.size, one)
         if one != other:
-            way, rise = 1 if other > one else -1, (e - d) / (other - one)
+            direction, rise = 1 if other > one else -1, (e - d) / (other - one)
 
             def short(x: Array, own: Indices) -> Array:
-                side = np.where(x == other, -way, way)  # of a corner at which the line ends
-                return np.asarray(branch.lines[way].rest_depth(x, side) - depths[own])
+                inwards = x == other  # of a corner at which the line ends
+                side = np.where(inwards, -direction, direction)
+                return np.asarray(branch.lines[direction].rest_depth(x, side) - depths[own])
 
             lo, hi = (np.full(depths.size, x) for x in sorted((one, other)))
             a = crossings(short, lo, hi, one + (depths - d) / rise, np.full(depths.size, rise), 0.0)
@@ -95,21 +96,21 @@ class LayerBranch(Branch):
             return "tip", "tip"
         return super().pinned(point)
 
-    def leg(self, point: Point, goal: float) -> Slide:
-        """The way from a point towards another depth, up to where the line comes free or jumps."""
-        a, here, way = point.memory, point.depth, 1 if goal >= point.depth else -1
-        lines, tie = self.lines[way], _TIE * (abs(here) + self.holding_range)
-        rest = lines.rest_depth(a, way)
-        if way * (rest - here) > tie:  # held so far
-            held = goal if way * (goal - rest) <= 0 else rest
-            return Slide(self, point, self.point(held, a), None, False)
-        a, depth, how = lines.walk(a, here, goal, way, past=False)
+    def segment(self, point: Point, goal: float) -> LayerSegment:
+        """The path from a point towards another depth, up to where the line comes free or jumps."""
+        a, here, direction = point.memory, point.depth, 1 if goal >= point.depth else -1
+        lines, tie = self.lines[direction], _TIE * (abs(here) + self.holding_range)
+        rest = lines.rest_depth(a, direction)
+        if direction * (rest - here) > tie:  # held so far
+            held = goal if direction * (goal - rest) <= 0 else rest
+            return LayerSegment(self, point, self.point(held, a), None, False)
+        a, depth, how = lines.walk(a, here, goal, direction, past=False)
         end, after, jumps = self.point(depth, a), None, how == "turns"
         if jumps:
-            a, _, how = lines.walk(a, depth, depth, way)
+            a, _, how = lines.walk(a, depth, depth, direction)
         if jumps or how == "lost":
             after = Point(depth, None) if how == "lost" else self.point(depth, a)
-        return Slide(self, point, end, after, jumps)
+        return LayerSegment(self, point, end, after, jumps)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""

@@ -25,7 +25,7 @@ from discretization.lattice.subgrid import facing_sides
 from discretization.nodes.row import Row
 from discretization.paths.branch import Snapshot
 from discretization.paths.control import Control, Curve, at_changes, evenly_spaced
-from discretization.paths.lattice_branch import LatticeBranch, Links, contacts_at
+from discretization.paths.lattice_branch import LatticeBranch, LatticeSegment, contacts_at
 from energy.arrays import Array, Indices, Nodes
 
 NOISE = 1e-13  # of the largest force: forces that differ by less are the same
@@ -100,32 +100,34 @@ class Bounded:
 
         UnknownError if the stretch cannot be followed as one.
         """
-        leg, inside = self._leg(np.flatnonzero(self.bounds < known))
-        t = at_changes(leg)
+        segment, inside = self._segment(np.flatnonzero(self.bounds < known))
+        t = at_changes(segment)
         own = np.flatnonzero((t >= inside[0]) & (t <= inside[1]))
-        drawn = own[self._promising(leg, t[own], known)]
+        drawn = own[self._promising(segment, t[own], known)]
         if not drawn.size:
             return None
         value = np.full(t.size, np.inf)
-        value[drawn] = leg.forces(leg.depths(t[drawn]))
+        value[drawn] = segment.forces(segment.depths(t[drawn]))
         i = int(value.argmin())
         ends = self.stretch.forces[[0, -1]]
         if value[i] >= ends.min() - NOISE * np.abs(value[drawn]).max():
             return None
         if i in (own[0], own[-1]):
             raise UnknownError
-        return self.branch.snapshot(Curve.sampled(leg, _LOAD, t, value).refined(i, -1))
+        return self.branch.snapshot(Curve.sampled(segment, _LOAD, t, value).refined(i, -1))
 
-    def _leg(self, promising: Indices) -> tuple[Links, tuple[float, float]]:
-        """The leg of the stretch, followed about the parts that promise less, and t of these."""
+    def _segment(self, promising: Indices) -> tuple[LatticeSegment, tuple[float, float]]:
+        """The segment of the stretch, followed where P may be less than known, and t of these."""
         branch = self.branch
         depths = self.stretch.depths
         first, last = depths[[0, -1]].tolist()
         start = branch.contact(first, *self.stretch.lines[0].tolist())
         end = branch.point(contacts_at(self.nodes[-1]), last, start)
-        leg = Links(branch, start, end, None, False, [(first, tuple(self.nodes[0].tolist()))])
-        inside = self._about(leg, promising)
-        begin, goal = leg.depths(np.array(inside)).tolist()
+        segment = LatticeSegment(
+            branch, start, end, None, False, [(first, tuple(self.nodes[0].tolist()))]
+        )
+        inside = self._about(segment, promising)
+        begin, goal = segment.depths(np.array(inside)).tolist()
         direction = self.stretch.direction
         before = int(np.searchsorted(direction * depths, direction * begin, "right")) - 1
         known = max(before, 0)  # the recorded state from which it is followed
@@ -134,26 +136,26 @@ class Bounded:
         held = {branch.holds(each[0], each[-1]) for depth, each in trace if depth != last}
         if len(held) > 1 or at not in (None, last):
             raise UnknownError
-        leg.trace = [(first, tuple(self.nodes[known].tolist())), *trace[1:]]
-        return leg, inside
+        segment.trace = [(first, tuple(self.nodes[known].tolist())), *trace[1:]]
+        return segment, inside
 
-    def _about(self, leg: Links, promising: Indices) -> tuple[float, float]:
+    def _about(self, segment: LatticeSegment, promising: Indices) -> tuple[float, float]:
         """t of samples before and after all parts that promise less, and not next to them."""
         t = evenly_spaced()
         direction = self.stretch.direction
-        reached = direction * leg.depths(t)
+        reached = direction * segment.depths(t)
         low, high = direction * self.stretch.depths[[promising[0], promising[-1] + 1]]
         before = int(np.searchsorted(reached, low, "right")) - 2
         beyond = int(np.searchsorted(reached, high)) + 1
         return float(t[max(before, 0)]), float(t[min(beyond, t.size - 1)])
 
-    def _promising(self, leg: Links, t: Array, known: float) -> Indices:
+    def _promising(self, segment: LatticeSegment, t: Array, known: float) -> Indices:
         """The samples next to which P between the nodes may be less than known."""
-        depths = leg.depths(t)
+        depths = segment.depths(t)
         direction = self.stretch.direction
-        changed = direction * np.array([depth for depth, _ in leg.trace])
+        changed = direction * np.array([depth for depth, _ in segment.trace])
         passed = np.searchsorted(changed, direction * depths[:-1], side="right") - 1
-        traced = np.array([each for _, each in leg.trace]).reshape(len(leg.trace), -1)
+        traced = np.array([each for _, each in segment.trace]).reshape(len(segment.trace), -1)
         shallower = np.minimum(depths[:-1], depths[1:])
         promising = _bound(self.branch.row, traced[passed], shallower) < known
         return np.flatnonzero(np.append(promising, False) | np.append(False, promising))

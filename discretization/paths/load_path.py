@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from discretization.certificate import NotCertifiedError
-from discretization.paths.branch import Branch, Event, Leg, Pinned, Point, Snapshot
+from discretization.paths.branch import Branch, Event, PathSegment, Pinned, Point, Snapshot
 from discretization.paths.control import Control, Curve
 from energy.arrays import Array
 
-_LONGER = 2.0  # how far to look ahead, over the length of the leg before
+_LONGER = 2.0  # how far to look ahead, over the length of the segment before
 _AGAIN = 1 / 4  # the same at least, over what was looked ahead last
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
-_SHORTEST = 2.0**-39  # of a leg that raises: 39 halvings find the end of the known profile
-_CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
+_SHORTEST = 2.0**-39  # of a segment that raises: 39 halvings find the end of the known profile
+_CREEPS = 1e-11  # of δ₀ and the depth: segments that short, of lines that come free by roundings,
 _CREEPING = 100  # and so many in a row are not followed any further
 
 
@@ -40,7 +40,7 @@ class LoadPath:
     reach : float
         How far to look ahead [length].
     creeping : int
-        How many legs in a row have been shorter than roundings.
+        How many segments in a row have been shorter than roundings.
     points, events : list
         What was recorded at the steps, and between them.
     happened : list
@@ -134,36 +134,36 @@ class LoadPath:
     # in contact
 
     def _pushed(self, values: Array, side: int) -> int:
-        """Along one leg towards the last of the values: how many are reached on it."""
+        """Along one segment towards the last of the values: how many are reached on it."""
         least = abs(float(values[0]) - self.point.depth) if self.imposed else 0.0
         if self.imposed and least == 0:
             self._add([self.point])
             return 1
         ahead = self._distance(values)
-        leg = self._leg(self.point, side * ahead, least)
+        segment = self._segment(self.point, side * ahead, least)
         turns = False
         if self.imposed:
-            beyond = side * (values - leg.end.depth)
-            lost_at_touch = leg.after is not None and leg.after.lines is None
-            lost_at_touch = lost_at_touch and leg.end.depth == self.branch.touch
-            stays = leg.after is None or lost_at_touch
-            points = leg.points(values[(beyond < 0) | ((beyond == 0) & stays)])
+            beyond = side * (values - segment.end.depth)
+            lost_at_touch = segment.after is not None and segment.after.lines is None
+            lost_at_touch = lost_at_touch and segment.end.depth == self.branch.touch
+            stays = segment.after is None or lost_at_touch
+            points = segment.points(values[(beyond < 0) | ((beyond == 0) & stays)])
         else:
-            curve = Curve.of(leg, self.control)
+            curve = Curve.of(segment, self.control)
             top = curve.peak(side)
             turns = top < curve.t.size - 1
             points = curve.reached(values, side, 0, top + 1)
-        done = abs(leg.end.depth - leg.start.depth)
+        done = abs(segment.end.depth - segment.start.depth)
         self.reach = max(_LONGER * done, _AGAIN * ahead) if done else math.inf
         self._add(points)
         if len(points) < values.size and turns:
             self._turn(curve, top, side)
         elif len(points) < values.size:
-            self._end(leg, side)
+            self._end(segment, side)
         return len(points)
 
-    def _leg(self, point: Point, length: float, least: float = 0.0) -> Leg:
-        """A leg of that signed length, or shorter where the profile is not known so far.
+    def _segment(self, point: Point, length: float, least: float = 0.0) -> PathSegment:
+        """A segment of that signed length, or shorter where the profile is not known so far.
 
         least: the length at which an error of the branch is raised.
         """
@@ -171,23 +171,23 @@ class LoadPath:
         least = max(least, _CLOSE * size, _SHORTEST * abs(length))
         while True:
             try:
-                leg = self.branch.leg(point, point.depth + length)
+                segment = self.branch.segment(point, point.depth + length)
                 break
             except (ValueError, NotCertifiedError):
                 if abs(length) <= least:
                     raise
                 length /= 2
-        done = abs(leg.end.depth - point.depth)
-        slow = done <= min(_CREEPS * size, least / 2) and not leg.jumps
+        done = abs(segment.end.depth - point.depth)
+        slow = done <= min(_CREEPS * size, least / 2) and not segment.jumps
         self.creeping = self.creeping + 1 if slow else 0
         if self.creeping > _CREEPING:
-            self.branch.certify(leg.end)
+            self.branch.certify(segment.end)
             raise NotCertifiedError(
                 f"the contacts at depth = {point.depth!r} do not come to rest; try other depths"
             )
         if point is self.point:
-            self._hold(leg.pinned)
-        return leg
+            self._hold(segment.pinned)
+        return segment
 
     def _distance(self, values: Array) -> float:
         """How far to look ahead for the last of these values: not much further than before."""
@@ -212,26 +212,26 @@ class LoadPath:
         self.pinned = pinned
 
     def _add(self, points: list[Point]) -> None:
-        """Record steps of the path on one leg, along which lines move in one direction."""
+        """Record steps of the path on one segment, along which lines move in one direction."""
         if points:
             self._slide(points[-1])
         self.points += points
         self.step += len(points)
 
     def _slide(self, there: Point) -> None:
-        """Move on along a leg; what lines lose there to hysteresis is friction."""
+        """Move on along a segment; what lines lose there to hysteresis is friction."""
         if self.branch.scene.hysteretic:
             self.friction += self.branch.friction(self.point, there)
         self.point = there
 
     def _turn(self, curve: Curve, top: int, side: int) -> None:
         """A jump from a peak of C."""
-        leg = curve.leg
+        segment = curve.segment
         peak = curve.refined(top, side)
         self._slide(peak)
         value = self._value(peak)
         landed = curve.reached(np.array([value]), side, top + 1)
-        after = landed[0] if landed else self._landing(leg.after or leg.end, value, side)
+        after = landed[0] if landed else self._landing(segment.after or segment.end, value, side)
         first = peak.lines or ()
         second = after.lines or ()
         if len(first) == len(second) and np.allclose(first, second, 0.0, self.branch.resolution):
@@ -239,17 +239,17 @@ class LoadPath:
         else:
             self._jump("jump", peak, after)
 
-    def _end(self, leg: Leg, side: int) -> None:
-        """What happens at the end of a leg."""
-        self._slide(leg.end)
-        after = leg.after or leg.end
-        if not leg.jumps and after.lines is not None:
+    def _end(self, segment: PathSegment, side: int) -> None:
+        """What happens at the end of a segment."""
+        self._slide(segment.end)
+        after = segment.after or segment.end
+        if not segment.jumps and after.lines is not None:
             self._slide(after)
             return
-        if not leg.jumps and self.imposed:
+        if not segment.jumps and self.imposed:
             self._hold(("", ""))
-        kind = _kind_of_jump(leg.end, after, side > 0)
-        self._jump(kind, leg.end, self._landing(after, self._value(leg.end), side))
+        kind = _kind_of_jump(segment.end, after, side > 0)
+        self._jump(kind, segment.end, self._landing(after, self._value(segment.end), side))
 
     def _jump(self, kind: str, before: Point, after: Point) -> None:
         """A jump at the value of the control before it."""
@@ -262,19 +262,19 @@ class LoadPath:
     def _landing(self, here: Point, value: float, side: int) -> Point:
         """The first point from here on at which C is this value; detached if there is none.
 
-        Events on the way happen: contacts that begin pull at an indenter that moves in, and those
+        Events on the path happen: contacts that begin pull at an indenter that moves in, and those
         that close have pulled at one that moves out, so that no event holds it.
         """
         step = self._size(here) / 2
         while here.lines is not None:
             if side * (self._value(here) - value) >= 0:
                 return here
-            leg = self._leg(here, side * step)
-            landed = Curve.of(leg, self.control).reached(np.array([value]), side, 0)
+            segment = self._segment(here, side * step)
+            landed = Curve.of(segment, self.control).reached(np.array([value]), side, 0)
             if landed:
                 return landed[0]
-            step = 2 * abs(leg.end.depth - here.depth) or step
-            here = leg.after or leg.end
+            step = 2 * abs(segment.end.depth - here.depth) or step
+            here = segment.after or segment.end
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:

@@ -18,8 +18,8 @@ from discretization.fitted.contact_lines import ContactLines, free_surface_lines
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.rest_depths import DIFFERENCES, TIE
 from discretization.fitted.single_contact import SingleContact
-from discretization.paths.branch import Branch, Leg, Pinned, Point
-from discretization.paths.lone import LoneTrack
+from discretization.paths.branch import Branch, PathSegment, Pinned, Point
+from discretization.paths.single_contact_track import SingleContactTrack
 from discretization.paths.single_line import Arc, SingleLine
 from discretization.profile import resolve, unknown, warn_hidden
 from discretization.quadrature import Integrals
@@ -35,16 +35,16 @@ Lines = tuple[float, ...]
 
 
 @dataclass(eq=False)
-class OneContactLeg(Leg):
-    """A leg on which every line moves one way or stays; or that of a single contact."""
+class OneContactSegment(PathSegment):
+    """A segment on which each line moves in one direction or stays; or that of a single contact."""
 
     arcs: tuple[Arc, ...] = ()
-    lone: LoneTrack | None = None
+    track: SingleContactTrack | None = None
 
     def lines(self, depths: Array) -> Array:
         """Lines (k, 2) of the contact at depths (k,)."""
-        if self.lone is not None:
-            return self.lone.lines(depths).reshape(depths.size, -1)[:, 1:-1]
+        if self.track is not None:
+            return self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1]
         found = np.zeros((depths.size, 2))
         moving = self.branch.moving(self.start.lines)
         for arc, (column, line) in zip(self.arcs, moving, strict=True):
@@ -52,7 +52,7 @@ class OneContactLeg(Leg):
         return found
 
     def between(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the leg (n,)."""
+        """The contacts at depths on the segment (n,)."""
         rows = self.lines(depths).tolist()
         return [Point(d, tuple(row)) for d, row in zip(depths.tolist(), rows, strict=True)]
 
@@ -131,42 +131,44 @@ class OneContactBranch(Branch):
             return None
         return contact if max(abs(x - contact.apex) for x in lines) <= near else None
 
-    def leg(self, point: Point, goal: float) -> OneContactLeg:
+    def segment(self, point: Point, goal: float) -> OneContactSegment:
         """The route from a point to another depth, up to where a line jumps or becomes pinned."""
         lines = point.lines or ()
-        way = 1 if goal >= point.depth else -1
-        contact = self.single_contacts.get(way)
-        if contact and (track := LoneTrack.of(contact, lines, point.depth, goal)):
+        direction = 1 if goal >= point.depth else -1
+        contact = self.single_contacts.get(direction)
+        if contact and (track := SingleContactTrack.of(contact, lines, point.depth, goal)):
             there = (0.0, *track.last.tolist())[-2:]
             after = None if track.end == goal else Point(track.end, None)
             jumps = after is not None and not self.contact_lines.gradual
-            return OneContactLeg(self, point, Point(track.end, there), after, jumps, lone=track)
+            return OneContactSegment(
+                self, point, Point(track.end, there), after, jumps, track=track
+            )
         moving = self.moving(lines)
         arcs = [line.arc(lines[column], point.depth, goal) for column, line in moving]
         ends = [goal, *(arc.last for arc in arcs)]
-        end = min(ends, key=lambda depth: way * depth)
+        end = min(ends, key=lambda depth: direction * depth)
         lost = False
-        if way < 0:
+        if direction < 0:
             end, lost = self._lost(lines, point.depth, arcs, end)
         there = self._there(lines, arcs, end)
-        leg = OneContactLeg(self, point, Point(end, there), None, False, tuple(arcs))
+        segment = OneContactSegment(self, point, Point(end, there), None, False, tuple(arcs))
         if lost:
             if there[0] == there[1] and lines[0] != lines[1]:  # the last state before is wider
                 wider = [math.nextafter(x, before) for x, before in zip(there, lines, strict=True)]
-                leg.end = Point(end, (wider[0], wider[1]))
-            leg.after = Point(end, None)
-            leg.jumps = not self.contact_lines.gradual
-            return leg
+                segment.end = Point(end, (wider[0], wider[1]))
+            segment.after = Point(end, None)
+            segment.jumps = not self.contact_lines.gradual
+            return segment
         tie = TIE * self.contact_lines.rests.size
         jumping = [arc.how == "jump" and abs(arc.last - end) <= tie for arc in arcs]
         self._refuse_others(there, end)
         if any(jumping):
-            landed = self._landed(there, end, way, jumping)
+            landed = self._landed(there, end, direction, jumping)
             if landed is not None:
                 self._refuse_others(landed, end)
-            leg.after = Point(end, landed)
-            leg.jumps = self._jumps(leg.end, leg.after)
-        return leg
+            segment.after = Point(end, landed)
+            segment.jumps = self._jumps(segment.end, segment.after)
+        return segment
 
     def _there(self, lines: Lines, arcs: Sequence[Arc], depth: float) -> Lines:
         found = list(lines)
@@ -196,7 +198,7 @@ class OneContactBranch(Branch):
         return met, not pressed
 
     def _landed(
-        self, lines: Lines, depth: float, way: int, jumping: Sequence[bool] = (True, True)
+        self, lines: Lines, depth: float, direction: int, jumping: Sequence[bool] = (True, True)
     ) -> Lines | None:
         """The lines after those that jump have come to rest; None where the contact is lost.
 
@@ -206,12 +208,12 @@ class OneContactBranch(Branch):
         for (column, line), jumps in zip(self.moving(lines), jumping, strict=False):
             if not jumps:
                 continue
-            place = line.landing(lines[column], depth, way)
-            if place is None and way > 0 and self.scene.axisymmetric and column == 0:
+            place = line.landing(lines[column], depth, direction)
+            if place is None and direction > 0 and self.scene.axisymmetric and column == 0:
                 place = 0.0
-            if place is None and way > 0:
+            if place is None and direction > 0:
                 raise unknown(depth, lines[column])
-            closed = way < 0 and place == 0 and column == 1 and self.scene.axisymmetric
+            closed = direction < 0 and place == 0 and column == 1 and self.scene.axisymmetric
             if place is None or closed:
                 return None
             found[column] = place

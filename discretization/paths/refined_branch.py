@@ -1,9 +1,10 @@
 """The metastable branch of several contacts of a line contact, found on nodes and refined.
 
-A route in one direction is refined at once (../refine/plan.py); legs are the parts of it between
-events and the depths at which a line becomes pinned or free. Where nodes of the usual distance do
-not lead along it, closer ones are tried. Where these do not either, the part of the route next to
-where they fail keeps what nodes alone know (lattice_branch.py), and `on_nodes` says which depths.
+A route in one direction is refined at once (../refine/plan.py); segments are the parts of it
+between events and the depths at which a line becomes pinned or free. Where the route
+cannot be refined from nodes of the usual distance, closer ones are tried. Where these fail as well,
+the part of the route next to the failure keeps what nodes alone know (lattice_branch.py), and
+`on_nodes` says at which depths.
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.contact_lines import ContactLines
 from discretization.fitted.rest_depths import TIE
 from discretization.nodes import row
-from discretization.paths.branch import Branch, Leg, Pinned, Point, Snapshot, snapshot_of
-from discretization.paths.lattice_branch import LatticeBranch, Links
+from discretization.paths.branch import Branch, PathSegment, Pinned, Point, Snapshot, snapshot_of
+from discretization.paths.lattice_branch import LatticeBranch, LatticeSegment
 from discretization.profile import Resolved, resolve, warn_hidden
 from discretization.refine.equations import free_surfaces, lines_of_surfaces
 from discretization.refine.events import NotRefined
 from discretization.refine.judged import Judge
 from discretization.refine.plan import Refinement
+from discretization.refine.route import Route
 from discretization.refine.settle import settle
 from discretization.refine.states import CLOSER, known_lines
-from discretization.refine.way import Way
 from energy import Scene
 from energy.arrays import Array
 
@@ -39,7 +40,7 @@ _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 _ASIDE = 0.5  # margins of the depths of nodes: so far before a depth at which they fail is refined
 _BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
 _MOST_FAILURES = 4  # of nodes of a closeness, after which closer ones are taken for all that is
-# left, and legs on nodes alone, after which all is: each costs a walk to the end of the route
+# left, and segments on nodes alone, after which all is: each costs a walk to the end of the route
 _NOISE = 0.25  # of √(2w/γ₁): more noise of the slopes, and lines go from facet to facet by jumps
 _FEW_SAMPLES = 500  # of fewer samples all is refined in seconds even so. Of 1000 with noise of .3
 # hardly anything is, after 4 s.
@@ -47,13 +48,13 @@ _NEAR_NODES = 4.0  # spacings: so near to those of nodes lines must rest to be r
 
 
 class Place(NamedTuple):
-    """Where a point is: on a stretch of a way.
+    """Where a point is: on a stretch of a route.
 
     Or, before there is one, on nodes of this closeness: its contacts there and the depth at which
     these are at rest. nodal: the point on nodes alone, where it is not refined.
     """
 
-    way: Way | None
+    route: Route | None
     stretch: int = 0
     level: int = 0
     contacts: row.Contacts = ()
@@ -70,61 +71,61 @@ class Shortened(NamedTuple):
 
 
 @dataclass(eq=False)
-class RefinedLeg(Leg):
-    """A part of a stretch of a way."""
+class RefinedSegment(PathSegment):
+    """A part of a stretch of a route."""
 
-    way: Way
+    route: Route
     index: int
 
     def lines(self, depths: Array, *, roughly: bool = False) -> Array:
-        """Lines (n, k, 2) of all free surfaces at depths (k,) on the leg."""
+        """Lines (n, k, 2) of all free surfaces at depths (k,) on the segment."""
         try:
-            return self.way.lines(self.index, depths, roughly=roughly)
+            return self.route.lines(self.index, depths, roughly=roughly)
         except NotRefined as reason:
             raise NotCertifiedError(f"{reason}; try other depths, or method='lattice'") from reason
 
     def between(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the leg (n,)."""
+        """The contacts at depths on the segment (n,)."""
         lines = self.lines(depths).transpose(1, 0, 2)
-        place = Place(self.way, self.index)
+        place = Place(self.route, self.index)
         return [
             Point(depth, lines_of_surfaces(each), place)
             for depth, each in zip(depths.tolist(), lines, strict=True)
         ]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P at depths on the leg (n,); roughly: from the polynomials of the lines."""
+        """P at depths on the segment (n,); roughly: from the polynomials of the lines."""
         if not roughly:
             return super().forces(depths)
         lines = self.lines(depths, roughly=True)
-        totals = self.way.refinement.totals
+        totals = self.route.refinement.totals
         _, force = totals.of_surfaces(lines.reshape(-1, 2), np.tile(depths, len(lines)))
         return np.asarray(force.reshape(len(lines), -1).sum(axis=0))
 
     def external_work(self) -> float:
         """∫P dd from the start to the end."""
-        return self.way.work(self.index, self.start.depth, self.end.depth)
+        return self.route.work(self.index, self.start.depth, self.end.depth)
 
 
 @dataclass(eq=False)
-class NodalLeg(Leg):
-    """A leg that is not refined; links: that of the nodes."""
+class NodalSegment(PathSegment):
+    """A segment that is not refined; lattice_segment: that of the nodes."""
 
-    links: Links
+    lattice_segment: LatticeSegment
     smooth = False
 
     @property
     def trace(self) -> Any:
         """Depths at which lines pass links."""
-        return self.links.trace
+        return self.lattice_segment.trace
 
     def between(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the leg (n,)."""
-        return [_kept(point) for point in self.links.between(depths)]
+        """The contacts at depths on the segment (n,)."""
+        return [_kept(point) for point in self.lattice_segment.between(depths)]
 
     def external_work(self) -> float:
         """∫P dd from the start to the end."""
-        return self.links.external_work()
+        return self.lattice_segment.external_work()
 
 
 def _is_noisy(scene: Scene) -> bool:
@@ -231,27 +232,27 @@ class RefinedBranch(Branch):
         contacts = self.refinement(0).nodes.contacts(lines)
         return Point(depth, lines, Place(None, 0, 0, contacts, depth))
 
-    def leg(self, point: Point, goal: float) -> Leg:
+    def segment(self, point: Point, goal: float) -> PathSegment:
         """The route from a point towards another depth, up to the first event or cut."""
         if goal > point.depth >= self.deepest:
             raise ValueError(f"depth = {goal!r} is deeper than the programme, {self.deepest!r}")
         goal = min(goal, self.deepest)  # the profile is known so far
         direction = 1 if goal >= point.depth else -1
-        way, index = point.memory.way, point.memory.stretch
-        ahead = way is not None and way.direction == direction
-        if ahead and index + 1 == len(way.stretches) and way.goal == point.depth:
+        route, index = point.memory.route, point.memory.stretch
+        ahead = route is not None and route.direction == direction
+        if ahead and index + 1 == len(route.stretches) and route.goal == point.depth:
             ahead = False
         if not ahead:
             aim = self._aim(point, goal, direction)
             found = self._followed(point, aim)
-            if not isinstance(found, Way):
-                nodal = self._nodal_leg(point, found)
+            if not isinstance(found, Route):
+                nodal = self._nodal_segment(point, found)
                 self.shortened = Shortened(direction, nodal.end.depth, aim)
                 return self._remembered(nodal)
-            way, index = found, 0
-            if way.goal != aim:
-                self.shortened = Shortened(direction, way.goal, aim)
-        return self._remembered(self._stretch(point, goal, way, index))
+            route, index = found, 0
+            if route.goal != aim:
+                self.shortened = Shortened(direction, route.goal, aim)
+        return self._remembered(self._stretch(point, goal, route, index))
 
     def _aim(self, point: Point, goal: float, direction: int) -> float:
         """A goal, or that of a route which nodes have cut short at a point."""
@@ -260,42 +261,46 @@ class RefinedBranch(Branch):
             return goal
         return direction * max(direction * goal, direction * cut.goal)
 
-    def _stretch(self, point: Point, goal: float, way: Way, index: int) -> RefinedLeg:
-        """The leg from a point on a stretch, up to its end or to where a line becomes pinned."""
-        stretch = way.stretches[index]
-        end = way.next_cut(index, point.depth)
-        if way.direction * (end - goal) > 0:
+    def _stretch(self, point: Point, goal: float, route: Route, index: int) -> RefinedSegment:
+        """The segment from a point on a stretch, to its end or to where a line becomes pinned."""
+        stretch = route.stretches[index]
+        end = route.next_cut(index, point.depth)
+        if route.direction * (end - goal) > 0:
             end = goal
         if end != stretch.end:
-            return RefinedLeg(self, point, self._at(way, index, end), None, False, way, index)
+            return RefinedSegment(
+                self, point, self._at(route, index, end), None, False, route, index
+            )
         before = lines_of_surfaces(stretch.before)
-        last = Point(end, self._known(way, before, end), Place(way, index))
+        last = Point(end, self._known(route, before, end), Place(route, index))
         if stretch.after is None:
-            return RefinedLeg(self, point, last, None, False, way, index)
+            return RefinedSegment(self, point, last, None, False, route, index)
         after = Point(end, None)
         if len(stretch.after):
-            lines = self._known(way, lines_of_surfaces(stretch.after), end)
-            after = Point(end, lines, Place(way, index + 1))
-        return RefinedLeg(self, point, last, after, self._jumps(last, after), way, index)
+            lines = self._known(route, lines_of_surfaces(stretch.after), end)
+            after = Point(end, lines, Place(route, index + 1))
+        return RefinedSegment(self, point, last, after, self._jumps(last, after), route, index)
 
-    def _remembered(self, leg: Leg) -> Leg:
-        for point in (leg.end, leg.after):
+    def _remembered(self, segment: PathSegment) -> PathSegment:
+        for point in (segment.end, segment.after):
             if point is not None and point.lines:
                 self.known[point.depth, point.lines] = point
-        return leg
+        return segment
 
-    def _at(self, way: Way, index: int, depth: float) -> Point:
+    def _at(self, route: Route, index: int, depth: float) -> Point:
         """The point at a depth inside a stretch."""
         try:
-            lines = way.lines(index, np.array([depth]))[:, 0]
+            lines = route.lines(index, np.array([depth]))[:, 0]
         except NotRefined as reason:
             raise NotCertifiedError(f"{reason}; try other depths, or method='lattice'") from reason
-        return Point(depth, self._known(way, lines_of_surfaces(lines), depth), Place(way, index))
+        return Point(
+            depth, self._known(route, lines_of_surfaces(lines), depth), Place(route, index)
+        )
 
-    def _known(self, way: Way, lines: tuple[float, ...], depth: float) -> tuple[float, ...]:
-        return known_lines(way.refinement.equations, free_surfaces(lines), depth)
+    def _known(self, route: Route, lines: tuple[float, ...], depth: float) -> tuple[float, ...]:
+        return known_lines(route.refinement.equations, free_surfaces(lines), depth)
 
-    def _followed(self, point: Point, goal: float) -> Way | float:
+    def _followed(self, point: Point, goal: float) -> Route | float:
         """The route from a point to a depth, or as far as nodes lead, on nodes as close as needed.
 
         Where nodes fail at a depth, the route ends before it. Next to that depth closer ones are
@@ -311,13 +316,13 @@ class RefinedBranch(Branch):
         target = goal
         for level in range(self._usual_level, len(CLOSER)):
             try:
-                return self._way(start, target, level)
+                return self._route(start, target, level)
             except NotRefined as reason:
                 failed = reason.depth
             self.failures[level] += 1
-            way = self._way_before(start, failed, direction, level)
-            if way is not None:
-                return way
+            route = self._route_before(start, failed, direction, level)
+            if route is not None:
+                return route
             target = self._passed(point, goal, failed)
         return target
 
@@ -327,7 +332,9 @@ class RefinedBranch(Branch):
         usable = [level for level, count in enumerate(self.failures) if count < _MOST_FAILURES]
         return min(usable, default=len(CLOSER) - 1)
 
-    def _way_before(self, start: Point, failed: float, direction: int, level: int) -> Way | None:
+    def _route_before(
+        self, start: Point, failed: float, direction: int, level: int
+    ) -> Route | None:
         """The route up to before a depth at which nodes fail; None if that is next to the start.
 
         Nodes may fail again, at a depth before that.
@@ -337,28 +344,28 @@ class RefinedBranch(Branch):
         goal = failed - aside
         while direction * (goal - start.depth) > least:
             try:
-                return self._way(start, goal, level)
+                return self._route(start, goal, level)
             except NotRefined as reason:
                 if not direction * (goal - reason.depth) > 0:
                     return None
                 goal = reason.depth - aside
         return None
 
-    def _way(self, start: Point, goal: float, level: int) -> Way:
+    def _route(self, start: Point, goal: float, level: int) -> Route:
         """The route from a point on nodes of a closeness."""
         refinement = self.refinement(level)
         contacts, on_nodes = self._on_nodes(start, level)
         lines = free_surfaces(start.lines or ())
-        way = Way(refinement, refinement.follow(contacts, on_nodes, lines, start.depth, goal))
-        self._demand_equilibria(way)
-        return way
+        route = Route(refinement, refinement.follow(contacts, on_nodes, lines, start.depth, goal))
+        self._demand_equilibria(route)
+        return route
 
-    def _demand_equilibria(self, way: Way) -> None:
+    def _demand_equilibria(self, route: Route) -> None:
         """NotRefined unless the states beyond all events are in equilibrium."""
         states = list[tuple[tuple[float, ...], float]]()
-        for stretch in way.stretches:
+        for stretch in route.stretches:
             if stretch.after is not None and len(stretch.after):
-                lines = self._known(way, lines_of_surfaces(stretch.after), stretch.end)
+                lines = self._known(route, lines_of_surfaces(stretch.after), stretch.end)
                 states.append((lines, stretch.end))
         for state, certificate in zip(states, self._judge.certificates(states), strict=True):
             if not certificate.ok:
@@ -394,15 +401,15 @@ class RefinedBranch(Branch):
         contacts = self.refinement(0).nodes.contacts(lines)
         return Point(point.depth, lines, Place(None, 0, 0, contacts, point.depth))
 
-    def _nodal_leg(self, point: Point, goal: float) -> NodalLeg:
-        """A leg on nodes alone."""
+    def _nodal_segment(self, point: Point, goal: float) -> NodalSegment:
+        """A segment on nodes alone."""
         start = point.memory.nodal
         if start is None:
             start = self.nodal.contact(point.depth, *self._seen_by_nodes(point.lines or ()))
-        links = self.nodal.leg(start, goal)
-        self.on_nodes.append((point.depth, links.end.depth))
-        after = None if links.after is None else _kept(links.after)
-        return NodalLeg(self, point, _kept(links.end), after, links.jumps, links)
+        found = self.nodal.segment(start, goal)
+        self.on_nodes.append((point.depth, found.end.depth))
+        after = None if found.after is None else _kept(found.after)
+        return NodalSegment(self, point, _kept(found.end), after, found.jumps, found)
 
     def _seen_by_nodes(self, lines: tuple[float, ...]) -> tuple[float, ...]:
         """The lines of contacts without gaps in which there is no node."""
@@ -414,10 +421,10 @@ class RefinedBranch(Branch):
 
     def _level(self, point: Point) -> int:
         """How close the nodes are on which a point has been found."""
-        way = point.memory.way
-        if way is None:
+        route = point.memory.route
+        if route is None:
             return int(point.memory.level)
-        return next(k for k, each in self.refinements.items() if each is way.refinement)
+        return next(k for k, each in self.refinements.items() if each is route.refinement)
 
     def _on_nodes(self, point: Point, level: int) -> tuple[row.Contacts, float]:
         """Contacts on nodes of a closeness, and the depth at which these are at rest.
@@ -425,8 +432,8 @@ class RefinedBranch(Branch):
         NotRefined where there is no node in a gap between them.
         """
         place = point.memory
-        if level == self._level(point) and place.way is not None:
-            found: tuple[row.Contacts, float] = place.way.contacts(place.stretch, point.depth)
+        if level == self._level(point) and place.route is not None:
+            found: tuple[row.Contacts, float] = place.route.contacts(place.stretch, point.depth)
             return found
         if level == self._level(point):
             contacts = place.contacts

@@ -23,7 +23,7 @@ _KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need n
 
 
 class Arc(NamedTuple):
-    """A line that moves one way, or stays, from one place and depth to others.
+    """A line that moves in one direction, or stays, from one place and depth to others.
 
     how: "goal" where the depth that was asked is reached, "free" where it comes to a corner or is
     free of one, "jump" where D turns back.
@@ -43,79 +43,79 @@ class SingleLine:
     rests: RestDepths
     side: int
 
-    def rest_depth(self, x: Array, aside: Array | int, way: int) -> Array:
+    def rest_depth(self, x: Array, aside: Array | int, direction: int) -> Array:
         """D at x (n,), read outwards (aside 1) or inwards (-1) of corners.
 
-        way: 1 with the adhesion of a contact that closes, -1 of one that opens.
+        direction: 1 with the adhesion of a contact that closes, -1 of one that opens.
         """
         none = np.full(x.shape, math.copysign(math.inf, self.side))
-        return self.rests.one_sided(self.side, x, none, aside, way)
+        return self.rests.one_sided(self.side, x, none, aside, direction)
 
-    def _at(self, x: float, aside: int, way: int) -> float:
-        return float(self.rest_depth(np.array([x]), aside, way)[0])
+    def _at(self, x: float, aside: int, direction: int) -> float:
+        return float(self.rest_depth(np.array([x]), aside, direction)[0])
 
     def arc(self, x: float, depth: float, goal: float) -> Arc:
-        """What a line at rest does first on the way to another depth.
+        """What a line at rest does first on the path to another depth.
 
         ValueError where it leaves the known profile.
         """
-        way = 1 if goal >= depth else -1
-        ahead = self._at(x, way, way)
+        direction = 1 if goal >= depth else -1
+        ahead = self._at(x, direction, direction)
         tie = TIE * self.rests.size
-        if way * (ahead - depth) > tie:
-            if way * (ahead - goal) >= 0:
+        if direction * (ahead - depth) > tie:
+            if direction * (ahead - goal) >= 0:
                 return Arc(x, x, depth, goal, "goal")
             return Arc(x, x, depth, ahead, "free")
-        if way * (ahead - depth) < -tie:
+        if direction * (ahead - depth) < -tie:
             return Arc(x, x, depth, depth, "jump")
-        places = self._ahead(x, way)
+        places = self._ahead(x, direction)
         if not places.size:  # beyond the last joint
             raise unknown(depth, x)
-        values = way * self.rest_depth(places, -way, way)
-        before = np.append(way * depth, values[:-1])
+        values = direction * self.rest_depth(places, -direction, direction)
+        before = np.append(direction * depth, values[:-1])
         turn = _first(values < before - tie)
-        reached = _first(values >= way * goal)
+        reached = _first(values >= direction * goal)
         if reached < min(turn, values.size):
             start = x if reached == 0 else float(places[reached - 1])
-            end = self._where(goal, start, float(places[reached]), way)
+            end = self._where(goal, start, float(places[reached]), direction)
             return Arc(x, end, depth, goal, "goal")
         if turn == values.size:
-            return Arc(x, float(places[-1]), depth, way * float(values[-1]), "free")
+            return Arc(x, float(places[-1]), depth, direction * float(values[-1]), "free")
         around = np.concatenate([[x, x], places])[turn : turn + 3 : 2]
-        top, value = self._turn(float(around[0]), float(around[1]), way)
-        if value < way * depth:
+        top, value = self._turn(float(around[0]), float(around[1]), direction)
+        if value < direction * depth:
             return Arc(x, x, depth, depth, "jump")
-        if value >= way * goal:
-            return Arc(x, self._where(goal, x, top, way), depth, goal, "goal")
-        return Arc(x, top, depth, way * value, "jump")
+        if value >= direction * goal:
+            return Arc(x, self._where(goal, x, top, direction), depth, goal, "goal")
+        return Arc(x, top, depth, direction * value, "jump")
 
-    def landing(self, x: float, depth: float, way: int) -> float | None:
+    def landing(self, x: float, depth: float, direction: int) -> float | None:
         """The first place ahead at which a line rests, None where there is none."""
-        if way * (self._at(x, way, way) - depth) > TIE * self.rests.size:
+        if direction * (self._at(x, direction, direction) - depth) > TIE * self.rests.size:
             return x
         while True:
-            places = self._ahead(x, way)
+            places = self._ahead(x, direction)
             if not places.size:
                 return None
-            values = way * (self.rest_depth(places, -way, way) - depth)
+            values = direction * (self.rest_depth(places, -direction, direction) - depth)
             rests = _first(values > TIE * self.rests.size)  # where it costs nothing it moves on
             if rests < values.size:
                 start = x if rests == 0 else float(places[rests - 1])
-                return self._where(depth, start, float(places[rests]), way)
+                return self._where(depth, start, float(places[rests]), direction)
             x = float(places[-1])
-            if way * (self._at(x, way, way) - depth) >= 0:
+            if direction * (self._at(x, direction, direction) - depth) >= 0:
                 return x
 
     def places(self, arc: Arc, depths: Array) -> Array:
         """Where the line is at depths (n,) on an arc."""
         if arc.start == arc.end or arc.first == arc.last:
             return np.full(depths.shape, arc.end)
-        way = 1 if arc.last >= arc.first else -1
+        direction = 1 if arc.last >= arc.first else -1
         inside = np.clip(depths, min(arc.first, arc.last), max(arc.first, arc.last))
 
         def off(x: Array, own: Indices) -> Array:
-            aside = np.where(x == arc.start, way, np.where(x == arc.end, -way, 0))
-            return self.rest_depth(x, aside, way) - inside[own]
+            aside = np.where(x == arc.start, direction, np.where(x == arc.end, -direction, 0))
+            return self.rest_depth(x, aside, direction) - inside[own]
 
         share = (inside - arc.first) / (arc.last - arc.first)
         guess = arc.start + (arc.end - arc.start) * share
@@ -128,34 +128,34 @@ class SingleLine:
         found = np.where(inside == arc.last, arc.end, found)
         return np.where(inside == arc.first, arc.start, found)
 
-    def _ahead(self, x: float, way: int) -> Array:
+    def _ahead(self, x: float, direction: int) -> Array:
         """Samples of the profile ahead of a line, up to the next corner, in their order."""
         profile = self.rests.profile
-        direction = self.side * way
+        towards = self.side * direction
         joints = profile.joints
-        ahead = joints[direction * (joints - x) > 0]
+        ahead = joints[towards * (joints - x) > 0]
         if not ahead.size:
             return ahead
-        joint = float(ahead[0] if direction > 0 else ahead[-1])
-        between = profile.x[profile.beyond(x, joint)][::direction]
+        joint = float(ahead[0] if towards > 0 else ahead[-1])
+        between = profile.x[profile.beyond(x, joint)][::towards]
         return np.append(between, joint)
 
-    def _where(self, depth: float, inside: float, outside: float, way: int) -> float:
+    def _where(self, depth: float, inside: float, outside: float, direction: int) -> float:
         """Where D is a depth between two places, at the second of which it is past it."""
 
         def off(x: float) -> float:
-            aside = -way if x == outside else way if x == inside else 0
-            return way * (self._at(x, aside, way) - depth)
+            aside = -direction if x == outside else direction if x == inside else 0
+            return direction * (self._at(x, aside, direction) - depth)
 
         if off(outside) == 0:
             return outside
         return bracketed(off, inside, outside)
 
-    def _turn(self, start: float, end: float, way: int) -> tuple[float, float]:
-        """Where way · D has a maximum between two places, and its value."""
+    def _turn(self, start: float, end: float, direction: int) -> tuple[float, float]:
+        """Where direction · D has a maximum between two places, and its value."""
         low, high = sorted((start, end))
         place, value = bracketed_minimum(
-            lambda x: -way * self.rest_depth(x, 0, way), low, high, -math.inf
+            lambda x: -direction * self.rest_depth(x, 0, direction), low, high, -math.inf
         )
         return place, -value
 

@@ -22,7 +22,7 @@ import numpy as np
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import estimated
-from discretization.paths.branch import Branch, Leg, Point
+from discretization.paths.branch import Branch, PathSegment, Point
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import Integrals, Interval, refined
 from discretization.roots import crossings
@@ -148,7 +148,7 @@ class SpringsBranch(Branch):
             for d, level, lines in zip(depths.tolist(), levels.tolist(), found, strict=True)
         ]
 
-    def leg(self, point: Point, goal: float) -> Leg:
+    def segment(self, point: Point, goal: float) -> PathSegment:
         """The path from a point towards another depth, up to the next change of the contact."""
         here = point.depth
         level = point.memory
@@ -170,7 +170,7 @@ class SpringsBranch(Branch):
         if lost:
             end = lowest
         (there,) = self.moved(point, np.array([end]))
-        return Leg(self, point, there, Point(end, None) if lost else None, False)
+        return PathSegment(self, point, there, Point(end, None) if lost else None, False)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points with as many lines as each other."""

@@ -30,7 +30,14 @@ _CLOSE = 1e-14  # of the size of depths: a range that is no wider encloses an ev
 _OPEN = 1e-11  # of the same: one that is wider after all rounds does not
 _MOST = 60  # rounds
 _ROOTS = 4  # rounds before each of which the event may be a root: a fold is sharp from nearby only
-_LEFT = (0.75, 0.5, 0.25, 0.06, 0.01, 1e-4)  # of the way to a root: surfaces must be at rest there
+_LEFT = (
+    0.75,
+    0.5,
+    0.25,
+    0.06,
+    0.01,
+    1e-4,
+)  # of the range to a root: surfaces must be at rest there
 _LONGER = 4.0  # than the last range, at all depths of which surfaces were at rest
 _EARLIER = (0.02, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)  # margins before the depth on nodes
 _LATER = (0.3, 1.0, 3.0, 10.0)  # margins beyond it
@@ -59,7 +66,7 @@ class NotRefined(Exception):
 
 @dataclass(eq=False)
 class _Group:
-    """Events under way: surfaces in rows, those of an event next to each other.
+    """Events that are being enclosed: surfaces in rows, those of an event next to each other.
 
     steps (r, 2): how far lines may move smoothly from one depth to the next.
     """
@@ -456,9 +463,9 @@ class Events:
     def _led(
         self, group: _Group, low: Array, end: Array, lines: Array, last: Array, power: Array
     ) -> tuple[Array, Mask]:
-        """Surfaces led to their ends: lines (r, j, 2) at depths on the way, and which are good.
+        """Surfaces led to their ends: lines (r, j, 2) at depths in between, and which are good.
 
-        Where what is left of the way is a part t of it, lines are first taken to be t^power of
+        Where what is left of the range is a part t of it, lines are first taken to be t^power of
         theirs from the last ones.
         """
         left = np.array(_LEFT)

@@ -66,10 +66,10 @@ class Landings:
         self._demand_first(happened)
 
     def _demand_first(self, happened: Sequence[Happening]) -> None:
-        """NotRefined if lines rest somewhere on their way to where they land.
+        """NotRefined if lines rest somewhere on their path to where they land.
 
         From where they are before the event they are moved as their forces push them. Energies are
-        submodular in the contact, so that lines stop at the first rest on the way.
+        submodular in the contact, so that lines stop at the first rest on the path.
         """
         events = [event for event in happened if not event.smooth and event.after]
         starts = [(event, self._start(event)) for event in events]
@@ -88,11 +88,11 @@ class Landings:
             first += len(event.after)
             if found.at_rest[own].all() and self._stops_earlier(event, found.lines[own]):
                 raise NotRefined(
-                    f"lines rest on the way from the event at depth = {event.depth!r}", event.depth
+                    f"lines rest on the path from the event at depth = {event.depth!r}", event.depth
                 )
 
     def _just_beyond(self, event: Happening) -> float:
-        """A depth so little beyond an event that lines still feel which way they are pushed."""
+        """A depth just beyond an event, where lines are still pushed in its direction."""
         margin = (event.before or event.after)[0].nodes.margin
         return event.depth + event.direction * _BEYOND * margin
 
@@ -118,7 +118,7 @@ class Landings:
         return outer
 
     def _stops_earlier(self, event: Happening, rows: Array) -> bool:
-        """Whether lines (n, 2) are on the way to those after an event, and well before them."""
+        """Whether lines (n, 2) are on the path to those after an event, and well before them."""
         if (rows[:-1, 1] > rows[1:, 0]).any():
             return False
         finite = np.isfinite(rows)

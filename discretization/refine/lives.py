@@ -1,6 +1,7 @@
 """The life of every free surface on the nodes, from the event it is born at to that it ends at.
 
-As the depth changes one way, the free surfaces between and beside contacts do not feel each other.
+As the depth changes in one direction, the free surfaces between and next to contacts do not feel
+each other.
 Pressed, a surface is divided where contacts begin in it, its lines jump, or it closes; retracted,
 lines jump, and surfaces are joined where the contact between them is lost.
 """
@@ -34,9 +35,9 @@ class Piece(NamedTuple):
 
 @dataclass(eq=False)
 class Life:
-    """One free surface on its way in one direction, 1 or -1 of growing or falling depth.
+    """One free surface on its route in one direction, 1 or -1 of growing or falling depth.
 
-    trace: depths, in the order of the way, from which its contact nodes are these.
+    trace: depths, in the order of the route, from which its contact nodes are these.
 
     What refinement finds: start, end: depths; first, last: lines (2,) there; pieces: in between;
     passed: the depths of their ends times the direction; cuts: depths at which a line becomes
@@ -57,11 +58,11 @@ class Life:
     cuts: list[float] = field(default_factory=list)
 
     def guess(self, depth: float) -> Array:
-        """Lines (2,) at its nodes at a depth, or at those nearest to it on the way."""
+        """Lines (2,) at its nodes at a depth, or at those nearest to it on the route."""
         return self.lines_at(self.pair(depth))
 
     def guesses(self, depths: Array) -> Array:
-        """Lines (n, 2) at its nodes at depths (n,), or at those nearest to them on the way."""
+        """Lines (n, 2) at its nodes at depths (n,), or at those nearest to them on the route."""
         passed = np.array([self.direction * depth for depth, _ in self.trace])
         last = np.searchsorted(passed, self.direction * depths, "right") - 1
         known, which = np.unique(np.maximum(last, 0), return_inverse=True)
@@ -69,7 +70,7 @@ class Life:
         return lines[which]
 
     def pair(self, depth: float) -> Pair:
-        """Its contact nodes at a depth, or those nearest to it on the way."""
+        """Its contact nodes at a depth, or those nearest to it on the route."""
         direction = self.direction
         last = bisect.bisect_right(
             self.trace, direction * depth, key=lambda passed: direction * passed[0]
@@ -108,7 +109,7 @@ class Happening:
 
 
 class Walked(NamedTuple):
-    """Surfaces on a way from the first depth on, and all that happens to them, in that order."""
+    """Surfaces on a route from the first depth on, and all that happens to them, in that order."""
 
     first: list[Life]
     events: list[Happening]
@@ -116,7 +117,7 @@ class Walked(NamedTuple):
 
 
 def walked(nodes: FoundNodes, contacts: Contacts, start: float, goal: float) -> Walked:
-    """The lives of all free surfaces beside contacts on nodes, on the way to a depth."""
+    """The lives of all free surfaces beside contacts on nodes, on the route to a depth."""
     direction = 1 if goal >= start else -1
     alive = [Life(nodes, direction, [(start, pair)]) for pair in pairs(contacts)]
     first = list(alive)

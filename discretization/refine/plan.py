@@ -1,4 +1,4 @@
-"""A way from one depth to another: the events on it, refined, and smooth motion in between."""
+"""A route from one depth to another: the events on it, refined, and smooth motion in between."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ class Refinement:
                 lowest = self.equations.profile.lowest
                 faces = np.array([[lowest, lowest]])
             return contacts, touch, free_surfaces(tuple(faces.ravel().tolist()))
-        way = walked(self.nodes, contacts, self.nodes.row.lowest, self.nodes.row.lowest)
-        event = Happening(self.nodes.row.lowest, [], way.first, depth=touch)
+        route = walked(self.nodes, contacts, self.nodes.row.lowest, self.nodes.row.lowest)
+        event = Happening(self.nodes.row.lowest, [], route.first, depth=touch)
         self.landings.land([event])
         if not self.landings.agrees_at_touch(event.lines_after):
             raise NotRefined("closer nodes find other contacts at first touch")
@@ -107,7 +107,7 @@ class Refinement:
     def follow(
         self, contacts: Contacts, on_nodes: float, lines: Array, start: float, goal: float
     ) -> list[Stretch]:
-        """The way of contacts from one depth to another.
+        """The route of contacts from one depth to another.
 
         Parameters
         ----------
@@ -120,15 +120,15 @@ class Refinement:
         beyond = goal + direction * self.nodes.margin
         if direction * (beyond - on_nodes) < 0:
             beyond = on_nodes
-        way = walked(self.nodes, contacts, on_nodes, beyond)
-        if len(way.first) != len(lines):
+        route = walked(self.nodes, contacts, on_nodes, beyond)
+        if len(route.first) != len(lines):
             raise NotRefined(f"nodes at depth = {start!r} have other contacts", start)
-        for life, row in zip(way.first, lines, strict=True):
+        for life, row in zip(route.first, lines, strict=True):
             life.direction = direction
             life.start = start
             life.first = row
-        happened = self._refined(way.events, direction, goal)
-        alive, stretches = self._stretches(way.first, happened, direction, start, goal)
+        happened = self._refined(route.events, direction, goal)
+        alive, stretches = self._stretches(route.first, happened, direction, start, goal)
         self._end(alive, goal)
         every = {id(life): life for stretch in stretches for life in stretch.lives}
         self.balance.pieces(list(every.values()))

@@ -34,7 +34,7 @@ class Settled(NamedTuple):
     """Free surfaces after Newton's method.
 
     lines (n, 2); at_rest (n,): whether they are in stable equilibrium; pinned (n, 2); jumped (n,):
-    whether a line has passed a corner over which D falls, so that it has no rest on the way.
+    whether a line has passed a corner over which D falls, so that it has no rest in between.
     """
 
     lines: Array
@@ -45,7 +45,7 @@ class Settled(NamedTuple):
 
 @dataclass(eq=False)
 class _Rows:
-    """Free surfaces under way, rows of arrays: lines, rooms (n, 2), and what is known of each."""
+    """Free surfaces in motion, rows of arrays: lines, rooms (n, 2), and what is known of each."""
 
     lines: Array
     rooms: Nodes
@@ -249,7 +249,7 @@ def _against_joints(equations: Equations, rows: _Rows, values: Array) -> tuple[M
 def _through_narrow_rooms(
     equations: Equations, rows: _Rows, row: int, column: int, outwards: int
 ) -> bool:
-    """Put a line at the far end of the last narrow room that it passes; whether F falls on the way.
+    """Put a line at the far end of the last narrow room that it passes; whether F falls in between.
 
     outwards: 1 where it advances, -1 where it recedes. Between corners that are close to each other
     F hardly changes, so that no line rests within a room at both ends of which it goes on.

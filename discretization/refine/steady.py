@@ -1,8 +1,8 @@
 """Contacts on nodes at a depth near which nothing happens to them.
 
 Pressed from first touch on, lines come to the first places where they rest, and so they do when
-they are pulled: which state that is depends on the barriers on their way, not on the order in which
-they are passed. Nodes may have an event a little too early or too late. So contacts are only
+they are pulled: which state that is depends on the barriers on their path, not on the order in
+which they are passed. Nodes may have an event a little too early or too late. So contacts are only
 believed where nodes have no event from a margin before the depth to a margin beyond.
 """
 
@@ -22,7 +22,7 @@ _LINKS = 4  # of a contact at first touch: nodes lose narrower ones too early by
 def steady_contacts(nodes: FoundNodes, depth: float, margin: float) -> Contacts | None:
     """The contacts of the path that touches first and then moves to a depth.
 
-    None where nodes have an event less than a margin away, on the way at the depth or at first
+    None where nodes have an event less than a margin away, on the path at the depth or at first
     touch. An empty tuple is detached.
     """
     touch = nodes.row.lowest

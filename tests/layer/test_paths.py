@@ -131,7 +131,7 @@ def test_a_line_that_does_not_rest_is_not_certified(geometry, opening):
     scene = scene_of(Parabola(40.0), 0.45, w=0.005, opening=opening, geometry=geometry)
     branch = LayerBranch(scene, 1e-6)
     first = branch.first  # where it touches
-    pressed = branch.leg(first, first.depth + 0.02).end
+    pressed = branch.segment(first, first.depth + 0.02).end
     for point in (first, pressed):
         branch.certify(point)
         just = branch.point(point.depth, point.memory * (1 - 1e-9))

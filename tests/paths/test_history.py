@@ -80,7 +80,7 @@ def test_no_pull_is_no_pull_off():
     ],
 )
 def test_every_control_continues(programme):
-    """To rounding: legs begin at another state, and lines are found from there."""
+    """To rounding: segments begin at another state, and lines are found from there."""
     scene, (name, values) = adhesive(Parabola(0.02)), next(iter(programme.items()))
     whole, first = (load_path(scene, **programme | {name: part}) for part in (values, values[:2]))
     again = load_path(scene, **programme | {name: values[2:]}, after=first)

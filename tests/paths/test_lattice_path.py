@@ -18,8 +18,8 @@ SPACING = 1e-5
 def moved(branch, point, depth):
     """The point to which a branch of load paths comes at another depth."""
     while point.depth != depth and point.lines is not None:
-        leg = branch.leg(point, depth)
-        point = leg.after or leg.end
+        segment = branch.segment(point, depth)
+        point = segment.after or segment.end
     return Point(depth, None) if point.lines is None else point
 
 

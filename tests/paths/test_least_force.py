@@ -1,4 +1,4 @@
-"""The pull-off of paths on nodes: as if every leg were drawn, at the cost of a few states."""
+"""The pull-off of paths on nodes: as if every segment were drawn, at the cost of a few states."""
 
 import math
 from dataclasses import replace
@@ -65,14 +65,14 @@ def followed(name):
 
 
 def drawn(path: History) -> Snapshot:
-    """The most tensile state of all recorded ones and of every leg, followed and drawn again."""
+    """The most tensile state of all recorded ones and of all segments, followed and drawn again."""
     runs = [part for part in path.parts if isinstance(part, list)]
     states = [state for run in runs for state in run if not math.isnan(state.left)]
-    return min([*states, *path._turns_of_legs()], key=lambda state: state.force)
+    return min([*states, *path._turns_of_segments()], key=lambda state: state.force)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_pull_off_is_that_of_drawing_every_leg(name):
+def test_the_pull_off_is_that_of_drawing_every_segment(name):
     path = followed(name)
     state = drawn(path)
     found = path.pull_off
@@ -92,10 +92,10 @@ def test_no_force_between_two_states_is_below_its_bound(name):
     for each in bounded(path._branch, [*path._stretches()]):
         depths = each.stretch.depths
         first, last = (path._branch.contact(depths[i], *each.stretch.lines[i]) for i in (0, -1))
-        leg = path._branch.leg(first, last.depth)
-        curve = Curve.of(leg, Control(0.0))
-        way = each.stretch.direction
-        own = np.searchsorted(way * depths, way * leg.depths(curve.t), "right") - 1
+        segment = path._branch.segment(first, last.depth)
+        curve = Curve.of(segment, Control(0.0))
+        direction = each.stretch.direction
+        own = np.searchsorted(direction * depths, direction * segment.depths(curve.t), "right") - 1
         bounds = each.bounds[np.clip(own, 0, depths.size - 2)]
         size = np.abs(curve.value).max()
         assert (curve.value >= bounds - 1e-12 * size).all()
@@ -109,10 +109,10 @@ class Counted:
     def __init__(self, monkeypatch):
         self.walks = 0
         self.states = 0
-        self.legs = 0
+        self.segments = 0
         track = Walk.track
         totals = LatticeBranch.totals
-        leg = LatticeBranch.leg
+        segment = LatticeBranch.segment
 
         def counted_track(*given):
             self.walks += 1
@@ -122,13 +122,13 @@ class Counted:
             self.states += len(points)
             return totals(branch, points)
 
-        def counted_leg(*given):
-            self.legs += 1
-            return leg(*given)
+        def counted_segment(*given):
+            self.segments += 1
+            return segment(*given)
 
         monkeypatch.setattr(Walk, "track", counted_track)
         monkeypatch.setattr(LatticeBranch, "totals", counted_totals)
-        monkeypatch.setattr(LatticeBranch, "leg", counted_leg)
+        monkeypatch.setattr(LatticeBranch, "segment", counted_segment)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ class Counted:
     ids=["parabola", "punch", "rough", "wavy"],
 )
 def test_only_what_may_be_less_is_walked_again_and_drawn(monkeypatch, scene, programme):
-    """Parts of at most a third of the legs, and a fifth of the states."""
+    """Parts of at most a third of the segments, and a fifth of the states."""
     spacing = scene.elastocapillary_length / 24
     path = load_path(scene, method="lattice", spacing=spacing, **programme)
     with monkeypatch.context() as patched:
@@ -150,7 +150,7 @@ def test_only_what_may_be_less_is_walked_again_and_drawn(monkeypatch, scene, pro
         assert path.pull_off.force < 0
     every = Counted(monkeypatch)
     assert drawn(path).force == pytest.approx(path.pull_off.force, rel=1e-12, abs=0)
-    assert found.legs == 0
+    assert found.segments == 0
     assert 3 * found.walks <= every.walks
     assert 5 * found.states <= every.states
 
@@ -169,7 +169,7 @@ def test_pull_off_of_a_read_or_continued_path(tmp_path):
 
 
 def test_what_is_no_event_of_its_path_is_followed_leg_by_leg():
-    """Of a path whose events between two contacts are left out, every leg is drawn again."""
+    """Of a path whose events between two contacts are left out, every segment is drawn again."""
     path = followed("rough")
     kept = tuple(event for event in path.events if event.kind not in ("coalescence", "splitting"))
     assert len(kept) < len(path.events)

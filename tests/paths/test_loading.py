@@ -176,16 +176,16 @@ def test_after_pull_off_the_indenter_can_touch_again():
 def test_a_path_does_not_continue_from_a_wrong_state(monkeypatch, opening, factor):
     """A line out of place is noticed, with one work of adhesion and with two."""
     scene = adhesive(Parabola(0.02), w=0.001, opening=opening)
-    leg = OneContactBranch.leg
+    segment = OneContactBranch.segment
 
     def wrong(self, point, goal):
-        found = leg(self, point, goal)
+        found = segment(self, point, goal)
         found.end = found.end._replace(lines=tuple(factor * x for x in found.end.lines))
         return found
 
     touched = load_path(scene, depths=[0.001])
     with monkeypatch.context() as patch:
-        patch.setattr(OneContactBranch, "leg", wrong)
+        patch.setattr(OneContactBranch, "segment", wrong)
         with pytest.raises(NotCertifiedError, match="neighbours"):
             load_path(scene, depths=[0.0012], after=touched)  # no event on the way
     assert load_path(scene, depths=[0.001, -0.001]).half_width[1] > 0  # pinned if hysteretic

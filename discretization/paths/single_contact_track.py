@@ -1,4 +1,4 @@
-"""The lines of a contact that stays alone, on a way on which nothing else happens to it."""
+"""The lines of a contact that stays alone while nothing else happens to it."""
 
 import math
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ NEAR = 1e-11  # of the same: D - d of lines that are read next to where they dis
 
 
 @dataclass(frozen=True, eq=False)
-class LoneTrack:
+class SingleContactTrack:
     """The lines of a contact, one about an axis, at rest from a depth to another.
 
-    Each has one place at every depth on the way (../fitted/single_contact.py).
+    Each has one place at every depth in between (../fitted/single_contact.py).
     size: of their depths.
     """
 
@@ -34,7 +34,7 @@ class LoneTrack:
 
     @classmethod
     def of(cls, contact: SingleContact, lines: tuple[float, ...], start: float, end: float) -> Any:
-        """The way towards a depth, or to where the contact is lost.
+        """The lines on the path towards a depth, or to where the contact is lost.
 
         None where a line is held, jumps or meets a corner; ValueError where the surface turns over.
         """
@@ -59,7 +59,7 @@ class LoneTrack:
         return cls(contact, start, end, first, last, size)
 
     def lines(self, depths: Array) -> Array:
-        """Lines (k, 2, 2) of both free surfaces at depths (k,) on the way."""
+        """Lines (k, 2, 2) of both free surfaces at depths (k,) in between."""
         sides, count = np.array(self.contact.sides), depths.size
         side, goal = np.repeat(sides, count), np.tile(depths, sides.size)
         one, other = np.repeat(self.first, count), np.repeat(self.last, count)

@@ -1,4 +1,4 @@
-"""One way of a path, in one direction of the depth, that has been refined.
+"""A route: a part of a path in one direction of the depth, refined.
 
 It is asked for the lines at any depth on it, and for the work done between two depths.
 """
@@ -26,7 +26,7 @@ _JUST = 1e-12  # of the size of depths: by then a gap is about a millionth of l 
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class Route:
     """Stretches of smooth motion with the events between them."""
 
     refinement: Refinement
@@ -129,7 +129,7 @@ class Way:
         return total
 
     def _within(self, piece: Piece, start: float, end: float) -> tuple[float, float] | None:
-        """The part of a piece between two depths, in the order of the way; None where none is."""
+        """The part of a piece between two depths, in the order of the route; None where none is."""
         first, last = piece.depths[[0, -1]].tolist()
         low = self.direction * max(self.direction * first, self.direction * start)
         high = self.direction * min(self.direction * last, self.direction * end)
