@@ -28,7 +28,7 @@ from discretization.profile import Resolved, resolve, warn_hidden
 from discretization.refine.equations import free_surfaces, lines_of_surfaces
 from discretization.refine.events import NotRefined
 from discretization.refine.judged import Judge
-from discretization.refine.plan import Refinement
+from discretization.refine.plan import ASIDE, Refinement
 from discretization.refine.route import Route
 from discretization.refine.settle import settle
 from discretization.refine.states import CLOSER, known_lines
@@ -37,7 +37,6 @@ from energy.arrays import Array
 
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
-_ASIDE = 0.5  # margins of the depths of nodes: so far before a depth at which they fail is refined
 _BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
 _MOST_FAILURES = 4  # of nodes of a closeness, after which closer ones are taken for all that is
 # left, and segments on nodes alone, after which all is: each costs a walk to the end of the route
@@ -339,7 +338,7 @@ class RefinedBranch(Branch):
 
         Nodes may fail again, at a depth before that.
         """
-        least = _ASIDE * self.refinement(0).nodes.margin
+        least = ASIDE * self.refinement(0).nodes.margin
         aside = direction * least
         goal = failed - aside
         while direction * (goal - start.depth) > least:

@@ -23,6 +23,9 @@ from discretization.refine.totals import Totals
 from energy import Scene
 from energy.arrays import Array
 
+ASIDE = (
+    0.5  # margins of the depths of nodes: so far before a depth at which they fail it is refined
+)
 _TOGETHER = 1e-12  # of the size of depths: events so near to each other happen at once
 _FAR = 0.5  # of l
 _LATE = 1e-12  # of the size of depths: a surface may end that much before it is born
@@ -107,7 +110,7 @@ class Refinement:
     def follow(
         self, contacts: Contacts, on_nodes: float, lines: Array, start: float, goal: float
     ) -> list[Stretch]:
-        """The route of contacts from one depth to another.
+        """The route of contacts from one depth to another, or before events in another order.
 
         Parameters
         ----------
@@ -127,18 +130,43 @@ class Refinement:
             life.direction = direction
             life.start = start
             life.first = row
-        happened = self._refined(route.events, direction, goal)
+        happened, goal = self._refined(route.events, direction, start, goal)
         alive, stretches = self._stretches(route.first, happened, direction, start, goal)
         self._end(alive, goal)
         every = {id(life): life for stretch in stretches for life in stretch.lives}
         self.balance.pieces(list(every.values()))
         self._find_ends(stretches)
         for stretch in stretches:
-            self._agreed(stretch)
+            try:
+                self._agreed(stretch)
+            except NotRefined as reason:
+                return self._cut_short(stretches, stretch.end, reason)
         return stretches
 
-    def _refined(self, events: list[Happening], direction: int, goal: float) -> list[Happening]:
-        """The events that happen before the goal, with their depths and lines."""
+    def _cut_short(
+        self, stretches: list[Stretch], failed: float, reason: NotRefined
+    ) -> list[Stretch]:
+        """The stretches up to before a depth at which they fail; raises if hardly any are left."""
+        direction = stretches[0].direction
+        aside = ASIDE * self.nodes.margin
+        goal = failed - direction * aside
+        if direction * (goal - stretches[0].start) <= aside:
+            raise reason
+        kept = [stretch for stretch in stretches if direction * (goal - stretch.start) > 0]
+        last = kept[-1]
+        last.end = goal
+        last.events = []
+        last.after = None
+        last.before = self._at(last.lives, np.full(len(last.lives), goal)).reshape(-1, 2)
+        return kept
+
+    def _refined(
+        self, events: list[Happening], direction: int, start: float, goal: float
+    ) -> tuple[list[Happening], float]:
+        """The events that happen before the goal, with their depths and lines.
+
+        And the goal, or a depth before events that come in another order than on the nodes.
+        """
         happened = list[Happening]()
         unknown = list(events)
         enclosed = list[Happening]()
@@ -161,8 +189,7 @@ class Refinement:
             if not now:
                 lost = self._lost(enclosed, happened, direction, goal)
                 if lost is None:
-                    self._demand_order(enclosed, direction, goal)
-                    return happened
+                    return self._in_order(happened, enclosed, direction, start, goal)
                 now = [self._at_once(*lost)]
                 happened = [event for event in happened if event is not lost[0]]
                 enclosed = [event for event in enclosed if event is not lost[1]]
@@ -174,6 +201,26 @@ class Refinement:
                     life.start = event.depth
                     life.first = row
             happened += now
+
+    def _in_order(
+        self,
+        happened: list[Happening],
+        left: list[Happening],
+        direction: int,
+        start: float,
+        goal: float,
+    ) -> tuple[list[Happening], float]:
+        """The events that have happened by the goal, or before the first out of order."""
+        early = self._first_out_of_order(happened, left, direction, goal)
+        if early is None:
+            return happened, goal
+        aside = ASIDE * self.nodes.margin
+        cut = early - direction * aside
+        if direction * (cut - start) <= aside:
+            raise NotRefined(
+                f"events near depth = {early!r} are not in the order of the nodes", early
+            )
+        return [event for event in happened if direction * (event.depth - cut) < 0], cut
 
     def _happen(
         self, events: list[Happening], before: list[Happening], direction: int, goal: float
@@ -190,18 +237,21 @@ class Refinement:
             known.add(id(event))
         return found
 
-    def _demand_order(self, left: list[Happening], direction: int, goal: float) -> None:
-        """NotRefined if one of the events that are left comes before the goal.
+    def _first_out_of_order(
+        self, happened: list[Happening], left: list[Happening], direction: int, goal: float
+    ) -> float | None:
+        """The first depth of an event that comes in another order than on the nodes, or None.
 
-        Its surfaces are born at an event beyond the goal, so that the two come in another order
-        than on the nodes.
+        A surface of it is born later, at an event before the goal or, of those that are left,
+        beyond it.
         """
-        for event in left:
-            if direction * (event.depth - goal) <= 0:
-                raise NotRefined(
-                    f"events near depth = {event.depth!r} are not in the order of the nodes",
-                    event.depth,
-                )
+        late = _LATE * self.equations.size
+        early = [event.depth for event in left if direction * (event.depth - goal) <= 0]
+        for event in happened:
+            births = [life.born.depth for life in event.before if life.born is not None]
+            if any(direction * (event.depth - birth) < -late for birth in births):
+                early.append(event.depth)
+        return min(early, key=lambda depth: direction * depth, default=None)
 
     def _lost(
         self, events: list[Happening], before: list[Happening], direction: int, goal: float
