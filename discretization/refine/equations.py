@@ -35,7 +35,15 @@ _NARROWEST = 1e-12  # of l: width of a gap that is about to close
 
 
 class Ties(NamedTuple):
-    """σ and τ of free surfaces (n,), with their derivatives by L."""
+    """σ = tanh(L/2) and τ = 1/sinh L of free surfaces, L their widths over l.
+
+    Attributes
+    ----------
+    ground, tie : ndarray (n,)
+        σ and τ; 1 and 0 of a tail.
+    ground_rate, tie_rate : ndarray (n,)
+        Their derivatives by L.
+    """
 
     ground: Array
     tie: Array
@@ -44,7 +52,17 @@ class Ties(NamedTuple):
 
 
 def ties(widths: Array) -> Ties:
-    """Of free surfaces of these widths (n,) in units of l, infinite for tails."""
+    """σ and τ of free surfaces.
+
+    Parameters
+    ----------
+    widths : ndarray (n,)
+        Of the surfaces over l, infinite for tails.
+
+    Returns
+    -------
+    Ties
+    """
     wide = np.minimum(np.maximum(widths, _NARROWEST), 700.0)  # beyond, sinh overflows
     ground = np.tanh(wide / 2)
     tie = 1 / np.sinh(wide)
@@ -55,9 +73,14 @@ def ties(widths: Array) -> Ties:
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """The equations of the lines of a scene's free surfaces.
+    """The equations F = 0 of the lines of a scene's free surfaces.
 
-    size: of depths [length], by which rounding is judged.
+    Attributes
+    ----------
+    scene : Scene
+    profile : Resolved
+    size : float
+        Of the depths of a path [length], by which rounding is judged.
     """
 
     scene: Scene
@@ -66,7 +89,7 @@ class Equations:
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, depth: float) -> Equations:
-        """For depths up to this one."""
+        """The equations for depths up to this one [length]."""
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
         return cls(scene, profile, size or scene.layer.h)
 
@@ -93,7 +116,18 @@ class Equations:
         return np.asarray(self.scene.indenter.walls, float)
 
     def rooms_of(self, lines: Array) -> Nodes:
-        """In which room each line is (n, 2); at a joint in the one outwards of its contact."""
+        """The room, a piece of the profile between two joints, in which each line is.
+
+        Parameters
+        ----------
+        lines : ndarray (n, 2)
+            [length].
+
+        Returns
+        -------
+        ndarray of int (n, 2)
+            Numbers of rooms; of a line at a joint that of the room outwards of its contact.
+        """
         finite = np.where(np.isfinite(lines), lines, self.profile.lowest)
         on_its_right = np.searchsorted(self.joints, finite, "right") - 1
         on_its_left = np.searchsorted(self.joints, finite, "left") - 1
@@ -116,14 +150,42 @@ class Equations:
         return np.broadcast_to(kink, lines.shape)
 
     def values(self, lines: Array, depths: Array, directions: Array) -> Array:
-        """F (n, 2) of lines that are not exactly at a joint; 0 where there is no line."""
+        """F of lines that are not exactly at a joint.
+
+        Parameters
+        ----------
+        lines : ndarray (n, 2)
+            [length].
+        depths : ndarray (n,)
+            [length].
+        directions : ndarray (n,)
+            1 where the depth grows, -1 where it falls.
+
+        Returns
+        -------
+        ndarray (n, 2)
+            0 where there is no line.
+        """
         there, height, slope = self._profile_at(lines)
         steep = OUTWARDS * slope - self.kink(there, directions)
         pull = self._pull(lines, height, depths)
         return np.where(np.isfinite(lines), steep - pull / self.length, 0.0)
 
     def pulls(self, lines: Array, depths: Array) -> Array:
-        """What free surfaces pull at their lines (n, 2), over kl; 0 where there is no line."""
+        """The pull σ u + τ (u - u_facing) of free surfaces at their lines, over kl.
+
+        Parameters
+        ----------
+        lines : ndarray (n, 2)
+            [length].
+        depths : ndarray (n,)
+            [length].
+
+        Returns
+        -------
+        ndarray (n, 2)
+            [length]; 0 where there is no line.
+        """
         _, height, _ = self._profile_at(lines)
         return np.where(np.isfinite(lines), self._pull(lines, height, depths), 0.0)
 
@@ -134,7 +196,22 @@ class Equations:
         return np.asarray(found.ground[:, None] * displaced + found.tie[:, None] * rise)
 
     def shape(self, places: Array, lines: Array, depths: Array) -> tuple[Array, Array]:
-        """Gap v = u - d + f and v' (n, j) at places (n, j) of free surfaces with lines (n, 2)."""
+        """Gap v = u - d + f between free surfaces and the profile, and its slope v'.
+
+        Parameters
+        ----------
+        places : ndarray (n, j)
+            On each surface [length].
+        lines : ndarray (n, 2)
+            [length].
+        depths : ndarray (n,)
+            [length].
+
+        Returns
+        -------
+        gap, slope : ndarray (n, j)
+            v [length] and v'.
+        """
         own = np.repeat(np.arange(len(lines)), places.shape[1])
         u, slope = self.surface(places.ravel(), own, lines, depths)
         profile_height = np.asarray(self.profile.indenter.height(places), float)
@@ -145,9 +222,25 @@ class Equations:
     def surface(
         self, places: Array, own: Indices, lines: Array, depths: Array
     ) -> tuple[Array, Array]:
-        """u and u' (m,) at places (m,) of the free surfaces of these numbers, with lines (n, 2).
+        """Displacement of free surfaces, and its slope, without overflow.
 
-        u = [u_q sinh((p - y)/l) + u_p sinh((y - q)/l)]/sinh((p - q)/l), without overflow.
+            u = [u_q sinh((p - y)/l) + u_p sinh((y - q)/l)]/sinh((p - q)/l)
+
+        Parameters
+        ----------
+        places : ndarray (m,)
+            y [length].
+        own : ndarray of int (m,)
+            Number of the surface on which each place is.
+        lines : ndarray (n, 2)
+            q and p of all surfaces [length].
+        depths : ndarray (n,)
+            [length].
+
+        Returns
+        -------
+        u, slope : ndarray (m,)
+            u [length] and u'.
         """
         at_left, at_right = self.displaced(lines, depths)[own].T
         from_left = (places - lines[own, 0]) / self.length
@@ -167,7 +260,22 @@ class Equations:
         return np.where(np.isfinite(lines), depths[:, None] - height, 0.0)
 
     def rates(self, lines: Array, depths: Array, rooms: Nodes) -> Array:
-        """∂F_i/∂x_j (n, 2, 2) of lines in these rooms; 0 where there is no line."""
+        """The derivatives ∂F_i/∂x_j of the equations.
+
+        Parameters
+        ----------
+        lines : ndarray (n, 2)
+            [length].
+        depths : ndarray (n,)
+            [length].
+        rooms : ndarray of int (n, 2)
+            In which the lines are; f'' is that on this side of a joint.
+
+        Returns
+        -------
+        ndarray (n, 2, 2)
+            [1/length]; 0 where there is no line.
+        """
         there, height, slope = self._profile_at(lines)
         found = ties(self._widths(lines))
         is_gap = self._is_gap(lines)[:, None]
@@ -218,10 +326,21 @@ class Equations:
 
 
 def free_surfaces(lines: tuple[float, ...]) -> Array:
-    """Lines (m + 1, 2) of the free surfaces beside and between m contacts with these lines."""
+    """The free surfaces outside and between m contacts.
+
+    Parameters
+    ----------
+    lines : tuple of float
+        The 2m lines of the contacts from left to right [length].
+
+    Returns
+    -------
+    ndarray (m + 1, 2)
+        Left and right line of every free surface, infinite where a tail has none.
+    """
     return np.array([-math.inf, *lines, math.inf]).reshape(-1, 2)
 
 
 def lines_of_surfaces(surfaces: Array) -> tuple[float, ...]:
-    """The lines of contacts from left to right, of their free surfaces (m + 1, 2)."""
+    """The 2m lines of contacts from left to right, given their free surfaces (m + 1, 2)."""
     return tuple(surfaces.ravel()[1:-1].tolist())

@@ -20,14 +20,22 @@ import numpy as np
 from discretization.lattice.walk import End, paired
 from discretization.nodes.row import Contacts
 from discretization.refine.nodes import FoundNodes
-from energy.arrays import Array, Mask
+from energy.arrays import Array
 
 Pair = tuple[End, End]
 CREEPING = 2  # links that lines pass at once and may not jump over
 
 
 class Piece(NamedTuple):
-    """Lines (j, 2) of a surface at Gauss-Lobatto points (j,) of a part of its life."""
+    """A smooth part of the life of a free surface.
+
+    Attributes
+    ----------
+    depths : ndarray (j,)
+        Gauss-Lobatto points of it, as in balance.py [length].
+    lines : ndarray (j, 2)
+        Of the surface at these depths [length].
+    """
 
     depths: Array
     lines: Array
@@ -37,11 +45,24 @@ class Piece(NamedTuple):
 class Life:
     """One free surface on its route in one direction, 1 or -1 of growing or falling depth.
 
-    trace: depths, in the order of the route, from which its contact nodes are these.
-
-    What refinement finds: start, end: depths; first, last: lines (2,) there; pieces: in between;
-    passed: the depths of their ends times the direction; cuts: depths at which a line becomes
-    pinned or free.
+    Attributes
+    ----------
+    nodes : FoundNodes
+    direction : {1, -1}
+    trace : list of (float, (int or None, int or None))
+        Depths, in the order of the route, with the contact nodes on both sides from there on.
+    born, dies : Happening or None
+        The events at which it begins and ends.
+    start, end : float
+        Depths of these, once refined [length].
+    first, last : ndarray (2,)
+        Lines there [length].
+    pieces : list of Piece
+        The motion in between.
+    passed : ndarray (p,)
+        Depths of the ends of the pieces times the direction, which increase [length].
+    cuts : list of float
+        Depths at which a line becomes pinned or free [length].
     """
 
     nodes: FoundNodes
@@ -88,10 +109,20 @@ class Life:
 
 @dataclass(eq=False)
 class Happening:
-    """An event on the nodes: the surfaces before it, from left to right, and those after it.
+    """An event: free surfaces end and others begin.
 
-    at: its depth on the nodes; smooth: whether no line jumps, as where a gap is as narrow as one
-    likes. What refinement finds: depth, and the lines (n, 2) before and after.
+    Attributes
+    ----------
+    at : float
+        Its depth on the nodes [length].
+    before, after : list of Life
+        The surfaces that end and begin, from left to right.
+    smooth : bool
+        Whether no line jumps, as where a gap begins or ends with no width.
+    depth : float
+        Its refined depth [length]; nan until it is found.
+    lines_before, lines_after : ndarray (n, 2)
+        Refined lines of the surfaces just before and after it [length].
     """
 
     at: float
@@ -104,12 +135,22 @@ class Happening:
 
     @property
     def direction(self) -> int:
-        """Of the depth."""
+        """1 where the depth grows, -1 where it falls."""
         return (self.before or self.after)[0].direction
 
 
 class Walked(NamedTuple):
-    """Surfaces on a route from the first depth on, and all that happens to them, in that order."""
+    """What happens to the free surfaces of a route on nodes.
+
+    Attributes
+    ----------
+    first : list of Life
+        The surfaces at the start, from left to right.
+    events : list of Happening
+        In the order of the route.
+    reached : float
+        The depth at the end [length].
+    """
 
     first: list[Life]
     events: list[Happening]
@@ -117,7 +158,20 @@ class Walked(NamedTuple):
 
 
 def walked(nodes: FoundNodes, contacts: Contacts, start: float, goal: float) -> Walked:
-    """The lives of all free surfaces beside contacts on nodes, on the route to a depth."""
+    """The lives of all free surfaces of contacts on nodes, on the route to a depth.
+
+    Parameters
+    ----------
+    nodes : FoundNodes
+    contacts : Contacts
+        At rest on the nodes at the start.
+    start, goal : float
+        Depths [length].
+
+    Returns
+    -------
+    Walked
+    """
     direction = 1 if goal >= start else -1
     alive = [Life(nodes, direction, [(start, pair)]) for pair in pairs(contacts)]
     first = list(alive)
@@ -241,14 +295,3 @@ def _alive(alive: list[Life], events: Sequence[Happening]) -> list[Life]:
     kept = [life for life in alive if id(life) not in ended]
     kept += [life for event in events for life in event.after]
     return sorted(kept, key=lambda life: _bounds(life.trace[-1][1]))
-
-
-def ordered(lines: Array, group: Array) -> Mask:
-    """Whether contacts between neighbouring surfaces (r, ..., 2) of the same group are not closed.
-
-    group (r,): numbers of groups; of the last of each nothing is asked.
-    """
-    found = np.ones(lines.shape[:-1], bool)
-    same = np.flatnonzero(group[1:] == group[:-1])
-    found[same] = lines[same, ..., 1] <= lines[same + 1, ..., 0]
-    return found

@@ -29,7 +29,19 @@ _FLAT = 1e-6  # of l: the same of a fold where rounding makes more, its depth is
 
 
 class Roots(NamedTuple):
-    """Lines (n, 2), depths and places (n,), and whether they were found (n,)."""
+    """Depths at which something happens to free surfaces.
+
+    Attributes
+    ----------
+    lines : ndarray (n, 2)
+        Of the surfaces there [length].
+    depths : ndarray (n,)
+        [length].
+    places : ndarray (n,)
+        Where a surface touches or lines meet [length]; nan of folds.
+    found : ndarray of bool (n,)
+        Whether Newton's method has converged.
+    """
 
     lines: Array
     depths: Array
@@ -40,9 +52,26 @@ class Roots(NamedTuple):
 def folds(
     equations: Equations, lines: Array, depths: Array, directions: Array, free: Mask
 ) -> Roots:
-    """Where equilibria of free surfaces disappear, near lines (n, 2); free (n, 2): not pinned.
+    """Folds: depths at which equilibria of free surfaces disappear, det ∂F/∂x = 0.
 
-    Not next to a joint, at which F jumps: differences across it make roots that are none.
+    Those next to a joint, at which F jumps, are left out: differences across it make roots that
+    are none.
+
+    Parameters
+    ----------
+    equations : Equations
+    lines : ndarray (n, 2)
+        Near those at the fold [length].
+    depths : ndarray (n,)
+        Near the fold [length].
+    directions : ndarray (n,)
+        1 where the depth grows, -1 where it falls.
+    free : ndarray of bool (n, 2)
+        Lines that are not pinned.
+
+    Returns
+    -------
+    Roots
     """
     length = equations.length
     rooms = equations.rooms_of(lines)
@@ -79,7 +108,28 @@ def touches(
     places: Array,
     corner: Mask,
 ) -> Roots:
-    """Where free surfaces touch the profile near these places (n,), at a corner just there."""
+    """Depths at which free surfaces touch the profile: v = 0, and v' = 0 or a corner.
+
+    Parameters
+    ----------
+    equations : Equations
+    lines : ndarray (n, 2)
+        Near those at the touch [length].
+    depths : ndarray (n,)
+        Near that of the touch [length].
+    directions : ndarray (n,)
+        1 where the depth grows, -1 where it falls.
+    free : ndarray of bool (n, 2)
+        Lines that are not pinned.
+    places : ndarray (n,)
+        Near where the surface touches [length].
+    corner : ndarray of bool (n,)
+        Whether the place is a corner, and so exact.
+
+    Returns
+    -------
+    Roots
+    """
     length = equations.length
 
     def off(unknown: Array, own: Indices) -> Array:
@@ -116,9 +166,24 @@ def meetings(
     left_free: Mask,
     right_free: Mask,
 ) -> Roots:
-    """Where both lines of the contacts between surfaces (n, 2) on the left and right meet.
+    """Depths at which contacts disappear as both their lines meet.
 
-    left_free, right_free (n,): of the lines beyond. The lines are those of the outer ends.
+    Parameters
+    ----------
+    equations : Equations
+    left, right : ndarray (n, 2)
+        Lines of the free surfaces on the left and on the right of each contact [length].
+    depths : ndarray (n,)
+        Near that of the meeting [length].
+    directions : ndarray (n,)
+        1 where the depth grows, -1 where it falls.
+    left_free, right_free : ndarray of bool (n,)
+        Whether the outer lines of the two surfaces, those of other contacts, are free.
+
+    Returns
+    -------
+    Roots
+        With the outer lines of both surfaces.
     """
     length = equations.length
 
@@ -158,9 +223,30 @@ def _newton(
 ) -> tuple[Array, Mask]:
     """Roots of n systems of m equations by Newton's method with central differences.
 
-    off(unknown (k, m), own (k,)): of the systems with these numbers. The last unknown is a depth,
-    the others are positions. The roots (n, m), and which were found. rounding: of l, a last step
-    that may be longer than asked.
+    A root is found when the step of its positions is
+
+        max |s_i| < 1e-10 l,
+
+    or, after 25 steps of at most l/10, less than `rounding` l; systems that become singular are
+    given up.
+
+    Parameters
+    ----------
+    off : callable
+        Left-hand sides (k, m) for unknowns (k, m) of the systems with numbers (k,).
+    start : ndarray (n, m)
+        Where to begin; the last unknown is a depth, the others are positions [length].
+    steps : ndarray (m,)
+        Of the differences [length].
+    length : float
+        l [length].
+    rounding : float
+        Of l: how long the last step may be where rounding lets it be no shorter.
+
+    Returns
+    -------
+    unknown : ndarray (n, m)
+    found : ndarray of bool (n,)
     """
     count, size = start.shape
     unknown = start.copy()

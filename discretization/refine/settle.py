@@ -33,8 +33,16 @@ _FALLS = 1e-12  # by more than this F falls over a corner that a line jumps over
 class Settled(NamedTuple):
     """Free surfaces after Newton's method.
 
-    lines (n, 2); at_rest (n,): whether they are in stable equilibrium; pinned (n, 2); jumped (n,):
-    whether a line has passed a corner over which D falls, so that it has no rest in between.
+    Attributes
+    ----------
+    lines : ndarray (n, 2)
+        [length].
+    at_rest : ndarray of bool (n,)
+        Whether both lines of a surface are in stable equilibrium.
+    pinned : ndarray of bool (n, 2)
+        Which lines are pinned.
+    jumped : ndarray of bool (n,)
+        Whether a line has passed a corner over which D falls, so that it has no rest in between.
     """
 
     lines: Array
@@ -84,7 +92,16 @@ def settle(
     rounds: int = ROUNDS,
     downhill: bool = False,
 ) -> Settled:
-    """Take the lines of free surfaces to rest.
+    """Take the lines of free surfaces to rest: F = 0 of every line that is free.
+
+    Each round finds which lines are pinned, takes one step of Newton's method with the free ones,
+    of l/10 at most, and stops at joints. A surface is at rest when its step s is
+
+        |s| <= 8 roundings of a position,  or  |s| < 1e-9 l and s² <= 1e-15 l |last s|,
+
+    or no longer shrinks and is less than 1e-12 l (of gaps narrower than l/10 times the square of
+    by how much they are narrower). It is given up when its lines cross or go further than `reach`,
+    and when it is not at rest after `rounds`.
 
     Parameters
     ----------
@@ -103,6 +120,10 @@ def settle(
         Of Newton's method at most.
     downhill : bool
         Whether lines move as their forces push them where Newton's method leads to no stable rest.
+
+    Returns
+    -------
+    Settled
     """
     count = len(lines)
     rows = _Rows(
@@ -165,7 +186,18 @@ def _distance(lines: Array, others: Array, has_line: Mask) -> Array:
 
 
 def stable(rates: Array, free: Mask) -> Mask:
-    """Whether F grows outwards of every free line, and of both together (n,)."""
+    """Whether free lines are in stable equilibrium: the matrix of ∂²U/∂x_i∂x_j is positive.
+
+    Parameters
+    ----------
+    rates : ndarray (n, 2, 2)
+        ∂F_i/∂x_j [1/length].
+    free : ndarray of bool (n, 2)
+
+    Returns
+    -------
+    ndarray of bool (n,)
+    """
     left = np.where(free[:, 0], rates[:, 0, 0], 1.0)
     right = np.where(free[:, 1], rates[:, 1, 1], -1.0)
     both = free.all(axis=1)

@@ -13,7 +13,13 @@ from energy.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Totals:
-    """U and P of free surfaces, by running integrals over the profile (../quadrature.py)."""
+    """U and P of free surfaces, by running integrals over the profile (../quadrature.py).
+
+    Attributes
+    ----------
+    equations : Equations
+    integrals : Integrals
+    """
 
     equations: Equations
     integrals: Integrals
@@ -25,15 +31,28 @@ class Totals:
         return cls(equations, Integrals.of(equations.scene, equations.profile, level))
 
     def of_surfaces(self, lines: Array, depths: Array, direction: int = 1) -> tuple[Array, Array]:
-        """Energy U and force P (n,) of free surfaces with lines (n, 2) at depths (n,).
+        """Energy and force that free surfaces account for.
 
-        With the work of adhesion of closing, or where the direction is -1 with that of opening.
-
-        That of the contact up to the left line, less that up to the right line, and
+        Those of the contact up to the left line, less those up to the right line, and
 
             U = kl [σ (u² + v²) + τ (u - v)²]/2,      P = kl σ (u + v)
 
-        of the free surface, displaced by u and v at its lines.
+        of the free surface, displaced by u and v at its lines. The sum over all free surfaces of a
+        state is its U and P.
+
+        Parameters
+        ----------
+        lines : ndarray (n, 2)
+            [length].
+        depths : ndarray (n,)
+            [length].
+        direction : {1, -1}
+            Whether the work of adhesion is that of closing or that of opening.
+
+        Returns
+        -------
+        energy, force : ndarray (n,)
+            U [energy/length] and P [force/length].
         """
         scene = self.equations.scene
         adhesion = scene.work_of_adhesion if direction > 0 else scene.opened.work_of_adhesion
