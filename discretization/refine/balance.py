@@ -52,7 +52,18 @@ class _Part(NamedTuple):
 
 
 def depths_of(start: float, end: float) -> Array:
-    """The depths (DEGREE + 1,) of a piece."""
+    """The depths d = start + (end - start)(2t - t²) of a piece at Gauss-Lobatto points t.
+
+    Parameters
+    ----------
+    start, end : float
+        [length].
+
+    Returns
+    -------
+    ndarray (DEGREE + 1,)
+        [length].
+    """
     t = (gauss_lobatto(DEGREE)[0] + 1) / 2
     depths = start + (end - start) * (t * (2 - t))
     depths[-1] = end
@@ -60,9 +71,20 @@ def depths_of(start: float, end: float) -> Array:
 
 
 def drawn(pieces: Sequence[Piece], which: Indices, depths: Array) -> Array:
-    """Lines (..., 2) at depths, by the polynomials of t through the points of pieces.
+    """Lines at depths, by the polynomials of t through the points of pieces.
 
-    which: the number of the piece on which each of the depths is.
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    which : ndarray of int (...)
+        The number of the piece on which each of the depths is.
+    depths : ndarray (...)
+        [length].
+
+    Returns
+    -------
+    ndarray (..., 2)
+        [length].
     """
     ends = np.array([piece.depths[[0, -1]] for piece in pieces])[which]
     nodal = np.array([piece.lines for piece in pieces])
@@ -78,9 +100,19 @@ def drawn(pieces: Sequence[Piece], which: Indices, depths: Array) -> Array:
 
 
 def drawn_lives(lives: Sequence[Life], depths: Array) -> Array:
-    """Lines (n, k, 2) of surfaces at depths (n, k) on their lives, by their pieces.
+    """Lines of surfaces at depths on their lives, by the polynomials of their pieces.
 
-    Of a life too short for pieces the first or last ones.
+    Parameters
+    ----------
+    lives : sequence of Life
+        n of them.
+    depths : ndarray (n, k)
+        [length].
+
+    Returns
+    -------
+    ndarray (n, k, 2)
+        [length]; of a life too short for pieces the first or last ones.
     """
     found = np.empty((*depths.shape, 2))
     long_lives = list[int]()
@@ -135,14 +167,38 @@ def _guesses(parts: Sequence[_Part], depths: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """What divides lives into smooth pieces; scale: of energies."""
+    """What divides lives into smooth pieces on which the energy balances the work.
+
+    Attributes
+    ----------
+    events : Events
+        Takes lines to rest.
+    totals : Totals
+    scale : float
+        k l δ² of the path, by which the balance is judged [energy/length].
+    """
 
     events: Events
     totals: Totals
     scale: float
 
     def pieces(self, lives: Sequence[Life]) -> None:
-        """Find the pieces of all these lives, from their known start to their known end."""
+        """Find the pieces of all these lives, from their known start to their known end.
+
+        A part is a piece if |U(end) - U(start) - ∫P dd| <= TOLERANCE · k l δ² and no line changes
+        between pinned and free on it; else it is cut where one does, or halved. After 12 halvings,
+        or where it is shorter than 1e-11 δ, REFUSED · k l δ² will do.
+
+        Parameters
+        ----------
+        lives : sequence of Life
+            Pieces and cuts are written into them.
+
+        Raises
+        ------
+        NotRefined
+            If a part does not balance even so.
+        """
         size = self.events.equations.size
         todo = list[_Part]()
         for life in lives:

@@ -2,7 +2,7 @@
 
 On nodes a contact is lost a little late. A neighbour that would have been lost soon afterwards may
 then be lost at the same depth. Off the nodes the first of them is the one whose lines have met. The
-free surfaces beside it become one; if that comes to rest, the others are lost later.
+free surfaces on both sides of it become one; if that comes to rest, the others are lost later.
 """
 
 from __future__ import annotations
@@ -21,14 +21,28 @@ _MET = 1e-6  # of l: lines of a contact that is lost are as near to each other
 
 @dataclass(frozen=True, eq=False)
 class Cascades:
-    """What takes apart events at which several contacts are lost."""
+    """What takes apart events at which several contacts are lost.
+
+    Attributes
+    ----------
+    landings : Landings
+        Finds where the surface rests that two neighbours become.
+    """
 
     landings: Landings
 
     def found(self, happened: Sequence[Happening]) -> list[Happening]:
-        """The events at which later contacts are lost, of events at which several seemed to be.
+        """Divide events at which several contacts are lost into one after the other.
 
-        Those events are then the loss of the first contact alone.
+        Parameters
+        ----------
+        happened : sequence of Happening
+            Those that can be divided become the loss of their first contact alone.
+
+        Returns
+        -------
+        list of Happening
+            The events at which the other contacts are lost, whose depths are not known yet.
         """
         later = list[Happening]()
         for event in happened:

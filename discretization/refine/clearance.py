@@ -16,9 +16,16 @@ _LEVEL = 1e-6  # of how v' varies around a minimum of v: v' there
 
 
 class Dips(NamedTuple):
-    """Minima of the gap v = u - d + f: of which surfaces (m,), where, and v there.
+    """Minima of the gap v = u - d + f between free surfaces and the profile.
 
-    off: what v may be off by, 0 where it is exact.
+    Attributes
+    ----------
+    own : ndarray of int (m,)
+        Number of the surface of each.
+    places, gaps : ndarray (m,)
+        Where, and v there [length].
+    off : ndarray (m,)
+        What v may be off by [length], 0 where it is exact.
     """
 
     own: Indices
@@ -28,10 +35,24 @@ class Dips(NamedTuple):
 
 
 def dips(equations: Equations, lines: Array, depths: Array, *, below: float = 0.0) -> Dips:
-    """Minima of v between the lines (n, 2) of free surfaces at depths (n,).
+    """Minima of the gap v of free surfaces between their lines.
 
     Those of the cubics through v and v' at the samples of the profile; exactly where v may be less
     than `below`. At a line, where v = 0, there is none.
+
+    Parameters
+    ----------
+    equations : Equations
+    lines : ndarray (n, 2)
+        [length].
+    depths : ndarray (n,)
+        [length].
+    below : float
+        [length].
+
+    Returns
+    -------
+    Dips
     """
     own, x, f, slope = _samples(equations, lines, depths)
     if not own.size:

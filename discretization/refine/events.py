@@ -3,7 +3,7 @@
 An event ends the life of some free surfaces. Between a depth at which these are at rest and one at
 which they are not, its depth is enclosed by dividing the range into equal parts, at all of which
 all surfaces of all events are taken to rest together; a range shrinks by PARTS + 1 each round. That
-asks nothing of the kind of the event: an equilibrium that disappears (fold), a contact whose lines
+is the same for every kind of event: an equilibrium that disappears (fold), a contact whose lines
 meet, a corner that a line jumps over, a contact of one point that is pulled. Where a surface
 touches the profile it stays in equilibrium: that depth is a root (roots.py). So is the depth of a
 fold, next to which lines move as the root of what is left.
@@ -56,7 +56,10 @@ _CORNERS = 2.5  # spacings of nodes from where a surface touches to a corner tha
 class NotRefined(Exception):
     """What nodes have found could not be taken to the continuum; the message says what.
 
-    depth: where that was.
+    Attributes
+    ----------
+    depth : float
+        Where that was [length], nan if at no depth of its own.
     """
 
     def __init__(self, message: str, depth: float = math.nan) -> None:
@@ -93,7 +96,12 @@ class _Group:
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """What encloses events of free surfaces."""
+    """What encloses the depths of events of free surfaces.
+
+    Attributes
+    ----------
+    equations : Equations
+    """
 
     equations: Equations
 
@@ -107,7 +115,24 @@ class Events:
         rounds: int = ROUNDS,
         downhill: bool = False,
     ) -> Settled:
-        """Surfaces (r, j, 2) at depths (r, j) taken to rest; rows of r * j in the result."""
+        """Take free surfaces to rest, each at several depths.
+
+        Parameters
+        ----------
+        lives : sequence of Life
+            r of them, which give the direction and, with two works of adhesion, where lines stand.
+        lines : ndarray (r, j, 2)
+            Where to begin [length].
+        depths : ndarray (r, j)
+            [length].
+        reach, rounds, downhill
+            As in `settle`.
+
+        Returns
+        -------
+        Settled
+            With the r * j surfaces in one row after the other.
+        """
         count = lines.shape[1]
         directions = np.repeat([float(life.direction) for life in lives], count)
         kept = None
@@ -129,7 +154,22 @@ class Events:
         )
 
     def enclose(self, events: Sequence[Happening]) -> None:
-        """Find the depths of events and the lines just before them; nan where one is not found."""
+        """Find the depths of events and the lines just before them.
+
+        Between a depth at which all surfaces of an event are at rest and one at which they are not,
+        the event is a root (fold, touch or meeting), if just before that all are at rest; else its
+        range is divided until
+
+            |high - low| <= 1e-14 δ,    δ the size of depths,
+
+        or 60 times. It is missed if the range is then wider than 1e-11 δ, or if the event comes
+        later than a margin after that on nodes.
+
+        Parameters
+        ----------
+        events : sequence of Happening
+            `depth` and `lines_before` are written; they stay nan and empty of those missed.
+        """
         started = self._started(list(events))
         if not started:
             return
@@ -271,8 +311,8 @@ class Events:
     def _turns_at_corner(self, lines: Array, depth: float, corner: float) -> bool:
         """Whether the gap has a minimum at a corner, or at an edge of the body."""
         aside = 8 * np.spacing(max(abs(corner), self._length))
-        beside = np.array([[corner - aside, corner + aside]])
-        _, slope = self.equations.shape(beside, lines[None], np.array([depth]))
+        both_sides = np.array([[corner - aside, corner + aside]])
+        _, slope = self.equations.shape(both_sides, lines[None], np.array([depth]))
         first, last = self.equations.joints[[0, -1]]
         falls = corner == first or slope[0, 0] <= 0
         rises = corner == last or slope[0, 1] >= 0
@@ -577,9 +617,19 @@ class Events:
         return all(self.clearance(row, depth)[0] >= least for row in lines)
 
     def clearance(self, lines: Array, depth: float) -> tuple[float, float]:
-        """The least gap v of one surface away from its lines, and where; inf if there is none.
+        """The least minimum of the gap v of one free surface between its lines.
 
-        Exactly where that is less than 0.
+        Parameters
+        ----------
+        lines : ndarray (2,)
+            [length].
+        depth : float
+            [length].
+
+        Returns
+        -------
+        gap, place : float
+            [length]; the gap is exact where it is negative, and inf where there is no minimum.
         """
         found = dips(self.equations, lines[None], np.array([depth]))
         if not found.gaps.size:

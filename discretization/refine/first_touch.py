@@ -13,10 +13,21 @@ _ROUNDING = 1e-12  # of the size of depths: corners that differ by less are equa
 
 
 def faces_at_touch(equations: Equations, nodes: FoundNodes, contacts: Contacts) -> Array:
-    """The left and the right end (m, 2) of what touches first, for each contact on nodes there.
+    """The ends of what touches first: flat faces, or points.
 
-    Both are the same at a point, which is a corner or the only lowest point of the profile. They
-    are nan for one of several smooth points, which are not known as precisely.
+    Parameters
+    ----------
+    equations : Equations
+    nodes : FoundNodes
+    contacts : Contacts
+        m contacts on nodes at first touch.
+
+    Returns
+    -------
+    ndarray (m, 2)
+        Left and right end [length]. Both are the same at a point, which is a corner or the only
+        lowest point of the profile; they are nan for one of several smooth points, which are not
+        known as precisely.
     """
     profile = equations.profile
     corners = profile.corners

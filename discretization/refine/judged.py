@@ -23,13 +23,29 @@ Lines = tuple[float, ...]
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """What judges states with small slopes by the sizes of the whole path."""
+    """What judges states with small slopes by the sizes of the whole path.
+
+    Attributes
+    ----------
+    equations : Equations
+    contact_lines : ContactLines
+    """
 
     equations: Equations
     contact_lines: ContactLines
 
     def certificates(self, states: Sequence[tuple[Lines, float]]) -> list[Certificate]:
-        """Of the contacts with these lines, at least two of each, and depths."""
+        """The certificates of states in contact.
+
+        Parameters
+        ----------
+        states : sequence of (tuple of float, float)
+            The 2m lines of each, from left to right, and its depth [length].
+
+        Returns
+        -------
+        list of Certificate
+        """
         if not states:
             return []
         if not self.contact_lines.scene.opened.work_of_adhesion:

@@ -40,9 +40,17 @@ _PASSED = (0.1, 0.5)  # margins on both sides of an event, within which closer n
 
 @dataclass(frozen=True, eq=False)
 class Landings:
-    """What finds the lines after events.
+    """What finds where lines come to rest after events.
 
-    closer: the nodes that must agree; scale: of energies.
+    Attributes
+    ----------
+    events : Events
+        Takes lines to rest.
+    closer : FoundNodes
+        Nodes CLOSER times as close, which must agree.
+    totals : Totals
+    scale : float
+        k l δ² of the path, by which changes of the energy are judged [energy/length].
     """
 
     events: Events
@@ -51,7 +59,21 @@ class Landings:
     scale: float
 
     def land(self, happened: Sequence[Happening]) -> None:
-        """Find the lines (n, 2) after events of known depths. NotRefined where that fails."""
+        """Find the lines after events of known depths.
+
+        They are followed from their nodes a little beyond the event back to it, from ever further
+        beyond; where that fails they move as their forces push them.
+
+        Parameters
+        ----------
+        happened : sequence of Happening
+            Their `lines_after` are written.
+
+        Raises
+        ------
+        NotRefined
+            If no equilibrium is found, or lines rest earlier on their path.
+        """
         todo = [event for event in happened if event.after and not len(event.lines_after)]
         for ahead in _AHEAD:
             if todo:
@@ -167,9 +189,18 @@ class Landings:
         return failed
 
     def merged(self, event: Happening, place: int) -> Array | None:
-        """Lines (2,) of the surface that two neighbours become at an event, None without rest.
+        """Lines of the surface that two neighbours become at an event, the other contacts staying.
 
-        place: the number of the left one. The contacts on both sides of them stay.
+        Parameters
+        ----------
+        event : Happening
+        place : int
+            Number of the left one of both surfaces.
+
+        Returns
+        -------
+        ndarray (2,) or None
+            [length]; None where it does not come to rest.
         """
         rows = event.lines_before
         outer = np.array([rows[place, 0], rows[place + 1, 1]])
@@ -240,13 +271,23 @@ class Landings:
         return all(self.events.clearance(row, depth)[0] >= least for row in rows)
 
     def agrees_at_touch(self, after: Array) -> bool:
-        """Whether closer nodes lead to contacts with surfaces nearby (n, 2) at first touch."""
+        """Whether closer nodes find the same surfaces (n, 2) at first touch."""
         return self._near(pairs(self.closer.walk.touched(self.closer.row.lowest)), after)
 
     def agrees(self, event: Happening, before: Array, first: int) -> bool:
         """Whether closer nodes divide, or join, the surfaces of an event likewise.
 
-        before: lines (n, 2) of all free surfaces before it; first: the first one of the event.
+        Parameters
+        ----------
+        event : Happening
+        before : ndarray (n, 2)
+            Lines of all free surfaces before it [length].
+        first : int
+            Number of the first surface of the event among these.
+
+        Returns
+        -------
+        bool
         """
         contacts = self.closer.contacts(lines_of_surfaces(before))
         if any(start > end for start, end in contacts):
@@ -255,8 +296,8 @@ class Landings:
         last = first + len(event.before)
         left = on_nodes[first][0]
         right = on_nodes[last - 1][1]
-        beside = 0 if event.direction > 0 else _NEIGHBOURS  # lines that recede share contacts
-        own = on_nodes[max(first - beside, 0) : last + beside]
+        neighbours = 0 if event.direction > 0 else _NEIGHBOURS  # lines that recede share contacts
+        own = on_nodes[max(first - neighbours, 0) : last + neighbours]
         known = list[Pair]()
         for passed in _PASSED:
             reach = event.direction * passed * self.closer.margin

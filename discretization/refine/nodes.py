@@ -30,7 +30,16 @@ _ROUNDED = 1e-12  # of the size of depths: at least
 class FoundNodes:
     """A row of nodes under a profile, with the walk over them.
 
-    margin: by how much the depths of events may be off [length].
+    Attributes
+    ----------
+    scene : Scene
+    spacing : float
+        Of the nodes [length].
+    margin : float
+        By how much the depths of events on them may be off [length].
+    lattice : Lattice
+    deepest : float
+        The largest depth for which there are nodes [length].
     """
 
     scene: Scene
@@ -49,9 +58,22 @@ class FoundNodes:
         *,
         tips: bool = True,
     ) -> FoundNodes:
-        """For depths up to the deepest.
+        """Nodes for depths up to the deepest.
 
-        closer: how many times closer than usual; tips: whether they resolve the lowest points.
+        Parameters
+        ----------
+        scene : Scene
+        profile : Resolved
+        deepest : float
+            [length].
+        closer : float
+            How many times closer the nodes are than usual.
+        tips : bool
+            Whether they resolve the lowest point of the profile.
+
+        Returns
+        -------
+        FoundNodes
         """
         spacing = usual_spacing(scene, profile, tips=tips) / closer
         spacing = max(spacing, float(np.ptp(profile.x)) / MOST_NODES)
@@ -104,7 +126,20 @@ class FoundNodes:
 
 
 def usual_spacing(scene: Scene, profile: Resolved, *, tips: bool = True) -> float:
-    """Distance of nodes that resolve l, the waves of the profile and its lowest points."""
+    """Distance of nodes that resolve l, the waves of the profile and its lowest points.
+
+    Parameters
+    ----------
+    scene : Scene
+    profile : Resolved
+    tips : bool
+        Whether the lowest point of the profile is resolved.
+
+    Returns
+    -------
+    float
+        [length].
+    """
     length = scene.elastocapillary_length
     kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
     turns = slope_turns(profile.x, profile.slope, NOTICED * kink)
@@ -126,7 +161,20 @@ def _tips(profile: Resolved, kink: float) -> list[float]:
 
 
 def slope_turns(x: Array, slope: Array, least: float) -> Array:
-    """Where a slope turns round, having changed and then changing back by more than `least`."""
+    """Where a slope turns round, having changed and then changing back by more than `least`.
+
+    Parameters
+    ----------
+    x, slope : ndarray (n,)
+        Samples of the profile [length], and its slope there.
+    least : float
+        Smaller changes of the slope are no turns.
+
+    Returns
+    -------
+    ndarray (m,)
+        Positions of the turns [length].
+    """
     rises = np.sign(np.diff(slope))
     inner = 1 + np.flatnonzero(rises[1:] != rises[:-1])
     places = np.concatenate([[0], inner, [slope.size - 1]])  # between them it rises, or falls

@@ -36,8 +36,21 @@ _OVERLAP = 1e-6  # of l: lines of a contact that is lost as they meet are known 
 class Stretch:
     """Smooth motion of all surfaces from one depth to another.
 
-    before: lines (n, 2) of the surfaces at its end. after: those beyond the events there, None
-    where there is none; an empty array is detached. events: these.
+    Attributes
+    ----------
+    direction : {1, -1}
+        1 where the depth grows.
+    start, end : float
+        Depths [length].
+    lives : list of Life
+        The surfaces, from left to right.
+    before : ndarray (n, 2)
+        Their lines at the end [length].
+    after : ndarray (n', 2) or None
+        Lines beyond the events at the end [length], empty if detached; None where there is no
+        event.
+    events : list of Happening
+        Those at the end.
     """
 
     direction: int
@@ -51,7 +64,18 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """What follows the contacts of a scene, found on these nodes."""
+    """What follows the contacts of a scene, found on nodes of one spacing, off the nodes.
+
+    Attributes
+    ----------
+    scene : Scene
+    nodes : FoundNodes
+    equations : Equations
+    events : Events
+    landings : Landings
+    totals : Totals
+    balance : Balance
+    """
 
     scene: Scene
     nodes: FoundNodes
@@ -70,10 +94,22 @@ class Refinement:
         closer: int = 1,
         like: Refinement | None = None,
     ) -> Refinement:
-        """For depths up to the deepest.
+        """What follows contacts for depths up to the deepest.
 
-        closer: how many times closer nodes are than usual; like: on other nodes, with the same
-        equations and integrals.
+        Parameters
+        ----------
+        scene : Scene
+        profile : Resolved
+        deepest : float
+            [length].
+        closer : int
+            How many times closer the nodes are than usual.
+        like : Refinement, optional
+            The same on other nodes, whose equations and integrals are used again.
+
+        Returns
+        -------
+        Refinement
         """
         nodes = FoundNodes.of(scene, profile, deepest, closer)
         closer_nodes = FoundNodes.of(scene, profile, deepest, CLOSER * closer)
@@ -88,9 +124,21 @@ class Refinement:
         return cls(scene, nodes, equations, events, landings, totals, balance)
 
     def touched(self) -> tuple[Contacts, float, Array]:
-        """Contacts at first touch on nodes, the depth of that there, and lines (n, 2) at rest.
+        """The contacts at first touch.
 
-        NotRefined where these are not found, or closer nodes find another number of contacts.
+        Returns
+        -------
+        contacts : Contacts
+            On nodes.
+        on_nodes : float
+            The depth at which the nodes touch [length].
+        lines : ndarray (n, 2)
+            Of all free surfaces, at rest [length].
+
+        Raises
+        ------
+        NotRefined
+            If lines are not found, or closer nodes find another number of contacts.
         """
         touch = self.equations.profile.touch
         contacts = self.nodes.walk.touched(self.nodes.row.lowest)
@@ -114,10 +162,23 @@ class Refinement:
 
         Parameters
         ----------
-        contacts : tuple
+        contacts : Contacts
             On nodes, at rest at the depth `on_nodes`.
+        on_nodes : float
+            [length].
         lines : ndarray (n, 2)
-            Of their free surfaces, at rest at the depth `start`.
+            Of their free surfaces, at rest at the depth `start` [length].
+        start, goal : float
+            [length].
+
+        Returns
+        -------
+        list of Stretch
+
+        Raises
+        ------
+        NotRefined
+            If something on the route cannot be taken off the nodes; with the depth of that.
         """
         direction = 1 if goal >= start else -1
         beyond = goal + direction * self.nodes.margin

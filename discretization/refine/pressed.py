@@ -20,9 +20,19 @@ _LOOKED = 32  # links whose depths are found at once, twice as many each time
 
 
 def pressed(walk: Walk, depth: float) -> Contacts:
-    """The contacts of the path from first touch to a depth; below first touch those of its node.
+    """The contacts of the path from first touch to a depth.
 
-    They hold those without adhesion, which are found at once (nodes/obstacle.py).
+    They contain those without adhesion, which are found at once (nodes/obstacle.py).
+
+    Parameters
+    ----------
+    walk : Walk
+    depth : float
+        [length]; below first touch the contact of the lowest node is pressed to it.
+
+    Returns
+    -------
+    Contacts
     """
     rules = walk.closing
     start: Contacts = ((walk.row.touch, walk.row.touch),)

@@ -1,6 +1,6 @@
 """Contacts that stay at a corner and are narrower than nodes see.
 
-Where a contact is lost on nodes, a remnant may still rest at a tip: beside a corner D rises by a
+Where a contact is lost on nodes, a remnant may still rest at a tip: at a corner D rises by a
 jump, which holds a contact of any width. Its lines are looked for from widths of a spacing of the
 nodes down to rounding; receding lines come to rest in the widest contact first.
 """
@@ -24,14 +24,28 @@ _PULLED = 1e-13  # of the size of depths: a contact of one point that is pulled 
 
 @dataclass(frozen=True, eq=False)
 class Remnants:
-    """What looks for contacts that are left at corners."""
+    """What looks for contacts that are left at corners.
+
+    Attributes
+    ----------
+    events : Events
+        Takes lines to rest.
+    """
 
     events: Events
 
     def found(self, happened: Sequence[Happening]) -> list[Happening]:
-        """The events at which remnants are lost, of events at which contacts seemed to be.
+        """Find contacts that stay at corners after events at which they seemed to be lost.
 
-        Surfaces and lines after those are then the ones beside the remnants.
+        Parameters
+        ----------
+        happened : sequence of Happening
+            Surfaces and lines after those with a remnant become the ones on both sides of it.
+
+        Returns
+        -------
+        list of Happening
+            The events at which the remnants are lost, whose depths are not known yet.
         """
         if not self.events.equations.profile.corners.size:
             return []
@@ -48,7 +62,7 @@ class Remnants:
         return later
 
     def _remnant(self, event: Happening, left: float, right: float) -> Array | None:
-        """Lines (2, 2) of the surfaces beside a contact that stays between two lines."""
+        """Lines (2, 2) of the surfaces on both sides of a contact that stays between two lines."""
         equations = self.events.equations
         spacing = event.before[0].nodes.spacing
         corners = equations.profile.corners
@@ -88,13 +102,13 @@ def _interposed(event: Happening, rows: Array, place: float) -> Happening:
     if event.after:
         first, last = event.after[0].trace[0][1]
     both: list[Pair] = [(first, node), (node, last)]
-    beside = [Life(nodes, event.direction, [(event.at, pair)], born=event) for pair in both]
-    later = Happening(event.at, beside, event.after)
+    new = [Life(nodes, event.direction, [(event.at, pair)], born=event) for pair in both]
+    later = Happening(event.at, new, event.after)
     for life in event.after:
         life.born = later
         life.start = float("nan")
-    for life in beside:
+    for life in new:
         life.dies = later
-    event.after = beside
+    event.after = new
     event.lines_after = rows
     return later

@@ -1,6 +1,6 @@
 """A route: a part of a path in one direction of the depth, refined.
 
-It is asked for the lines at any depth on it, and for the work done between two depths.
+It gives the lines at any depth on it, and the work done between two depths.
 """
 
 from __future__ import annotations
@@ -27,7 +27,14 @@ _JUST = 1e-12  # of the size of depths: by then a gap is about a millionth of l 
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """Stretches of smooth motion with the events between them."""
+    """Stretches of smooth motion in one direction of the depth, with the events between them.
+
+    Attributes
+    ----------
+    refinement : Refinement
+    stretches : list of Stretch
+        In their order.
+    """
 
     refinement: Refinement
     stretches: list[Stretch]
@@ -39,11 +46,30 @@ class Route:
 
     @property
     def goal(self) -> float:
-        """The depth to which it leads."""
+        """The depth at which it ends [length]."""
         return self.stretches[-1].end
 
     def contacts(self, index: int, depth: float) -> tuple[Contacts, float]:
-        """Contacts on nodes at a depth on a stretch, and the depth at which these are at rest."""
+        """Contacts on nodes at a depth on a stretch, and the depth at which these are at rest.
+
+        Parameters
+        ----------
+        index : int
+            Number of the stretch.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        contacts : Contacts
+        on_nodes : float
+            The depth, or that at which the last surface is born on nodes if that is later.
+
+        Raises
+        ------
+        NotRefined
+            If the contacts on nodes overlap.
+        """
         lives = self.stretches[index].lives
         ends = [end for life in lives for end in life.pair(depth)][1:-1]
         nodes = [end for end in ends if end is not None]
@@ -62,9 +88,26 @@ class Route:
         return min(inside, key=lambda cut: self.direction * cut, default=stretch.end)
 
     def lines(self, index: int, depths: Array, *, roughly: bool = False) -> Array:
-        """Lines (n, k, 2) of the surfaces of a stretch at depths (k,) on it.
+        """Lines of the free surfaces of a stretch.
 
-        roughly: as the polynomials of the pieces have them.
+        Parameters
+        ----------
+        index : int
+            Number of the stretch.
+        depths : ndarray (k,)
+            On the stretch [length].
+        roughly : bool
+            Whether those of the polynomials of the pieces are good enough.
+
+        Returns
+        -------
+        ndarray (n, k, 2)
+            Of n surfaces from left to right [length].
+
+        Raises
+        ------
+        NotRefined
+            If Newton's method does not take them to rest.
         """
         lives = self.stretches[index].lives
         guess = drawn_lives(lives, np.broadcast_to(depths, (len(lives), depths.size)))
@@ -114,7 +157,7 @@ class Route:
             raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest", depth)
 
     def work(self, index: int, start: float, end: float) -> float:
-        """∫P dd on a stretch from one depth to another."""
+        """∫P dd on a stretch from one depth to another [energy/length]."""
         points, weights, _ = gauss_lobatto(DEGREE)
         total = 0.0
         for life in self.stretches[index].lives:

@@ -31,11 +31,11 @@ from energy.arrays import Array
 _MOST_NODES = 20_000  # of the usual ones: profiles with narrower features have too many
 CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no path
 _CLOSER = (1, 4, 16, 24)  # times closer nodes, of which two must lead to the same state
-_TOLD_APART = 1.2  # times closer nodes are another row
+_DISTINCT = 1.2  # times closer nodes are another row
 _SOONER = 1.5  # the depths of events are off by less than this power of the spacing of nodes
 _GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
 _LINKS = 4  # of a contact, or nodes may take others for the lowest ones
-_BESIDE = 1 / 64  # of δ₀: depths beside the imposed one, of which the lowest contacts are tried
+_NEARBY = 1 / 64  # of δ₀: next to the depth, at whose lowest contacts states are looked for
 _SAME = 1e-9  # of the energy's scale: energies of the same state
 _FAR = 0.5  # of l: how far lines may be from their nodes
 _REPEATED = 1e-8  # of l: lines found twice
@@ -48,8 +48,28 @@ Lines = tuple[float, ...]
 def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     """Certified equilibrium of a line contact that may have several contacts.
 
-    NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
-    AccuracyWarning where the profile is not resolved, or closer nodes might lead to a lower state.
+    Parameters
+    ----------
+    scene : Scene
+    depth : float
+        [length].
+    branch : {"adhered", "global"}
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    NotCertifiedError
+        If no equilibrium is found.
+    ValueError
+        If a contact leaves the known profile.
+
+    Warns
+    -----
+    AccuracyWarning
+        If samples do not resolve the profile, or closer nodes might have a lower state.
     """
     places = np.empty(0)
     for _ in range(LOOKS):
@@ -81,7 +101,7 @@ def _adhered(contact_lines: ContactLines, depth: float, branch: str) -> tuple[Eq
 
 
 def _at_once(contact_lines: ContactLines, depth: float) -> Lines | None:
-    """The same lines from contacts on nodes at this depth; None where these do not tell them.
+    """The same lines from contacts on nodes at this depth; None where these do not decide.
 
     With corners contacts narrower than any nodes may stay as the indenter is pulled, and where two
     works of adhesion differ lines depend on where they have been.
@@ -184,7 +204,7 @@ def _steady(contact_lines: ContactLines, depth: float) -> Lines | None:
     spacing = math.inf
     for closer in _CLOSER:
         nodes = FoundNodes.of(contact_lines.scene, profile, depth, closer)
-        if nodes.spacing > spacing / _TOLD_APART:
+        if nodes.spacing > spacing / _DISTINCT:
             break  # there are as many nodes as are allowed
         spacing = nodes.spacing
         contacts = steady_contacts(nodes, depth, nodes.margin / closer**_SOONER)
@@ -225,7 +245,26 @@ def _known(equations: Equations, surfaces: Array) -> Lines | None:
 
 
 def known_lines(equations: Equations, surfaces: Array, depth: float) -> Lines:
-    """The lines of contacts; ValueError where they leave the known profile."""
+    """The lines of contacts, if they are on the known profile.
+
+    Parameters
+    ----------
+    equations : Equations
+    surfaces : ndarray (m + 1, 2)
+        Lines of the free surfaces [length].
+    depth : float
+        [length].
+
+    Returns
+    -------
+    tuple of float
+        The 2m lines from left to right [length].
+
+    Raises
+    ------
+    ValueError
+        If a line is at an end of the profile that is not an edge of the body.
+    """
     lines = lines_of_surfaces(surfaces)
     for line in _unknown(equations, lines):
         raise unknown(depth, line)
@@ -291,12 +330,12 @@ class _Lowest:
         the known profile.
         """
         equations = Equations.of(self.scene, self.profile, self.depth)
-        beside = _BESIDE * self.scene.critical_separation
+        nearby = _NEARBY * self.scene.critical_separation
         for closer in _GLOBAL_CLOSER:
             nodes = FoundNodes.of(self.scene, self.profile, self.depth, closer, tips=False)
             candidates: set[Lines] = {()}
             count = 0
-            for depth in (self.depth - beside, self.depth + beside, self.depth):
+            for depth in (self.depth - nearby, self.depth + nearby, self.depth):
                 lines = nodes.lowest(depth)
                 count = len(lines) // 2
                 rest = self._at_rest(equations, lines)

@@ -22,8 +22,17 @@ _LINKS = 4  # of a contact at first touch: nodes lose narrower ones too early by
 def steady_contacts(nodes: FoundNodes, depth: float, margin: float) -> Contacts | None:
     """The contacts of the path that touches first and then moves to a depth.
 
-    None where nodes have an event less than a margin away, on the path at the depth or at first
-    touch. An empty tuple is detached.
+    Parameters
+    ----------
+    nodes : FoundNodes
+    depth, margin : float
+        [length].
+
+    Returns
+    -------
+    Contacts or None
+        Empty if detached. None where nodes have an event less than a margin away from the depth
+        on the path, or from first touch.
     """
     touch = nodes.row.lowest
     first = _pressed(nodes, max(depth, touch), margin)
