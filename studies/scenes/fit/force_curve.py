@@ -293,7 +293,8 @@ def _flat(depth: Array, force: Array) -> int:
         count = int(leaves[0])
     if not FLAT <= count < force.size:
         return 0
-    flat = abs(line[0]) * np.ptp(depth[count:]) < STEEP * np.ptp(force[count:])
+    slope = line[0] if line.size == 2 else 0.0  # at constant depth the line is a level alone
+    flat = abs(slope) * np.ptp(depth[count:]) < STEEP * np.ptp(force[count:])
     return count if flat else 0
 
 

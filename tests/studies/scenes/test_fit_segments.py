@@ -7,7 +7,14 @@ import pytest
 
 from studies.scenes.fit import trials
 from studies.scenes.fit.estimate import fit
-from studies.scenes.fit.force_curve import Curve, Data, chosen_points, holds, in_motion
+from studies.scenes.fit.force_curve import (
+    Curve,
+    Data,
+    chosen_points,
+    free_parts,
+    holds,
+    in_motion,
+)
 from studies.scenes.fit.trials import SCENE
 
 FAST = {"profiles": False, "alternatives": False}
@@ -65,6 +72,15 @@ def test_a_depth_that_is_constant_out_of_contact():
     found = fit(SCENE, curve, **FAST)
     assert_found(found)
     assert [one.name for one in found.estimates] == ["w", "gamma1", "offset", "level"]
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_a_level_at_constant_depth_is_free_in_any_units(unit):
+    """The level is a force: the depths in contact say nothing about whether it is flat."""
+    force = np.concatenate([np.zeros(200), np.linspace(-0.3, 1.0, 200)]) + 10.0
+    force = force + 1e-3 * np.random.default_rng(4).standard_normal(400)
+    depth = np.concatenate([np.zeros(200), np.linspace(0, unit, 200)])
+    assert 170 <= free_parts(Curve(depth, force)).sum() <= 200
 
 
 def test_depths_are_chosen_and_left_out():
