@@ -16,7 +16,6 @@ PATH = (
     ("pull_off_force", "most tensile force P", "N"),
     ("dissipated", "energy lost on the path", "J"),
 )
-LINES = 6  # of the second axis; more become a map
 WORDS = {
     "depth": "depth d",
     "layer.E": "Young's modulus E",
@@ -33,6 +32,15 @@ WORDS = {
     "options.spacing": "distance of the nodes",
 }
 STYLES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
+LINES = len(STYLES)  # of the second axis; more become a map
+DETACHED = {"marker": "x", "color": GREY, "ls": "", "label": "detached"}
+UNRESOLVED = {
+    "marker": "o",
+    "color": GREY,
+    "mfc": "white",
+    "ls": "",
+    "label": "not resolved by the lattice, error unknown",
+}
 
 
 def conventions(per_length: str) -> str:
@@ -48,7 +56,8 @@ def conventions(per_length: str) -> str:
 def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
     """Over the longest axis, a line per value of the second, or a map; other axes at the first.
 
-    What that leaves out is said above; what a line or a mark means, below.
+    What that leaves out is said above; what a line or a mark means, below. A state that the lattice
+    does not resolve has no error bar, but an open circle.
     """
     figure, panels = canvas(11, 5.2, 1, 2)
     shape = [len(axis.values) for axis in record.grid.axes]
@@ -58,17 +67,18 @@ def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
     path = any("pull_off_force" in result.get("found", {}) for result in record.results)
     for axes, (name, label, unit) in zip(panels, PATH if path else STATE, strict=True):
         keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
-        columns = record.column(name), record.column(f"error_{name}"), record.detached
-        table, error, apart = (column.reshape(shape)[keep] for column in columns)
+        unresolved = _unresolved(record, name)
+        columns = record.column(name), record.column(f"error_{name}"), record.detached, unresolved
+        table, error, detached, unresolved = (column.reshape(shape)[keep] for column in columns)
         if second is not None and first > second:
             table = table.T
             error = error.T
-            apart = apart.T
+            detached = detached.T
+            unresolved = unresolved.T
         unit += per_length * (unit != "m")
         size = prefixed(table, unit)
-        error = np.nan_to_num(error)
         quantity = f"{label} in {size.symbol}"
-        values = Values(table / size.size, error / size.size, apart)
+        values = Values(table / size.size, error / size.size, detached, unresolved)
         _draw(axes, record, (first, second), values, quantity)
     left_out = [(i, record.grid.axes[i].values) for i in order[2:]]
     fixed = ", ".join(
@@ -89,13 +99,15 @@ class Values(NamedTuple):
     Attributes
     ----------
     table, error : ndarray (n,) or (n, m)
-    detached : ndarray of bool, likewise
-        Which states are.
+        The error is nan where it is not known.
+    detached, unresolved : ndarray of bool, likewise
+        Which states are detached, and which ones in contact the lattice does not resolve.
     """
 
     table: Array
     error: Array
     detached: Mask
+    unresolved: Mask
 
     @property
     def attached(self) -> Array:
@@ -103,14 +115,24 @@ class Values(NamedTuple):
         return np.where(self.detached, math.nan, self.table)
 
 
+def _unresolved(record: Record, name: str) -> Mask:
+    """Which states in contact have an estimate of the error that is no number (n,)."""
+    key = f"error_{name}"
+    estimated = np.array([key in result.get("found", {}) for result in record.results])
+    return np.asarray(estimated & np.isnan(record.column(key)) & ~record.detached)
+
+
 def _draw(
     axes: Any, record: Record, chosen: tuple[int, int | None], values: Values, quantity: str
 ) -> None:
-    """The values over the axes chosen: lines through the states in contact, crosses for others."""
+    """The values over the axes chosen: lines through the states in contact, or a map of them.
+
+    Crosses are detached states, open circles those that the lattice does not resolve.
+    """
     x = _coordinates(axes, "x", record, chosen[0])
     if chosen[1] is None:
         axes.errorbar(x, values.attached, yerr=values.error, fmt="o-", color=BLUE, ms=3, capsize=2)
-        _crosses(axes, x, values)
+        _marks(axes, x, values)
     elif values.table.shape[1] <= LINES:
         _lines(axes, x, values, record, chosen[1])
     else:
@@ -118,21 +140,21 @@ def _draw(
         shown = {"cmap": "cividis", "shading": "nearest", "rasterized": True}
         colours = axes.pcolormesh(x, y, values.attached.T, **shown)
         axes.figure.colorbar(colours, ax=axes, label=quantity)
-        i, j = np.nonzero(values.detached)
-        axes.plot(x[i], y[j], "x", color=GREY, ms=4, label="detached" if i.size else None)
+        for which, mark in ((values.unresolved, UNRESOLVED), (values.detached, DETACHED)):
+            i, j = np.nonzero(which)
+            if i.size:
+                axes.plot(x[i], y[j], ms=4, **mark)
         return
     axes.set_ylabel(quantity)
     axes.grid(alpha=0.25)
 
 
-def _crosses(axes: Any, x: Array, values: Values) -> None:
-    """The detached states, if there are any."""
-    if values.detached.any():
-        lone = values.detached.reshape(len(x), -1)
-        ms = 5
-        for column, apart in zip(values.table.reshape(len(x), -1).T, lone.T, strict=True):
-            axes.plot(x[apart], column[apart], "x", color=GREY, ms=ms)
-        axes.plot([], [], "x", color=GREY, ms=ms, label="detached")
+def _marks(axes: Any, x: Array, values: Values) -> None:
+    """The states that are detached or that the lattice does not resolve, if there are any."""
+    i, *_ = np.indices(values.table.shape)
+    for which, mark in ((values.unresolved, UNRESOLVED), (values.detached, DETACHED)):
+        if which.any():
+            axes.plot(x[i[which]], values.table[which], ms=5, zorder=3, **mark)
 
 
 def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> None:
@@ -142,7 +164,7 @@ def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> 
         name = _named(record, second, value)
         style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name, "marker": "o", "ms": 3}
         axes.errorbar(x, values.attached[:, i], yerr=values.error[:, i], capsize=2, **style)
-    _crosses(axes, x, values)
+    _marks(axes, x, values)
 
 
 def _named(record: Record, i: int, value: Value) -> str:

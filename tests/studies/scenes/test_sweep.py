@@ -313,6 +313,30 @@ def test_a_logarithmic_range_has_a_logarithmic_axis():
         assert sweep_figure._by_ratios(np.array(values, float)) == bool(log), values
 
 
+@pytest.mark.parametrize("lines", [1, 2, 7])
+def test_unresolved_states_of_a_sweep_are_marked(lines):
+    """An error that is not known is no error bar of length 0."""
+    depths = tuple(float(n) for n in range(1, 10))
+    axes = (Axis("depth", depths), Axis("surfaces.gamma1", tuple(0.01 * n for n in range(lines))))
+    grid = Grid(axes[: 1 if lines == 1 else 2])
+    common = {"half_width": 1.0, "error_half_width": 0.1, "error_force": 0.1, "label": "global"}
+    found = [{**common, "force": 1.0 + at} for at in range(len(grid))]
+    found[3]["error_force"] = None
+    results = tuple({"at": at, "found": one} for at, one in enumerate(found))
+    figure = sweep_figure.plot(Record(grid, results), "A title")
+    force, width = figure.axes[:2]
+    open_circles = [line for line in force.lines if line.get_markerfacecolor() == "white"]
+    (marked,) = open_circles
+    depth = grid.point(3)["depth"]
+    assert marked.get_xdata().tolist() == [depth]
+    assert not any(line.get_markerfacecolor() == "white" for line in width.lines)
+    (legend,) = figure.legends
+    assert sweep_figure.UNRESOLVED["label"] in [text.get_text() for text in legend.get_texts()]
+    bars = [bar for part in force.containers for bar in part.lines[2][0].get_segments()]
+    drawn = len(grid) - 1 if lines <= sweep_figure.LINES else 0  # a map has none
+    assert sum(bar.size > 0 for bar in bars) == drawn
+
+
 @pytest.mark.parametrize(("depths", "lines"), [((1.0, 2.0, 3.0), 2), (tuple(range(9)), 7)])
 def test_figure_of_a_sweep_axes_and_omissions(depths, lines):
     """Three axes: the longest along x, the second as lines or a map, of the third one value."""
