@@ -17,6 +17,7 @@ from studies.shared.timing import blas_threads
 
 MARKERS = "D^v<>phX*Pd8H"
 OURS = {"default": ("o", BLUE), "lattice": ("s", ORANGE), "one by one": ("X", BLUE)}
+WIDTH_OF_TITLE = 8.2  # inches that the title of the figure needs, which one panel has not
 LEAST = 1e-16  # relative errors that are less, 0 among them, are drawn here
 TITLES = {
     "nonadhesive": "a state without adhesion",
@@ -180,8 +181,9 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
     kinds = [*dict.fromkeys(family(p.method) for p in shown)]
     columns = max(1, min(3, len(tasks)))
     rows = -(-len(tasks) // columns)
-    size = 0.8 + 3.9 * columns, 1.6 + 3.4 * rows
-    figure, grid = canvas(*size, rows, columns, sharey=True, squeeze=False)
+    width = max(WIDTH_OF_TITLE, 0.8 + 3.9 * columns)
+    height = 1.6 + 3.4 * rows
+    figure, grid = canvas(width, height, rows, columns, sharey=True, squeeze=False)
     panels = grid.ravel()
     for axes in panels[len(tasks) :]:
         axes.set_axis_off()

@@ -113,7 +113,11 @@ def test_a_task_with_one_point_a_method_is_not_drawn():
     lone = [blank._replace(task="many", method=m, seconds=1.0) for m in ("ours, default", "b")]
     absent = blank._replace(task="many", method="b", note="not installed")
     assert runtime_report.curves([*pair, *lone, absent]) == pair
-    assert len(runtime_report.plot([*pair, *lone], {1000: 1e-4}).axes) == 1
+    figure = runtime_report.plot([*pair, *lone], {1000: 1e-4})
+    assert len(figure.axes) == 1
+    box = figure.get_tightbbox()  # the title is wider than one panel
+    assert box.x0 >= 0
+    assert box.x1 <= figure.get_size_inches()[0]
 
 
 def test_no_two_methods_of_others_are_drawn_alike():
