@@ -17,10 +17,22 @@ _KNOWN = 1e-14  # of ∫|P dd|: as well as it is known
 
 
 class Snapshot(NamedTuple):
-    """A state beside an event: depth, force P, energy U, contact lines (nan when detached).
+    """A state just before or after an event.
 
-    left, right: the outermost lines; inner: those in between, where there are several contacts.
-    With rotational symmetry (axisymmetric) they are radii, left of a contact on the axis is 0.
+    Attributes
+    ----------
+    depth : float
+        d [length].
+    force, energy : float
+        P [force/length], compressive if positive, and U [energy/length]; of the whole contact with
+        rotational symmetry.
+    left, right : float
+        The outermost contact lines [length], nan when detached. With rotational symmetry they are
+        radii, and `left` of a contact on the axis is 0.
+    inner : tuple of float
+        Those in between, where there are several contacts [length].
+    axisymmetric : bool
+        Whether there is rotational symmetry.
     """
 
     depth: float
@@ -89,7 +101,15 @@ class Event(NamedTuple):
 
 
 class PullOff(NamedTuple):
-    """The most tensile state of a path."""
+    """The most tensile state of a path.
+
+    Attributes
+    ----------
+    force : float
+        P < 0 [force/length].
+    depth, half_width : float
+        d and a there [length].
+    """
 
     force: float
     depth: float
@@ -97,9 +117,16 @@ class PullOff(NamedTuple):
 
 
 class Point(NamedTuple):
-    """Contacts at a depth: lines from left to right, () where only touching, None if detached.
+    """Contacts at a depth.
 
-    memory: what else its branch has to know of a point.
+    Attributes
+    ----------
+    depth : float
+        [length].
+    lines : tuple of float or None
+        All contact lines from left to right [length], () where only touching, None if detached.
+    memory : object
+        What else its branch has to know of a point.
     """
 
     depth: float
@@ -119,11 +146,20 @@ class Point(NamedTuple):
 
 @dataclass(eq=False)
 class PathSegment:
-    """The path from one depth to another, with nothing but smooth motion in between.
+    """A part of a path at imposed depths, with nothing but smooth motion between its ends.
 
-    after: what is beyond an event at the end, None where nothing happens there; jumps: whether
-    lines jump at that event. Depths on it are start + (end - start) t²(3 - 2t): at both ends P
-    may be like a root of the depth, which is smooth in t.
+    Depths on it are start + (end - start) t²(3 - 2t), 0 <= t <= 1: at both ends P may be like a
+    root of the depth, which is smooth in t.
+
+    Attributes
+    ----------
+    branch : Branch
+        What has followed it.
+    start, end : Point
+    after : Point or None
+        What is beyond an event at the end, None where nothing happens there.
+    jumps : bool
+        Whether lines jump at that event.
     """
 
     branch: Any
@@ -139,14 +175,14 @@ class PathSegment:
 
     @property
     def pinned(self) -> Pinned:
-        """What holds the outermost lines on it."""
+        """Where the outermost lines are pinned on it, as in `Branch.pinned`."""
         if self.branch.pinned(self.start) == self.branch.pinned(self.end):
             return self.branch.pinned(self.start)
         (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
         return self.branch.pinned(between)
 
     def points(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the segment (n,)."""
+        """The contacts at depths (n,) on the segment [length]."""
         known = {point.depth: point for point in (self.end, self.start)}
         new = np.array([depth for depth in depths.tolist() if depth not in known])
         if new.size:
@@ -154,15 +190,18 @@ class PathSegment:
         return [known[depth] for depth in depths.tolist()]
 
     def between(self, depths: Array) -> list[Point]:
-        """The same, where that is not known: as the branch tells from the start on."""
+        """The same at depths that are not its ends: as the branch moves from the start."""
         return list(self.branch.moved(self.start, depths))
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P at depths on the segment (n,); roughly: only as good as is needed to draw it."""
+        """P [force/length] at depths (n,) on the segment.
+
+        roughly: only as good as is needed to draw it.
+        """
         return np.asarray(self.branch.totals(self.points(depths))[1])
 
     def depths(self, t: Array) -> Array:
-        """d at t."""
+        """d at t, an array [length]."""
         start, end = self.start.depth, self.end.depth
         depths = start + (end - start) * (t * t * (3 - 2 * t))
         return np.where(t == 1.0, end, np.clip(depths, min(start, end), max(start, end)))
@@ -178,7 +217,10 @@ class PathSegment:
         return _ROUNDING * pushed * (width**2 if scene.axisymmetric else width)
 
     def external_work(self) -> float:
-        """∫P dd from the start to the end, on parts halved until that changes it no more."""
+        """∫P dd from the start to the end, on parts halved until that changes it no more.
+
+        The error is at most 1e-14 ∫|P dd|, or what rounding leaves [energy/length].
+        """
         span = self.end.depth - self.start.depth
 
         def density(t: Array) -> Array:
@@ -192,9 +234,13 @@ class PathSegment:
 
 
 class Branch(Protocol):
-    """Contacts under a prescribed depth.
+    """Contacts under a prescribed depth, which a load path is made of.
 
-    smooth: whether P is a smooth function of d between events.
+    Attributes
+    ----------
+    scene : Scene
+    smooth : bool
+        Whether P is a smooth function of d between events.
     """
 
     scene: Scene
@@ -202,16 +248,16 @@ class Branch(Protocol):
 
     @property
     def resolution(self) -> float:
-        """The length by which lines may be off."""
+        """The length by which lines may be off [length]."""
         return 0.0
 
     @property
     def touch(self) -> float:
-        """Depth at which contact begins."""
+        """Depth at which contact begins [length]."""
 
     @property
     def holding_range(self) -> float:
-        """How far below touching a contact can be held: δ₀ of opening."""
+        """How far below touching a contact can stay: δ₀ of opening [length]."""
         return self.scene.opened.critical_separation
 
     @property
@@ -223,16 +269,46 @@ class Branch(Protocol):
         return Point(depth, lines)
 
     def segment(self, point: Point, goal: float) -> PathSegment:
-        """The path from a point in contact towards another depth, up to the first event."""
+        """The path from a point in contact towards another depth, up to the first event.
+
+        Parameters
+        ----------
+        point : Point
+        goal : float
+            [length].
+
+        Returns
+        -------
+        PathSegment
+            At least up to a change of what pins lines, at most to the goal.
+
+        Raises
+        ------
+        ValueError
+            If a contact leaves the known profile.
+        NotCertifiedError
+            If something happens that the branch cannot follow.
+        """
 
     def pinned(self, point: Point) -> Pinned:
-        """What holds each of the outermost lines: "edge", "tip" or "" where it is free."""
+        """Where each of the outermost lines is pinned: "edge", "tip" or "" where it is free."""
         walls = self.scene.indenter.walls
         first, last = ("edge" if x in walls else "" for x in point.ends)
         return first, last
 
     def totals(self, points: Sequence[Point]) -> Array:
-        """U, with the work of adhesion of closing, and P (2, n) of points in contact."""
+        """Energies and forces of points in contact.
+
+        Parameters
+        ----------
+        points : sequence of Point
+            n of them.
+
+        Returns
+        -------
+        ndarray (2, n)
+            U, with the work of adhesion of closing [energy/length], and P [force/length].
+        """
         found = np.empty((2, len(points)))
         for own in alike(points):
             found[:, own] = self.many([points[i] for i in own])
@@ -246,26 +322,45 @@ class Branch(Protocol):
         return np.zeros(2) if point.lines is None else self.totals([point])[:, 0]
 
     def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
-        """Outermost lines (n, 2), P and U (n,) to report of points in contact."""
+        """What is reported of points in contact.
+
+        Parameters
+        ----------
+        points : sequence of Point
+            n of them, along which lines move in one direction.
+
+        Returns
+        -------
+        lines : ndarray (n, 2)
+            The outermost ones [length].
+        force, energy : ndarray (n,)
+            P [force/length] and U [energy/length].
+        """
         energy, force = self.totals(points)
         return np.array([point.ends for point in points]), force, energy
 
     def snapshot(self, point: Point) -> Snapshot:
-        """A point beside an event."""
+        """A point just before or after an event."""
         energy, force = self.total(point).tolist()
         return snapshot_of(point, energy, force, self.scene.axisymmetric)
 
     def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
-        """Points beside events, all at once where that is faster."""
+        """Points just before or after events, all at once where that is faster."""
         return [self.snapshot(point) for point in points]
 
     def friction(self, before: Point, after: Point) -> float:
-        """Lost where lines do not jump: w_opening - w of what opens, w of what closes."""
-        opened, w = self.opened(before, after), self.scene.work_of_adhesion
-        return opened * (self.scene.opened.work_of_adhesion - w if opened > 0 else -w)
+        """Energy lost where lines move without a jump [energy/length].
+
+        Where the contact opens it is w_opening - w per length, where it closes w.
+        """
+        opened = self.opened(before, after)
+        closing = self.scene.work_of_adhesion
+        if opened > 0:
+            return opened * (self.scene.opened.work_of_adhesion - closing)
+        return opened * -closing
 
     def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points, weighted with the pattern's factor.
+        """The length that opens between two points, weighted with the pattern's factor [length].
 
         Minus that which closes, where what closes has to be touched first and loses w.
         """

@@ -59,7 +59,23 @@ class Control:
 
     @classmethod
     def of(cls, given: str, stiffness: Any) -> Control:
-        """The control of a programme of the kind "depth", "force" or "drive"."""
+        """The control of a programme.
+
+        Parameters
+        ----------
+        given : {"depth", "force", "drive"}
+        stiffness : float or None
+            K of the machine, for drives [force/length²].
+
+        Returns
+        -------
+        Control
+
+        Raises
+        ------
+        ValueError
+            If the stiffness of a machine is not positive.
+        """
         if given == "drive":
             positive("machine_stiffness", stiffness)
         return cls({"depth": None, "force": 0.0}.get(given, stiffness))
@@ -107,7 +123,23 @@ class Curve(NamedTuple):
 
     @classmethod
     def of(cls, segment: PathSegment, control: Control) -> Curve:
-        """C by polynomials on parts of the segment, which are halved until these represent it."""
+        """C by polynomials on parts of the segment, which are halved until these represent it.
+
+        A part is not halved any further if its last two coefficients c of degree 12 are
+
+            2 max |c| <= 1e-6 (largest less smallest P) + 8 roundings of C,
+
+        or if it is 1/256 of the segment.
+
+        Parameters
+        ----------
+        segment : PathSegment
+        control : Control
+
+        Returns
+        -------
+        Curve
+        """
         if not segment.smooth:
             t = at_changes(segment)
             return cls.sampled(segment, control, t, _values(segment, control, t))
@@ -128,7 +160,10 @@ class Curve(NamedTuple):
         return cls(segment, control, t, value, none, none, _rounding(segment, control))
 
     def peak(self, side: int) -> int:
-        """The first sample after which exact C falls (side 1) or rises (-1); the last if none."""
+        """The number of the first sample after which exact C falls (side 1) or rises (-1).
+
+        The last one if there is none.
+        """
         for i in np.flatnonzero(side * np.diff(self.value) < -_NOISE * self.rounding).tolist():
             start, after = side * _values(self.segment, self.control, self.t[i : i + 2])
             if after - start < -_NOISE * self.rounding:
@@ -138,7 +173,12 @@ class Curve(NamedTuple):
     def refined(self, i: int, side: int) -> Point:
         """The peak at an inner sample, to rounding, by polynomials on less and less around it.
 
-        At first where C is less by no more than it may be off, before it passes the peak again.
+        The search ends where a polynomial that turns represents C,
+
+            2 max |c| <= 1e-12 (largest less smallest C) + 8 roundings of C,
+
+        where C varies by no more than 8 roundings, or after 40 rounds. It begins with the part
+        around the peak on which C is less by no more than it may be off.
         """
         known = _DRAWN * np.ptp(self.value) if self.ends.size else _NOISE * self.rounding
         low, high = self._around(i, side, known)
@@ -170,7 +210,22 @@ class Curve(NamedTuple):
         return low, high
 
     def reached(self, values: Array, side: int, first: int, stop: int | None = None) -> list[Point]:
-        """Where C first reaches values (n,) from one sample to another, as many as it reaches."""
+        """Where C first reaches values, from one sample to another.
+
+        Parameters
+        ----------
+        values : ndarray (n,)
+            Of the control, in the order in which it changes.
+        side : {1, -1}
+            Whether they rise or fall.
+        first, stop : int
+            Numbers of samples.
+
+        Returns
+        -------
+        list of Point
+            As many as are reached.
+        """
         highest = np.maximum.accumulate(side * self.value[first:stop])
         before = side * self.value[max(first - 1, 0)]  # a peak from which C falls
         k = np.searchsorted(highest, np.maximum(side * values, before))

@@ -183,12 +183,12 @@ class History:
         lines.append(",".join(_COLUMNS))
         for row, inner in zip(self.table.tolist(), self.inner, strict=True):
             lines.append(",".join([*map(repr, row), " ".join(map(repr, inner))]))
-        beside = Path(f"{path}.part")
+        unfinished = Path(f"{path}.part")
         try:
-            beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
-            os.replace(beside, path)
+            unfinished.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            os.replace(unfinished, path)
         except OSError:
-            beside.unlink(missing_ok=True)
+            unfinished.unlink(missing_ok=True)
             raise
 
     @classmethod

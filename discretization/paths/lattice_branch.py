@@ -51,7 +51,11 @@ _SAME = 1e-12  # of the depth and δ₀: depths of one closing
 class LatticeSegment(PathSegment):
     """A segment on which lines pass links, each at a depth of its own.
 
-    trace: that of its `Track`.
+    Attributes
+    ----------
+    trace : sequence of (float, tuple of int)
+        Depths, in the order of the path, with the first and last nodes of all contacts from there
+        on, as in the `Track` of the walk.
     """
 
     trace: Sequence[tuple[float, tuple[int, ...]]]
@@ -77,8 +81,18 @@ class LatticeSegment(PathSegment):
 class LatticeBranch(Branch):
     """Any number of contacts on fixed nodes under a prescribed depth.
 
-    What a point remembers are its contacts as node intervals. Its lines are on their nodes, but
+    The memory of a point are its contacts as node intervals. Its lines are on their nodes, but
     where closing and opening differ: there, between nodes, where they have last moved.
+
+    Attributes
+    ----------
+    scene : Scene
+    row : Row
+        The nodes, with the profile on them.
+    walk : Walk
+        Takes contacts on them from depth to depth.
+    hidden : Unseen
+        Where the nodes do not see the profile.
     """
 
     scene: Scene
@@ -89,9 +103,24 @@ class LatticeBranch(Branch):
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, deepest: float) -> LatticeBranch:
-        """deepest: the largest depth of the programme, which says how many nodes are needed.
+        """The branch of a scene.
 
-        ValueError for springs without tension.
+        Parameters
+        ----------
+        scene : Scene
+        spacing : float
+            Of the nodes [length].
+        deepest : float
+            The largest depth of the programme, for which there have to be nodes [length].
+
+        Returns
+        -------
+        LatticeBranch
+
+        Raises
+        ------
+        ValueError
+            For springs without tension.
         """
         route(scene, "path", nodes=True)
         lattice = Lattice.of(scene, spacing)
@@ -174,14 +203,14 @@ class LatticeBranch(Branch):
     def segment(self, point: Point, goal: float) -> LatticeSegment:
         """The path from a point towards another depth, up to the first event.
 
-        Or to where an outermost line leaves or reaches what holds it.
+        Or to where an outermost line becomes pinned or free.
         """
         trace, at, then = self.walk.track(point.memory, point.depth, goal)
         stop = goal if at is None else at
-        held = [self.holds(nodes[0], nodes[-1]) for _, nodes in trace]
+        pinned = [self.pinned_at(nodes[0], nodes[-1]) for _, nodes in trace]
         for i in range(1, len(trace)):
             depth = trace[i][0]
-            if held[i] != held[i - 1] and depth not in (point.depth, stop):
+            if pinned[i] != pinned[i - 1] and depth not in (point.depth, stop):
                 here, there = (
                     self.point(paired(nodes), depth, point) for _, nodes in trace[i - 1 : i + 1]
                 )
@@ -195,25 +224,35 @@ class LatticeBranch(Branch):
 
     @functools.cached_property
     def _pinning(self) -> tuple[dict[int, str], dict[int, str]]:
-        """What holds a left and a right line on some nodes."""
-        row, body = self.row, self.row.scene.indenter
-        (lo, hi), (tip, _) = body.extent, self._on_nodes(((row.touch, row.touch),))
-        sharp = "edge" if tip in self.scene.indenter.walls else "tip"
-        tips = {row.touch: sharp} if body.convex and tip in body.corners else {}
-        left = tips | ({0: "edge"} if lo in body.walls else {})
-        right = tips | ({row.size - 1: "edge"} if hi in body.walls else {})
-        return {} if lo == row.lattice.axis else left, right
+        """The nodes at which a left and a right line are pinned, "edge" or "tip"."""
+        body = self.row.scene.indenter
+        lowest_node = self.row.touch
+        lowest, _ = self._on_nodes(((lowest_node, lowest_node),))
+        first, last = body.extent
+        left = dict[int, str]()
+        right = dict[int, str]()
+        if body.convex and lowest in body.corners:
+            kind = "edge" if lowest in self.scene.indenter.walls else "tip"
+            left[lowest_node] = kind
+            right[lowest_node] = kind
+        if first in body.walls:
+            left[0] = "edge"
+        if last in body.walls:
+            right[self.row.size - 1] = "edge"
+        if first == self.row.lattice.axis:  # a disc has no left line
+            left = {}
+        return left, right
 
-    def holds(self, first: int, last: int) -> Pinned:
-        """What holds the outermost lines of contacts between these nodes."""
+    def pinned_at(self, first: int, last: int) -> Pinned:
+        """Where the outermost lines of contacts between these nodes are pinned."""
         left, right = self._pinning
         return left.get(first, ""), right.get(last, "")
 
     def pinned(self, point: Point) -> Pinned:
-        """What holds the outermost lines: "edge", "tip" or "" where they are free."""
+        """Where each of the outermost lines is pinned: "edge", "tip" or "" where it is free."""
         if point.lines is None:
             return "", ""
-        return self.holds(point.memory[0][0], point.memory[-1][1])
+        return self.pinned_at(point.memory[0][0], point.memory[-1][1])
 
     def totals(self, points: Sequence[Point]) -> Array:
         """U and P (2, n), interpolated between the nodes: those of a contact set jump at links."""
@@ -249,9 +288,9 @@ class LatticeBranch(Branch):
         return found
 
     def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
-        """Points beside events: U of the contact sets, and P between the nodes."""
-        held = [point for point in points if point.lines is not None]
-        forces = iter(self.totals(held)[1].tolist() if held else [])
+        """Points just before or after events: U of the contact sets, and P between the nodes."""
+        in_contact = [point for point in points if point.lines is not None]
+        forces = iter(self.totals(in_contact)[1].tolist() if in_contact else [])
         found = []
         for point in points:
             energy, force = 0.0, 0.0

@@ -3,7 +3,7 @@
 The half-width a tells everything: D(a), where a line rests that advances or recedes, and at a depth
 the force and the energy, which is a parabola of the depth at fixed a (../layer/lines.py). So a line
 advances to the first a at which D is the depth, or recedes to it; between D of closing and D of
-opening it is held; and where D turns, it jumps to the next a with the same D.
+opening it is pinned; and where D turns, it jumps to the next a with the same D.
 """
 
 import functools
@@ -26,7 +26,7 @@ _STEP = 1 / 12  # of log₂ a
 
 
 class LayerSegment(PathSegment):
-    """A segment on which the line is held, or slides where D is the depth, which does not turn."""
+    """A segment on which the line is pinned, or slides along D = d, which does not turn."""
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the segment (n,)."""
@@ -90,7 +90,7 @@ class LayerBranch(Branch):
         return self.point(depth, max(lines[1] - self.body.apex, self.body.tip))
 
     def pinned(self, point: Point) -> Pinned:
-        """What holds each line: "edge", "tip" or ""."""
+        """Where each line is pinned: "edge", "tip" or "" where it is free."""
         tips = point.memory == self.body.tip and not self.scene.axisymmetric
         if tips and self.body.apex in self.scene.indenter.corners:
             return "tip", "tip"
@@ -101,9 +101,9 @@ class LayerBranch(Branch):
         a, here, direction = point.memory, point.depth, 1 if goal >= point.depth else -1
         lines, tie = self.lines[direction], _TIE * (abs(here) + self.holding_range)
         rest = lines.rest_depth(a, direction)
-        if direction * (rest - here) > tie:  # held so far
-            held = goal if direction * (goal - rest) <= 0 else rest
-            return LayerSegment(self, point, self.point(held, a), None, False)
+        if direction * (rest - here) > tie:  # pinned so far
+            pinned_to = goal if direction * (goal - rest) <= 0 else rest
+            return LayerSegment(self, point, self.point(pinned_to, a), None, False)
         a, depth, how = lines.walk(a, here, goal, direction, past=False)
         end, after, jumps = self.point(depth, a), None, how == "turns"
         if jumps:

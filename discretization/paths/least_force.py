@@ -133,8 +133,8 @@ class Bounded:
         known = max(before, 0)  # the recorded state from which it is followed
         here = contacts_at(self.nodes[known])
         trace, at, _ = branch.walk.track(here, float(depths[known]), goal)
-        held = {branch.holds(each[0], each[-1]) for depth, each in trace if depth != last}
-        if len(held) > 1 or at not in (None, last):
+        pinned = {branch.pinned_at(each[0], each[-1]) for depth, each in trace if depth != last}
+        if len(pinned) > 1 or at not in (None, last):
             raise UnknownError
         segment.trace = [(first, tuple(self.nodes[known].tolist())), *trace[1:]]
         return segment, inside
@@ -183,11 +183,31 @@ def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:
 
 
 def _bound(row: Row, nodes: Nodes, depths: Array) -> Array:
-    """What P between the nodes is no less than at these depths (n,), with contacts in these."""
-    wider = nodes + facing_sides(nodes.shape[1])
-    np.clip(wider, 0, row.size - 1, out=wider)
-    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
-    wider[:, 1:-1] = np.where(close, nodes[:, 1:-1], wider[:, 1:-1])
+    """What P between the nodes is no less than, P_C - 2 max(P_C - P_C', 0); see the module.
+
+    Parameters
+    ----------
+    row : Row
+    nodes : ndarray of int (n, 2m)
+        First and last nodes of the contacts C; C' are those with all lines one link further out.
+    depths : ndarray (n,)
+        [length].
+
+    Returns
+    -------
+    ndarray (n,)
+        [force/length].
+    """
+    one_link_out = nodes + facing_sides(nodes.shape[1])
+    wider = np.clip(one_link_out, 0, row.size - 1)
+
+    # Lines that face each other across a narrow gap stay where they are: it must not close.
+    inner = nodes[:, 1:-1]
+    gap_links = nodes[:, 2::2] - nodes[:, 1:-1:2]
+    is_narrow = np.repeat(gap_links < _APART, 2, axis=1)
+    wider[:, 1:-1] = np.where(is_narrow, inner, wider[:, 1:-1])
+
     _, forces = row.totals(np.concatenate([nodes, wider]), np.tile(depths, 2))
     force, force_of_wider = np.split(forces, 2)
-    return np.asarray(force - _FURTHER * np.maximum(force - force_of_wider, 0.0))
+    falls_by = np.maximum(force - force_of_wider, 0.0)
+    return np.asarray(force - _FURTHER * falls_by)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discretization.certificate import TOLERANCE, NotCertifiedError
+from discretization.certificate import TOLERANCE, NotCertifiedError, worst
 from discretization.fitted.contact_lines import ContactLines, free_surface_lines
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.rest_depths import DIFFERENCES, TIE
@@ -61,7 +61,12 @@ class OneContactSegment(PathSegment):
 class OneContactBranch(Branch):
     """One contact under a prescribed depth.
 
-    single_contacts: what finds it where there can be no other, pressed (1) and retracted (-1).
+    Attributes
+    ----------
+    scene : Scene
+    contact_lines : ContactLines
+    single_contacts : dict
+        What finds it where there can be no other, pressed (1) and retracted (-1).
     """
 
     scene: Scene
@@ -116,12 +121,12 @@ class OneContactBranch(Branch):
         lowest = self.contact_lines.profile.lowest
         lines = self._landed((lowest, lowest), self.touch, 1)
         assert lines is not None, "a line that is pressed rests somewhere"
-        if contact := self._beside_apex(lines):
+        if contact := self._near_apex(lines):
             lines = contact.lines(self.touch)
         self._refuse_others(lines, self.touch)
         return Point(self.touch, lines)
 
-    def _beside_apex(self, lines: Lines) -> SingleContact | None:
+    def _near_apex(self, lines: Lines) -> SingleContact | None:
         """What finds lines closer to the apex of a lone contact than the samples of the profile."""
         contact, near = (
             self.single_contacts.get(1),
@@ -225,8 +230,8 @@ class OneContactBranch(Branch):
             return
         scale = TOLERANCE * self.contact_lines.rests.size
         unit = self.scene.stiffness * self.scene.elastocapillary_length
-        torn = max([0.0, *self.contact_lines.opening(lines, depth)]) > unit * scale
-        if torn or self.contact_lines.penetration(lines, depth) > scale:
+        torn = not worst(*self.contact_lines.opening(lines, depth)) <= unit * scale
+        if torn or not self.contact_lines.penetration(lines, depth) <= scale:
             what = "a gap opens inside the contact" if torn else "another contact begins"
             remedy = "use other depths, or a line contact with slopes='small'"
             if not self.scene.axisymmetric and self.scene.slopes == "small":
@@ -279,9 +284,7 @@ class OneContactBranch(Branch):
         """NotCertifiedError unless the contacts are in equilibrium."""
         if not point.lines:
             return
-        judge = (
-            self._beside_apex(point.lines) or self.contact_lines
-        )  # by the sizes of the whole path
+        judge = self._near_apex(point.lines) or self.contact_lines  # by the sizes of the whole path
         contacts = Contacts(judge, point.lines, point.depth)
         certify(contacts, contacts.totals()).demand(
             f"the state at depth = {point.depth!r}",

@@ -43,7 +43,7 @@ def estimated(fine: Any, coarse: Any, coarser: float, stacklevel: int) -> dict[s
             stacklevel=stacklevel + 1,
         )
     share = _SAFETY / ((coarser**2 if alike else coarser) - 1)
-    unsure = _beside_events(fine, coarse) if alike else {}
+    unsure = _next_to_events(fine, coarse) if alike else {}
     found = {}
     for name in COLUMNS:
         values = np.array(getattr(fine, name), float)
@@ -63,7 +63,7 @@ def estimated(fine: Any, coarse: Any, coarser: float, stacklevel: int) -> dict[s
     return found
 
 
-def _beside_events(fine: Any, coarse: Any) -> dict[int, Any]:
+def _next_to_events(fine: Any, coarse: Any) -> dict[int, Any]:
     """The steps that may be on the other side of an event, and that event."""
     found = {}
     for event, other in zip(fine.events, coarse.events, strict=True):

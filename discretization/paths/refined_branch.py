@@ -47,10 +47,21 @@ _NEAR_NODES = 4.0  # spacings: so near to those of nodes lines must rest to be r
 
 
 class Place(NamedTuple):
-    """Where a point is: on a stretch of a route.
+    """Where a point is: on a stretch of a route, or, before there is one, on nodes.
 
-    Or, before there is one, on nodes of this closeness: its contacts there and the depth at which
-    these are at rest. nodal: the point on nodes alone, where it is not refined.
+    Attributes
+    ----------
+    route : Route or None
+    stretch : int
+        Number of the stretch of the route.
+    level : int
+        Number of the closeness of the nodes.
+    contacts : Contacts
+        The contacts on these.
+    on_nodes : float
+        The depth at which these are at rest [length].
+    nodal : Point or None
+        The point on nodes alone, where it is not refined.
     """
 
     route: Route | None
@@ -62,7 +73,15 @@ class Place(NamedTuple):
 
 
 class Shortened(NamedTuple):
-    """A route that ends at a depth before its goal, since nodes do not lead further."""
+    """A route that ends at a depth before its goal, since it could not be refined any further.
+
+    Attributes
+    ----------
+    direction : {1, -1}
+        1 where the depth grows.
+    depth, goal : float
+        [length].
+    """
 
     direction: int
     depth: float
@@ -71,7 +90,14 @@ class Shortened(NamedTuple):
 
 @dataclass(eq=False)
 class RefinedSegment(PathSegment):
-    """A part of a stretch of a route."""
+    """A part of a stretch of a route.
+
+    Attributes
+    ----------
+    route : Route
+    index : int
+        Number of the stretch.
+    """
 
     route: Route
     index: int
@@ -150,12 +176,27 @@ def _is_nodal(point: Point) -> bool:
 class RefinedBranch(Branch):
     """Any number of contacts of a line contact with small slopes under a prescribed depth.
 
-    refinements: on nodes of each closeness, as far as they have been needed; known: points of the
-    path, by depth and lines; on_nodes: first and last depths of what is not refined; failures: how
-    often nodes of each closeness have failed; shortened: the last route that ended before its goal;
-    certified: lines and depths of states that are known
-    to be in equilibrium; noisy: whether the noise of the samples decides where lines rest, so that
-    nothing is refined.
+    Attributes
+    ----------
+    scene : Scene
+    profile : Resolved
+    contact_lines : ContactLines
+    deepest : float
+        The largest depth of the programme [length].
+    refinements : dict
+        On nodes of each closeness, as far as they have been needed.
+    known : dict
+        Points of the path, by depth and lines.
+    on_nodes : list of (float, float)
+        First and last depths of what is not refined [length].
+    failures : list of int
+        How often nodes of each closeness have failed.
+    shortened : Shortened or None
+        The last route that ended before its goal.
+    noisy : bool
+        Whether the noise of the samples decides where lines rest, so that nothing is refined.
+    certified : set
+        Lines and depths of states that are known to be in equilibrium.
     """
 
     scene: Scene
@@ -300,7 +341,7 @@ class RefinedBranch(Branch):
         return known_lines(route.refinement.equations, free_surfaces(lines), depth)
 
     def _followed(self, point: Point, goal: float) -> Route | float:
-        """The route from a point to a depth, or as far as nodes lead, on nodes as close as needed.
+        """The route from a point to a depth, or as far as it can be refined.
 
         Where nodes fail at a depth, the route ends before it. Next to that depth closer ones are
         tried, which have to lead past it only. Where none do, the depth up to which the route is
@@ -523,7 +564,7 @@ class RefinedBranch(Branch):
         return Judge(self.refinement(0).equations, self.contact_lines)
 
     def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
-        """Points beside events."""
+        """Points just before or after events."""
         energy, force = np.zeros((2, len(points)))
         known = [i for i, point in enumerate(points) if point.lines is not None]
         if known:

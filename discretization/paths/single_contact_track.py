@@ -22,7 +22,17 @@ class SingleContactTrack:
     """The lines of a contact, one about an axis, at rest from a depth to another.
 
     Each has one place at every depth in between (../fitted/single_contact.py).
-    size: of their depths.
+
+    Attributes
+    ----------
+    contact : SingleContact
+        Finds lines at a depth.
+    start, end : float
+        Depths [length].
+    first, last : ndarray (2,) or (1,)
+        Lines there [length].
+    size : float
+        Of depths, by which rounding is judged [length].
     """
 
     contact: SingleContact
@@ -36,7 +46,23 @@ class SingleContactTrack:
     def of(cls, contact: SingleContact, lines: tuple[float, ...], start: float, end: float) -> Any:
         """The lines on the path towards a depth, or to where the contact is lost.
 
-        None where a line is held, jumps or meets a corner; ValueError where the surface turns over.
+        Parameters
+        ----------
+        contact : SingleContact
+        lines : tuple of float
+            At the start [length].
+        start, end : float
+            Depths [length].
+
+        Returns
+        -------
+        SingleContactTrack or None
+            None where a line is pinned, jumps or meets a corner.
+
+        Raises
+        ------
+        ValueError
+            If a free surface turns over.
         """
         first, (place, low) = np.array(lines[-len(contact.sides) :]), contact.lowest
         sides, size = np.array(contact.sides), contact.size(start, end)
@@ -59,28 +85,39 @@ class SingleContactTrack:
         return cls(contact, start, end, first, last, size)
 
     def lines(self, depths: Array) -> Array:
-        """Lines (k, 2, 2) of both free surfaces at depths (k,) in between."""
-        sides, count = np.array(self.contact.sides), depths.size
-        side, goal = np.repeat(sides, count), np.tile(depths, sides.size)
-        one, other = np.repeat(self.first, count), np.repeat(self.last, count)
+        """Lines (k, 2, 2) of both free surfaces at depths (k,) in between: the roots of D = d.
+
+        They lie between the first and the last line, and are found to rounding of D.
+        """
+        sides = np.array(self.contact.sides)
+        count = depths.size
+        side = np.repeat(sides, count)
+        goal = np.tile(depths, sides.size)
+        first = np.repeat(self.first, count)
+        last = np.repeat(self.last, count)
+        span = self.end - self.start
 
         def off(x: Array, own: Indices) -> Array:
-            aside = np.sign(span) * (x == one[own])  # the first may be a corner
+            """D - d of lines with these numbers."""
+            aside = np.sign(span) * (x == first[own])  # the first may be a corner
             return np.asarray(self.contact.rest_depth(side[own], x, aside) - goal[own])
 
-        span, size = self.end - self.start, self.size
+        moves = last != first
         with np.errstate(divide="ignore", invalid="ignore"):  # where nothing moves
-            guess = np.where(other == one, one, one + (other - one) * ((goal - self.start) / span))
-            rise = np.where(other == one, 1.0, span / (other - one))
-        low, high = np.minimum(one, other), np.maximum(one, other)
-        x = crossings(off, low, high, guess, rise, _KNOWN * size)
-        for i in np.flatnonzero(np.abs(off(x, np.arange(x.size))) > NEAR * size).tolist():
-            x[i] = self._beside_apex(int(side[i]), float(goal[i]))
-        found = np.tile([-math.inf, 0.0, 0.0, math.inf], (count, 1))
-        found[:, 3 - sides.size : 3] = x.reshape(sides.size, count).T
-        return found.reshape(count, 2, 2)
+            guess = np.where(moves, first + (last - first) * ((goal - self.start) / span), first)
+            rise = np.where(moves, span / (last - first), 1.0)
+        low = np.minimum(first, last)
+        high = np.maximum(first, last)
+        x = crossings(off, low, high, guess, rise, _KNOWN * self.size)
 
-    def _beside_apex(self, side: int, depth: float) -> float:
+        missed = np.abs(off(x, np.arange(x.size))) > NEAR * self.size
+        for i in np.flatnonzero(missed).tolist():
+            x[i] = self._near_apex(int(side[i]), float(goal[i]))
+        surfaces = np.tile([-math.inf, 0.0, 0.0, math.inf], (count, 1))
+        surfaces[:, 3 - sides.size : 3] = x.reshape(sides.size, count).T
+        return surfaces.reshape(count, 2, 2)
+
+    def _near_apex(self, side: int, depth: float) -> float:
         """A line found by the logarithm of its distance from the apex, or at the apex."""
         x = self.contact.find(side, depth)
         off = abs(float(self.contact.rest_depth(side, x)) - depth)

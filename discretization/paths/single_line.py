@@ -25,8 +25,15 @@ _KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need n
 class Arc(NamedTuple):
     """A line that moves in one direction, or stays, from one place and depth to others.
 
-    how: "goal" where the depth that was asked is reached, "free" where it comes to a corner or is
-    free of one, "jump" where D turns back.
+    Attributes
+    ----------
+    start, end : float
+        Places [length].
+    first, last : float
+        Depths there [length].
+    how : {"goal", "free", "jump"}
+        Why it ends: the goal is reached, the line comes to a corner or is free of one, or D turns
+        back.
     """
 
     start: float
@@ -38,7 +45,15 @@ class Arc(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SingleLine:
-    """A line whose contact is on its left (side 1) or on its right (-1)."""
+    """A contact line that feels no other one.
+
+    Attributes
+    ----------
+    rests : RestDepths
+        Gives D(x).
+    side : {1, -1}
+        1 if the contact is on the left of the line, -1 if on its right.
+    """
 
     rests: RestDepths
     side: int
@@ -57,7 +72,21 @@ class SingleLine:
     def arc(self, x: float, depth: float, goal: float) -> Arc:
         """What a line at rest does first on the path to another depth.
 
-        ValueError where it leaves the known profile.
+        Parameters
+        ----------
+        x, depth : float
+            Where it rests, and at which depth [length].
+        goal : float
+            [length].
+
+        Returns
+        -------
+        Arc
+
+        Raises
+        ------
+        ValueError
+            If the line leaves the known profile.
         """
         direction = 1 if goal >= depth else -1
         ahead = self._at(x, direction, direction)

@@ -1,6 +1,6 @@
 """Contact without surface tension, γ₁ = 0, of any profile: independent springs.
 
-Each spring attaches when it is touched and lets go at u = -δ₀, so that the contact is what lies
+Each spring attaches when it is touched and detaches at u = -δ₀, so that the contact is what lies
 below a level of the profile. Pressed, the level is the depth where that is higher; retracted, it is
 d + δ₀ where that is lower. So from first touch, and with the least energy, it is
 
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discretization.certificate import ROUNDING, Certificate
+from discretization.certificate import ROUNDING, Certificate, worst
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import estimated
 from discretization.paths.branch import Branch, PathSegment, Point
@@ -92,7 +92,7 @@ def lines_below(profile: Resolved, levels: Array) -> list[Array]:
 
 @dataclass(frozen=True, eq=False)
 class SpringsBranch(Branch):
-    """Independent springs under a prescribed depth; what a point remembers is its level.
+    """Independent springs under a prescribed depth; the memory of a point is its level.
 
     Attributes
     ----------
@@ -154,15 +154,15 @@ class SpringsBranch(Branch):
         level = point.memory
         direction = 1 if goal > here else -1
         if direction > 0:  # springs attach at the level of the depth,
-            lift = 0.0
+            stretch = 0.0
             lowest = -math.inf
-        else:  # and let go δ₀ above it
-            lift = self.holding_range
-            lowest = self.touch - lift
+        else:  # and detach δ₀ above it
+            stretch = self.holding_range
+            lowest = self.touch - stretch
         size = abs(here) + abs(goal) + abs(self.touch) + self.holding_range
         least = _APART * size
         changes = self.heights[direction * (self.heights - level) > 0]
-        ahead = np.append(changes, level) - lift
+        ahead = np.append(changes, level) - stretch
         ahead = ahead[direction * (ahead - here) > least]
         nearest = float((direction * ahead).min(initial=math.inf))
         end = direction * min(direction * goal, nearest)
@@ -196,7 +196,7 @@ class SpringsBranch(Branch):
         size = max(abs(depth), self.holding_range) or 1.0
         surfaces = SmallSurfaces(scene)
         if self.touch > level + _TIE * size:
-            through = max(0.0, (depth - self.touch) / size)
+            through = worst((depth - self.touch) / size)
             certificate = Certificate.undeformed(through)
             return detached(scene, depth, branch, surfaces, certificate)
         level = max(level, self.touch)
@@ -231,7 +231,7 @@ def _certificate(
 ) -> Certificate:
     """The certificate of springs that are in contact up to a level.
 
-    penetration: of free springs; opening: none is held beyond δ₀; neighbours: of lines off the
+    penetration: of free springs; opening: none is stretched beyond δ₀; neighbours: of lines off the
     level, all over a size of lengths. The force is that of the pressure alone, the same by both
     routes.
     """
