@@ -13,7 +13,8 @@ Method. Whatever the surface over *some* of the nodes is, the surface over all o
 it (M-matrix). So a node below the surface over others is free, for good: a removal is a proof.
 1. The highest node of each block of 16, of 16², ..., forms a pyramid of coarser problems.
 2. From its top: nodes below the surface of the level above are dropped; of the rest those which
-   pull (multiplier < 0) are removed until none does.
+   pull (multiplier < 0) are removed until none does; all at once, since the removal of one only
+   raises the surface, so that the others stay below what it is without them.
 The last level holds the exact contact set: u >= g, multipliers >= 0, zero where the surface is
 free (ties are decided by rounding). The cost is some passes over the nodes, whatever l/Δx.
 """
@@ -89,18 +90,28 @@ def surface(lattice: Lattice, contact: Nodes, g: Array, at: Nodes) -> Array:
     ndarray (n,)
         u [length].
     """
+    # On both sides a node at infinity, where u is 0.
     nodes = np.pad(contact.astype(float), 1)
     nodes[0] = -math.inf
     nodes[-1] = math.inf
     u = np.pad(g, 1)
     after = np.searchsorted(contact, at) + 1
     before = after - 1
-    near, far, _ = shares(lattice.log_decay, at - nodes[before], nodes[after] - at)
-    return near * u[before] + far * u[after]
+    distance_before = at - nodes[before]
+    distance_after = nodes[after] - at
+    before_share, after_share, _ = shares(lattice.log_decay, distance_before, distance_after)
+    return before_share * u[before] + after_share * u[after]
 
 
 def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
-    """Forces p_i that hold these nodes at u."""
-    tie, ground = lattice.surface_stiffnesses(np.diff(nodes, prepend=-math.inf, append=math.inf))
-    flow = np.diff(tie[1:-1] * (u[:-1] - u[1:]), prepend=0.0, append=0.0)
-    return np.asarray((lattice.spring_stiffness + ground[:-1] + ground[1:]) * u + flow)
+    """Forces p_i that hold these nodes at u.
+
+    A free surface between two nodes acts as a spring that ties them and one between each of them
+    and the ground; a tail beside the outermost ones only as the latter.
+    """
+    links = np.diff(nodes, prepend=-math.inf, append=math.inf)
+    tie, ground = lattice.surface_stiffnesses(links)
+    tension = tie[1:-1] * (u[:-1] - u[1:])
+    from_neighbours = np.diff(tension, prepend=0.0, append=0.0)
+    to_ground = lattice.spring_stiffness + ground[:-1] + ground[1:]
+    return np.asarray(to_ground * u + from_neighbours)

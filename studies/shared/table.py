@@ -52,10 +52,17 @@ def versions(*more: str) -> dict[str, str]:
 
 @functools.cache
 def commit() -> str:
-    """The commit this code is from, "-dirty" if it was changed since.
+    """The commit that this code is from.
 
-    Where it is installed that which pip has recorded, as it does for an address of a repository;
-    else it is unknown, and the version says what was installed.
+    Returns
+    -------
+    str
+        The first of these that is known:
+
+        the commit of the repository that this file is in, with "-dirty" if it was changed since;
+        "unknown" without a repository where elastocap is not installed;
+        the commit that pip has recorded, as it does for the address of a repository;
+        "not recorded, version ... as installed".
     """
     here = Path(__file__)
     try:

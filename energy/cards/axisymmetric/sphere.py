@@ -1,8 +1,12 @@
 """Sphere of radius R near its lowest point, f = r²/(2R): the parabola turned about its axis.
 
-With s = a/l, q = K₀/K₁ at s, δ = Rδ₀/l² = 1/Λ²: as Λ = l/√(Rδ₀) grows from springs (Λ → 0) to
-surface tension (Λ → ∞), the pull-off force falls smoothly from 2πRw to πRw. The line contact has a
-kink at Λ = 1 there; a sphere has none, since its line always detaches at a > 0.
+With the elastocapillary length l = √(γ₁/k) and the critical separation δ₀ = √(2w/k):
+
+    s = a/l,   q(s) = K₀(s)/K₁(s),   growth(s) = s² dq/ds = s² (q² − 1) + sq,   δ = Rδ₀/l² = 1/Λ².
+
+As Λ = l/√(Rδ₀) grows from springs (Λ → 0) to surface tension (Λ → ∞), the pull-off force falls
+smoothly from 2πRw to πRw. The line contact has a kink at Λ = 1 there; a sphere has none, since its
+line always detaches at a > 0.
 """
 
 from typing import Any
@@ -17,6 +21,11 @@ from energy.cards.axisymmetric._bessel import decay, growth, scaled
 from energy.cards.axisymmetric._roots import crossing
 from energy.cards.plane import critical_separation
 from energy.cards.tail import elastocapillary_length
+
+# Where `pull_off` looks for a. At its root a³ <= (2a + 2l + l/2) Rδ₀, since q <= 1 and growth <= ½.
+# Of 2a and 5l/2 one is the larger: a <= 2√(Rδ₀) where it is 2a, a³ <= 5l Rδ₀ where it is 5l/2.
+_MOST_WITHOUT_TENSION = 2.0  # of √(Rδ₀)
+_MOST_WITH_TENSION = 5.0  # of l Rδ₀, the cube of a radius
 
 
 def _lengths(
@@ -76,10 +85,14 @@ def depth(a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Arr
     -------
     float or ndarray
         d [m].
+
+    Raises
+    ------
+    ValueError
+        For a <= 0.
     """
     R, ell, delta0, _ = _lengths(R, k, gamma1, w)
-    a = positive("a", a)
-    return unwrap(a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell)))
+    return unwrap(_depth(positive("a", a), R, ell, delta0))
 
 
 def displacement(
@@ -129,9 +142,15 @@ def force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Arr
     -------
     float or ndarray
         P [N], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        Below the depth of `detachment`.
     """
     a = np.asarray(radius(d, R=R, k=k, gamma1=gamma1, w=w))
-    return unwrap(_force(a, *_lengths(R, k, gamma1, w), positive("k", k)))
+    R, ell, _, R_delta0 = _lengths(R, k, gamma1, w)
+    return unwrap(_force(a, R, ell, R_delta0, positive("k", k)))
 
 
 def force_of_radius(
@@ -153,15 +172,21 @@ def force_of_radius(
     -------
     float or ndarray
         P [N], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For a <= 0.
     """
-    return unwrap(_force(positive("a", a), *_lengths(R, k, gamma1, w), positive("k", k)))
+    R, ell, _, R_delta0 = _lengths(R, k, gamma1, w)
+    return unwrap(_force(positive("a", a), R, ell, R_delta0, positive("k", k)))
 
 
-def _force(a: Array, R: Array, ell: Array, delta0: Array, lift: Array, k: Array) -> Array:
-    """P at a radius; lift: Rδ₀."""
+def _force(a: Array, R: Array, ell: Array, R_delta0: Array, k: Array) -> Array:
+    """P at a radius."""
     q = decay(scaled(a, ell))
     pressed = a**4 / 4.0
-    pulled = a * (a * q + 2.0 * ell) * (lift - ell * a)
+    pulled = a * (a * q + 2.0 * ell) * (R_delta0 - ell * a)
     return np.pi * k / R * (pressed - pulled)
 
 
@@ -171,7 +196,7 @@ def _depth(a: Array, R: Array, ell: Array, delta0: Array) -> Array:
 
 
 def energy(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
-    """Energy of the layer under a sphere.
+    """Energy of the layer under a sphere, −πwa² of adhesion included.
 
     P = dU/dd.
 
@@ -212,21 +237,21 @@ def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> 
     PullOff
         P [N], d [m] and a [m].
     """
-    R, ell, delta0, lift = _lengths(R, k, gamma1, w)
+    R, ell, delta0, R_delta0 = _lengths(R, k, gamma1, w)
 
-    def slope(a: Array) -> Array:
+    def slope_of_force(a: Array) -> Array:
+        """(R/(πk)) dP/da."""
         s = scaled(a, ell)
         q = decay(s)
         steeper = ell * growth(s) + 2.0 * a * q + 2.0 * ell
-        return a**3 - steeper * (lift - ell * a) + ell * a * (a * q + 2.0 * ell)
+        return a**3 - steeper * (R_delta0 - ell * a) + ell * a * (a * q + 2.0 * ell)
 
-    # above the root, which is √2 √(Rδ₀) without tension, and less of both with it
-    without_tension = 2.0 * np.sqrt(lift)
-    with_tension = (5.0 * ell * lift) ** (1.0 / 3.0)
+    without_tension = _MOST_WITHOUT_TENSION * np.sqrt(R_delta0)
+    with_tension = (_MOST_WITH_TENSION * ell * R_delta0) ** (1.0 / 3.0)
     top = np.maximum(without_tension, with_tension)
-    a = crossing(slope, np.zeros_like(top), top)
+    a = crossing(slope_of_force, np.zeros_like(top), top)
     d = _depth(a, R, ell, delta0)
-    force = _force(a, R, ell, delta0, lift, positive("k", k))
+    force = _force(a, R, ell, R_delta0, positive("k", k))
     return PullOff(unwrap(force), unwrap(d), a)
 
 
@@ -270,8 +295,8 @@ def adhesion_force_stiff(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Ar
     ValueError
         For w <= 0.
     """
-    R, ell, _, lift = _lengths(R, k, gamma1, positive("w", w))
-    ratio = ell / np.sqrt(lift)
+    R, ell, _, R_delta0 = _lengths(R, k, gamma1, positive("w", w))
+    ratio = ell / np.sqrt(R_delta0)
     return unwrap(2 * np.pi * R * np.asarray(w) * (1 - ratio / np.sqrt(2) - 3 / 32 * ratio**2))
 
 
@@ -290,9 +315,14 @@ def adhesion_force_liquid(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: A
     -------
     float or ndarray
         F_A [N], >= 0.
+
+    Raises
+    ------
+    ValueError
+        For gamma1 <= 0 or w <= 0.
     """
-    R, ell, _, lift = _lengths(R, k, positive("gamma1", gamma1), positive("w", w))
-    square = ell**2 / lift
+    R, ell, _, R_delta0 = _lengths(R, k, positive("gamma1", gamma1), positive("w", w))
+    square = ell**2 / R_delta0
     more = (np.log(4.0 * square) - np.euler_gamma - 0.25) / (8.0 * square**2)
     return unwrap(np.pi * R * np.asarray(w) * (1.0 + more))
 
@@ -300,7 +330,8 @@ def adhesion_force_liquid(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: A
 def detachment(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
     """Detachment under imposed depth.
 
-    (P, d, a, released) at the least depth, s + q = (δ − s)(q² + q/s − 1), under imposed depth.
+    (P, d, a, released) at the least depth, s + q = (δ − s)(q² + q/s − 1). P and a are those just
+    before it; afterwards there is no contact.
 
     With tension always at a > 0, for γ₁ = 0 at a = 0 and d = −δ₀.
 
@@ -315,17 +346,18 @@ def detachment(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -
     Jump
         P [N], d [m], a [m] and the energy released [J].
     """
-    R, ell, delta0, lift = _lengths(R, k, gamma1, w)
+    R, ell, delta0, R_delta0 = _lengths(R, k, gamma1, w)
 
-    def slope(a: Array) -> Array:
+    def slope_of_depth(a: Array) -> Array:
+        """Ra² dD/da, D the `depth`."""
         s = scaled(a, ell)
-        return a**2 * (a + ell * decay(s)) - ell * (lift - ell * a) * growth(s)
+        return a**2 * (a + ell * decay(s)) - ell * (R_delta0 - ell * a) * growth(s)
 
-    top = (ell * lift) ** (1.0 / 3.0)  # where a³ alone is as large as the rest can be
-    a = crossing(slope, np.zeros_like(top), top)
+    top = (ell * R_delta0) ** (1.0 / 3.0)  # above the root, where a³ <= l Rδ₀/2 as growth <= ½
+    a = crossing(slope_of_depth, np.zeros_like(top), top)
     d = _depth(a, R, ell, delta0)
     same = power_law.detachment(**_as_power_law(R), k=k, gamma1=gamma1, w=w)
-    force = _force(a, R, ell, delta0, lift, positive("k", k))
+    force = _force(a, R, ell, R_delta0, positive("k", k))
     return Jump.of(force, d, a, same.energy_released)
 
 
@@ -352,14 +384,14 @@ def detachment_depth_stiff(
     ValueError
         For w <= 0.
     """
-    _, ell, delta0, lift = _lengths(R, k, gamma1, positive("w", w))
-    return -delta0 * (1.0 - 0.75 * np.cbrt(2.0 * ell**2 / lift))
+    _, ell, delta0, R_delta0 = _lengths(R, k, gamma1, positive("w", w))
+    return -delta0 * (1.0 - 0.75 * np.cbrt(2.0 * ell**2 / R_delta0))
 
 
 def jump_in(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
     """Jump into contact on touching at imposed depth.
 
-    The contact jumps in at d = 0.
+    The contact jumps in at d = 0. P and a are those just after it; before, both are 0.
 
     Parameters
     ----------

@@ -151,10 +151,10 @@ def _draw(
 
 def _marks(axes: Any, x: Array, values: Values) -> None:
     """The states that are detached or that the lattice does not resolve, if there are any."""
-    i, *_ = np.indices(values.table.shape)
     for which, mark in ((values.unresolved, UNRESOLVED), (values.detached, DETACHED)):
         if which.any():
-            axes.plot(x[i[which]], values.table[which], ms=5, zorder=3, **mark)
+            i = np.nonzero(which)[0]
+            axes.plot(x[i], values.table[which], ms=5, zorder=3, **mark)
 
 
 def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> None:
