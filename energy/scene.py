@@ -186,8 +186,12 @@ class Scene:
 
     @functools.cached_property
     def hookean(self) -> bool:
-        """Whether `spring` is quadratic, as the closed forms of free surfaces need it to be."""
-        return self.spring(np.zeros(2)).quadratic
+        """Whether `spring` is k u²/2, as the closed forms of free surfaces need it to be.
+
+        A second derivative that is an array is taken for that of another density.
+        """
+        u = self.layer.h * np.array([-1.0, 2.0])
+        return self.spring(u).hookean(u, self.stiffness)
 
     @functools.cached_property
     def gamma1(self) -> float:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 SLOPES = ("small", "finite")
 GEOMETRIES = ("line", "axisymmetric")
+_SAME = 1e-12  # of a number: by less, k u²/2 differs where it is written in another order
 
 
 class Density(NamedTuple):
@@ -36,6 +37,29 @@ class Density(NamedTuple):
     def quadratic(self) -> bool:
         """Whether the second derivative is one number."""
         return np.ndim(self.second) == 0
+
+    def hookean(self, u: np.ndarray, k: float) -> bool:
+        """Whether this is the density k u²/2 with its derivatives, but for rounding.
+
+        Parameters
+        ----------
+        u : ndarray
+            The displacements at which it was taken [length]; two of them tell quadratic densities
+            apart.
+        k : float
+            Stiffness per area [stress/length].
+
+        Returns
+        -------
+        bool
+        """
+        if not self.quadratic:
+            return False
+        for found, expected in zip(self, (k / 2 * u * u, k * u, np.float64(k)), strict=True):
+            same = found == expected  # infinite numbers, too
+            if not (same | (np.abs(found - expected) <= _SAME * np.abs(expected))).all():
+                return False
+        return True
 
 
 def spring(u: ArrayLike, *, k: float) -> Density:

@@ -19,7 +19,7 @@ from discretization.nodes.row import Row
 from discretization.nodes.thresholds import Thresholds
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.profile import resolve
-from energy import FlatPunch, Parabola, PowerLaw, Profile, Wedge, terms
+from energy import FlatPunch, Parabola, PowerLaw, Profile, Scene, Wedge, terms
 
 BODIES = {
     "parabola": lambda x: Parabola(0.02 * x),
@@ -82,6 +82,45 @@ def test_springs_that_stiffen_are_answered_by_nodes_alone(body, monkeypatch):
     for asked in (lambda: minimise(scene, 0.3), lambda: load_path(scene, depths=[0.3], **nodes)):
         with pytest.raises(ValueError, match="springs that are not linear"):
             asked()
+
+
+QUADRATIC = {"twice as stiff": (2.0, 0.0), "with a pressure": (1.0, 1e-3)}
+
+
+@pytest.mark.parametrize("name", QUADRATIC)
+def test_quadratic_springs_other_than_those_of_the_layer_are_known_to_nodes_alone(
+    name, monkeypatch
+):
+    """The mesh would return the state of k u²/2, which a second derivative does not tell apart."""
+    factor, pressure = QUADRATIC[name]
+    scene = plain(Parabola(2.0))
+    assert scene.hookean
+
+    def spring(scene, u):
+        whole = terms.spring(u, k=factor * scene.stiffness)
+        p = pressure * scene.stiffness * scene.layer.h
+        return terms.Density(whole.value - p * u, whole.first - p, whole.second)
+
+    monkeypatch.setattr(Scene, "spring", spring)
+    scene = replace(scene)
+    assert not scene.hookean
+    assert not Lattice.of(scene, 0.02).linear
+    with pytest.raises(ValueError, match="springs that are not linear"):
+        minimise(scene, 0.3)
+    minimise(scene, 0.3, method="lattice", spacing=0.02)
+
+
+def test_springs_twice_as_stiff_are_those_of_another_layer(monkeypatch):
+    """Nodes, by Newton's method, against nodes of linear springs."""
+    scene = plain(Parabola(2.0))
+    stiff = replace(scene, layer=replace(scene.layer, E=2 * scene.layer.E))
+    nodes = {"method": "lattice", "spacing": 0.02}
+    expected = minimise(stiff, 0.3, **nodes)
+    monkeypatch.setattr(Scene, "spring", lambda scene, u: terms.spring(u, k=2 * scene.stiffness))
+    state = minimise(replace(scene), 0.3, **nodes)
+    assert state.half_width == pytest.approx(expected.half_width, rel=1e-9)
+    assert state.force == pytest.approx(expected.force, rel=1e-9)
+    assert state.energy == pytest.approx(expected.energy, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
