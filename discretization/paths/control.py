@@ -276,7 +276,9 @@ def _values(segment: PathSegment, control: Control, t: Array, *, roughly: bool =
 def _rounding(segment: PathSegment, control: Control) -> float:
     """The rounding of C on a segment."""
     deepest = max(abs(segment.start.depth), abs(segment.end.depth))
-    return float(control.value(_EPSILON * deepest, segment.rounding))
+    constant = control.value(0.0, 0.0)
+    rounding = control.value(_EPSILON * deepest, segment.rounding) - constant
+    return float(rounding + _ROUNDING * abs(constant))
 
 
 def evenly_spaced() -> Array:

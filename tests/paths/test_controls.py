@@ -16,6 +16,7 @@ from support.scene_kinds import ON_NODES, PATTERNED, RIPPLED_SPHERE, SCENES, STE
 from truth.paths.random_paths import envelope
 
 from discretization import History, NotCertifiedError, load_path
+from discretization.paths.control import Control
 from energy import Circle, FlatPunch, Parabola, Profile, Sampled
 
 pytestmark = pytest.mark.filterwarnings("ignore:the pull-off force")  # of few links, for some
@@ -92,6 +93,23 @@ def test_a_soft_machine_is_a_dead_load(scene, method):
             assert abs(here.depth - there.depth) <= 1e-9
             if here.kind != "pull-off":
                 assert abs(here.energy_released - there.energy_released) <= 1e-9
+
+
+def test_a_control_with_a_constant_leads_to_the_same_states(monkeypatch):
+    """Drives that are measured from another place: the constant is no rounding of C."""
+    scene = plain(Parabola(2.0))
+    drives = np.array([0.0, 0.5, 1.0, 0.5, -0.5, -1.0]) * scene.critical_separation
+    machine = {"machine_stiffness": scene.stiffness * scene.elastocapillary_length}
+    expected = load_path(scene, drives=drives, **machine)
+    constant = 5 * scene.critical_separation
+    value = Control.value
+    monkeypatch.setattr(
+        Control, "value", lambda control, d, force: value(control, d, force) + constant
+    )
+    path = load_path(scene, drives=drives + constant, **machine)
+    near = 1e-11 * scene.critical_separation
+    assert path.depth == pytest.approx(expected.depth, rel=0, abs=near)
+    assert [event.kind for event in path.events] == [event.kind for event in expected.events]
 
 
 @pytest.mark.slow
