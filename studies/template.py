@@ -87,5 +87,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     out.table("half_width.csv", preset, Row._fields, rows)
     out.figure("half_width.png", plot(rows))
     worst = max(row.error for row in rows)
-    print(f"{len(rows)} scenes, largest relative error {worst:.0e} (at most {LARGEST:.0e})")
+    scenes = f"{len(rows)} scenes"
+    command.answer(f"{scenes}, largest relative error {worst:.0e} (at most {LARGEST:.0e})")
     return int(worst > LARGEST)

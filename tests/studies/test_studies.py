@@ -201,11 +201,13 @@ def test_the_template_is_not_written_over_another_file(inside, capsys):
     assert (inside / "mine.py").read_text("utf-8") == "mine"
 
 
-def test_a_study_that_fails_says_so_by_its_status(inside):
+def test_a_study_that_fails_says_so_by_its_status(inside, capsys):
     assert command_line.main(["new", "--study", "mine.py"]) == 0
     text = (inside / "mine.py").read_text("utf-8").replace("abs(a / ", "abs(2 * a / ")
     (inside / "mine.py").write_text(text, "utf-8")
-    assert command_line.main(["mine.py", "--quick", "--jobs", "1"]) == 1
+    capsys.readouterr()
+    assert command_line.main(["mine.py", "--quick", "--jobs", "1", "--quiet"]) == 1
+    assert capsys.readouterr().out.startswith("2 scenes, largest relative error")
 
 
 @pytest.mark.parametrize(
