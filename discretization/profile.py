@@ -457,8 +457,8 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
             return left, right
         half *= 2
     raise ValueError(
-        f"indenter = {indenter!r} has no lowest point within {half!r} of x = {start!r}; give "
-        "Profile(..., extent=(lo, hi))"
+        f"indenter = {indenter!r} has no lowest point within {half!r} of x = {start!r}, or does "
+        "not rise in the end; give it an `extent`, as in Profile(..., extent=(lo, hi))"
     )
 
 

@@ -147,7 +147,7 @@ STATES = [  # scene, depth, options, words
     (adhesive(BUMPY, gamma1=0.0), 0.0, NODES, "gamma1 = 0" + FITTED),
     (OPEN_ENDED, 0.0, LOWEST, "not known any more"),
     (OPEN_ENDED, 0.0, {**NODES, **LOWEST}, "not known any more"),
-    (RAMP, 0.0, {"method": "lattice", "spacing": 0.1}, "no lowest point"),
+    (RAMP, 0.0, {"method": "lattice", "spacing": 0.1}, "no lowest point.*rise in the end.*extent"),
     (HOLE, 1e-3, {"method": "lattice", "spacing": 1e-4}, "is not finite"),
     (plain(FlatPunch(1.0)), 0.1, {"method": "lattice", "spacing": 4.6}, "4.6 leaves one node"),
     (plain(Plane().tilted(0.1)), 0.1, {"method": "lattice", "spacing": 0.1}, "no lowest point"),
