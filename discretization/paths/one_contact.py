@@ -18,7 +18,8 @@ from discretization.fitted.contact_lines import ContactLines, free_surface_lines
 from discretization.fitted.contacts import Contacts, certify
 from discretization.fitted.rest_depths import DIFFERENCES, TIE
 from discretization.fitted.single_contact import SingleContact
-from discretization.paths.branch import Branch, PathSegment, Pinned, Point
+from discretization.paths.branch import PathSegment, Point
+from discretization.paths.fitted_branch import FittedBranch
 from discretization.paths.single_contact_track import SingleContactTrack
 from discretization.paths.single_line import Arc, SingleLine
 from discretization.profile import resolve, unknown, warn_hidden
@@ -27,9 +28,6 @@ from discretization.roots import bracketed
 from discretization.routes import one_contact
 from energy import Scene
 from energy.arrays import Array
-
-_SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
-_FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
 Lines = tuple[float, ...]
 
@@ -58,7 +56,7 @@ class OneContactSegment(PathSegment):
 
 
 @dataclass(frozen=True, eq=False)
-class OneContactBranch(Branch):
+class OneContactBranch(FittedBranch):
     """One contact under a prescribed depth.
 
     Attributes
@@ -87,11 +85,6 @@ class OneContactBranch(Branch):
             if hidden.size:
                 warn_hidden(hidden, stacklevel=4)
         return branch
-
-    @property
-    def resolution(self) -> float:
-        """The length by which lines may be off, by rounding."""
-        return _FELT * self.scene.elastocapillary_length
 
     touch = property(lambda self: self.contact_lines.profile.touch)
 
@@ -172,7 +165,7 @@ class OneContactBranch(Branch):
             if landed is not None:
                 self._refuse_others(landed, end)
             segment.after = Point(end, landed)
-            segment.jumps = self._jumps(segment.end, segment.after)
+            segment.jumps = self.jumps(segment.end, segment.after)
         return segment
 
     def _there(self, lines: Lines, arcs: Sequence[Arc], depth: float) -> Lines:
@@ -241,24 +234,6 @@ class OneContactBranch(Branch):
                 f"pattern or with slopes='finite' are not followed on the mesh; {remedy}"
             )
 
-    def pinned(self, point: Point) -> Pinned:
-        """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""
-        tip, held = self.contact_lines.profile.lowest, super().pinned(point)
-        if not self.contact_lines.gradual or tip not in self.scene.indenter.corners:
-            return held
-        first, last = (edge or "tip" * (x == tip) for edge, x in zip(held, point.ends, strict=True))
-        return first, last
-
-    def _jumps(self, before: Point, after: Point) -> bool:
-        """Whether lines jump; not by what the energy changes within the rounding of a depth."""
-        if not after.lines or not before.lines:
-            return not self.contact_lines.gradual
-        apart = np.abs(np.subtract(before.lines, after.lines)).max()
-        energy, force = self.totals([before, after])
-        noise = TIE * self.contact_lines.rests.size * float(np.abs(force).sum())
-        far = apart > _SHORT * self.scene.elastocapillary_length
-        return bool(far and energy[0] - energy[1] > noise)
-
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points with as many lines as each other."""
         lines = np.array([free_surface_lines(point.lines or ()) for point in points])
@@ -272,13 +247,6 @@ class OneContactBranch(Branch):
             left, right = (None, at) if column == 0 else (at, None)
             total += np.array(self.contact_lines.surfaces.stored(left, right, depths))
         return total
-
-    def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points, weighted with the pattern's factor."""
-        if not before.lines or not after.lines:
-            return 0.0
-        bound = [self.integrals.at(np.array(point.lines))[4] for point in (before, after)]
-        return float(np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0).sum())
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""

@@ -20,11 +20,12 @@ import numpy as np
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contact_lines import ContactLines
-from discretization.fitted.rest_depths import TIE
 from discretization.nodes import row
-from discretization.paths.branch import Branch, PathSegment, Pinned, Point, Snapshot, snapshot_of
+from discretization.paths.branch import PathSegment, Point, Snapshot, snapshot_of
+from discretization.paths.fitted_branch import FittedBranch
 from discretization.paths.lattice_branch import LatticeBranch, LatticeSegment
 from discretization.profile import Resolved, resolve, warn_hidden
+from discretization.quadrature import Integrals
 from discretization.refine.equations import free_surfaces, lines_of_surfaces
 from discretization.refine.events import NotRefined
 from discretization.refine.judged import Judge
@@ -35,8 +36,6 @@ from discretization.refine.states import CLOSER, known_lines
 from energy import Scene
 from energy.arrays import Array
 
-_SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
-_FELT = 1e-9  # of l: lines that jump less far do so by rounding
 _BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
 _MOST_FAILURES = 4  # of nodes of a closeness, after which closer ones are taken for all that is
 # left, and segments on nodes alone, after which all is: each costs a walk to the end of the route
@@ -173,7 +172,7 @@ def _is_nodal(point: Point) -> bool:
 
 
 @dataclass(eq=False)
-class RefinedBranch(Branch):
+class RefinedBranch(FittedBranch):
     """Any number of contacts of a line contact with small slopes under a prescribed depth.
 
     Attributes
@@ -230,11 +229,16 @@ class RefinedBranch(Branch):
     touch = property(lambda self: self.profile.touch)
 
     @property
+    def integrals(self) -> Integrals:
+        """Integrals over the profile, by which U and P of contacts are differences."""
+        return self.refinement(0).totals.integrals
+
+    @property
     def resolution(self) -> float:
         """The length by which lines may be off: by rounding, or more than a link of nodes."""
         if self.on_nodes:
             return self.nodal.resolution
-        return _FELT * self.scene.elastocapillary_length
+        return super().resolution
 
     @functools.cached_property
     def nodal(self) -> LatticeBranch:
@@ -319,7 +323,7 @@ class RefinedBranch(Branch):
         if len(stretch.after):
             lines = self._known(route, lines_of_surfaces(stretch.after), end)
             after = Point(end, lines, Place(route, index + 1))
-        return RefinedSegment(self, point, last, after, self._jumps(last, after), route, index)
+        return RefinedSegment(self, point, last, after, self.jumps(last, after), route, index)
 
     def _remembered(self, segment: PathSegment) -> PathSegment:
         for point in (segment.end, segment.after):
@@ -486,26 +490,6 @@ class RefinedBranch(Branch):
             raise NotRefined(f"nodes at depth = {point.depth!r} see no gap", point.depth)
         return contacts, on_nodes
 
-    def pinned(self, point: Point) -> Pinned:
-        """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""
-        tip, held = self.profile.lowest, super().pinned(point)
-        if not self.contact_lines.gradual or tip not in self.scene.indenter.corners:
-            return held
-        first, last = (edge or "tip" * (x == tip) for edge, x in zip(held, point.ends, strict=True))
-        return first, last
-
-    def _jumps(self, before: Point, after: Point) -> bool:
-        """Whether lines jump; not by what the energy changes within the rounding of a depth."""
-        if not after.lines or not before.lines:
-            return not self.contact_lines.gradual
-        if len(before.lines) != len(after.lines):
-            return True
-        apart = np.abs(np.subtract(before.lines, after.lines)).max()
-        energy, force = self.totals([before, after])
-        noise = TIE * self.contact_lines.rests.size * float(np.abs(force).sum())
-        far = apart > _SHORT * self.scene.elastocapillary_length
-        return bool(far and energy[0] - energy[1] > noise)
-
     def totals(self, points: Sequence[Point]) -> Array:
         """U, with the work of adhesion of closing, and P (2, n) of points in contact."""
         found = np.empty((2, len(points)))
@@ -529,17 +513,6 @@ class RefinedBranch(Branch):
         energy, force = totals.of_surfaces(lines.reshape(-1, 2), depths)
         parts = np.array([energy, force]).reshape(2, len(points), -1)
         return np.asarray(parts.sum(axis=2))
-
-    def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points."""
-        if not before.lines or not after.lines:
-            return 0.0
-        integrals = self.refinement(0).totals.integrals
-        bound = [integrals.at(np.array(point.lines))[4] for point in (before, after)]
-        if len(before.lines) != len(after.lines):  # nodes do not see a narrow gap
-            in_contact = [float(np.diff(each)[::2].sum()) for each in bound]
-            return max(0.0, in_contact[0] - in_contact[1])
-        return float(np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0).sum())
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""
