@@ -9,7 +9,7 @@ what a minimiser need not search for:
 | `corners`   | increasing x where the slope jumps or the body ends: lines can be pinned      |
 | `knots`     | x where only a higher derivative jumps; quadrature stops there                |
 | `complete`  | between corners and knots f is smooth: quadrature need not look for more       |
-| `extent`    | (lo, hi) outside which the profile has no points or is not known               |
+| `extent`    | (lo, hi) beyond which f is not known; needed if it does not rise in the end    |
 | `walls`     | the ends of `extent` at which the body itself ends (a punch, not a data set)   |
 | `symmetric` | mirror-symmetric about the apex                                                |
 | `convex`    | the slope never decreases: one contact, with one line on each side            |

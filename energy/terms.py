@@ -26,7 +26,7 @@ class Density(NamedTuple):
         Energy per area, of the shape of the argument.
     first, second : ndarray
         Its first and second derivative; the second is one number, of shape (), of a density that is
-        quadratic.
+        quadratic, and one for each displacement of others.
     """
 
     value: np.ndarray
