@@ -33,6 +33,7 @@ _PENETRATION = 1e-9  # of the size of depths
 _GAINED = 1e-9  # of the energy's scale: more than rounding, where an event hardly releases any
 _BEYOND = 1e-6  # margins: so little beyond a fold lines still rest where they would at the event
 _ELSEWHERE = 1e-2  # of l: lines that far from those after an event are others
+_MET = 1e-6  # of l: lines of a contact of no width may overlap by that much
 _LANDED = 0.2  # of l: how far lines on closer nodes may be from those after the event
 _NEIGHBOURS = 1  # surfaces on each side of an event of receding lines that are followed with it
 _PASSED = (0.1, 0.5)  # margins on both sides of an event, within which closer nodes have it
@@ -179,7 +180,7 @@ class Landings:
         failed = list[Happening]()
         for i, event in enumerate(todo):
             own = np.flatnonzero(owner == i)
-            rows = found.lines[own]
+            rows = self._without_overlap(found.lines[own])
             apart = bool((rows[:-1, 1] <= rows[1:, 0]).all())
             clear = apart and self._clear(rows, event.depth)
             if good[own].all() and clear and self._releases(event, rows):
@@ -265,6 +266,22 @@ class Landings:
         """U of surfaces (n, 2) and of the contacts between them, up to what is the same for all."""
         energy, _ = self.totals.of_surfaces(surfaces, np.full(len(surfaces), depth))
         return float(energy.sum())
+
+    def _without_overlap(self, rows: Array) -> Array:
+        """Lines (n, 2) of surfaces with contacts of no width where lines overlap by rounding.
+
+        Without adhesion a contact begins as a point, whose lines are known to about the root of
+        rounding.
+        """
+        overlap = rows[:-1, 1] - rows[1:, 0]
+        met = np.flatnonzero((overlap > 0) & (overlap <= _MET * self.events.equations.length))
+        if not met.size:
+            return rows
+        found = rows.copy()
+        places = (rows[met, 1] + rows[met + 1, 0]) / 2
+        found[met, 1] = places
+        found[met + 1, 0] = places
+        return found
 
     def _clear(self, rows: Array, depth: float) -> bool:
         least = -_PENETRATION * self.events.equations.size

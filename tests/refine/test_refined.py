@@ -360,3 +360,11 @@ def test_a_line_stays_at_a_corner_until_it_is_pushed_off():
     scene = path_case("machine_small", 600015).scene
     path = load_path(scene, depths=[0.003, 0.04])
     assert path.events[-1].depth == pytest.approx(0.0381548966016, rel=1e-9, abs=0)
+
+
+def test_contacts_without_adhesion_begin_as_points_that_are_refined():
+    """Their two lines are known to the root of rounding, and overlapped."""
+    scene = path_case("machine_no_adhesion", 500010).scene
+    path = load_path(scene, depths=[0.0613, 0.36])
+    assert [event.kind for event in path.events] == ["touch", "nucleation", "nucleation"]
+    assert not path.on_nodes
