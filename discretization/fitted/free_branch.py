@@ -32,13 +32,15 @@ class SpreadRules(NamedTuple):
     Attributes
     ----------
     places : int
-        Places among which both ends are looked for, each time 16 times as close,
+        Places among which each end is looked for. The next ones lie between the two neighbours of
+        the least D, 16 times as close, and between both places around the end, 32 times as close.
     rounds : int
-        this many times; after that a parabola and a straight line are exact to rounding of D.
+        How often that is repeated; after that a parabola and a straight line are exact to rounding
+        of D.
     coarse : int
-        Half-widths from which it is known how far apart others have to be.
+        Half-widths between which others are interpolated, so that their roots are evenly spaced.
     uneven : float
-        Times the mean: how far apart roots of the distance from the end may be at most.
+        Times the mean: how far apart neighbouring roots √(D - D₀) may be at most.
     """
 
     places: int = 33
@@ -70,7 +72,10 @@ class FreeBranch(NamedTuple):
 
 
 def applies(scene: Scene) -> bool:
-    """Whether the line of the only contact is free from its loss on: the profile has no corners.
+    """Whether there is one contact, the line of which is free from its loss on.
+
+    That is where `minimise_many` applies, with surface tension, of a profile without corners; a
+    line contact has to be symmetric about x = 0 as well.
 
     Parameters
     ----------
@@ -106,18 +111,20 @@ def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
     Returns
     -------
     FreeBranch or None
-        None where the profile is not known so far, or changes so much beside its lowest point that
-        the roots are not evenly spaced.
+        None where the profile is not known so far, where it changes so much beside its lowest point
+        that the roots are not evenly spaced, or where the free surface beside one of the lines
+        turns over or is not resolved.
 
     Raises
     ------
     NotCertifiedError
-        If one of the states is no equilibrium.
+        If one of the states is no equilibrium: D differs from the depth by more than TOLERANCE of
+        the terms it consists of, or does not grow outwards.
     """
     contact = SingleContact.of(scene)
 
     def rest_depth(a: Array) -> Array:
-        states = _of_scene(scene, np.zeros_like(a))
+        states = _of_scene(scene, np.zeros_like(a))  # any depths, as D does not depend on them
         return ManyLines.tense(contact, states).rest_depth(1, a, np.arange(a.size))
 
     places = scene.elastocapillary_length * _LOOKED_AT
@@ -246,7 +253,7 @@ def _least_of_parabola(places: tuple[float, float], values: list[float]) -> floa
 
 
 def _states(contact: SingleContact, a: Array, depth: Array) -> ManyStates:
-    """The states of these half-widths and depths, and what judges their lines."""
+    """Force, energy and evidence of states with these half-widths, at the depths D (n,) there."""
     states = _of_scene(contact.scene, depth)
     left = np.zeros_like(a) if contact.scene.axisymmetric else -a
     return ManyContacts(ManyLines.tense(contact, states), states, left, a).found

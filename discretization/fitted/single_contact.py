@@ -14,7 +14,7 @@ in which f', f'' q and 1/q' grow with s, so that the brace changes sign once.
 Beside an apex that is all but a tip, f = c |x|ⁿ with n next to 1, a line may rest 10⁻¹⁰⁰ l from it.
 There it is looked for in log |x|. Nearer than doubles resolve D jumps past d at the apex itself:
 the contact is that one point, P = 2kl (d - f), and holds like a wider one as long as D there, where
-f' = 0, is not above d.
+f' = 0, is less than d.
 """
 
 from __future__ import annotations
@@ -43,21 +43,21 @@ class ApexRules(NamedTuple):
     Attributes
     ----------
     tip : float
-        Distance from an apex at 0, in any unit of length: products of smaller numbers are subnormal
-        and lose digits.
+        Least distance of a line from an apex at x = 0, in any unit of length: products of smaller
+        numbers are subnormal and lose digits.
     flatter : float
-        Of the slope beside the apex: if it falls by less over half of the orders of magnitude down
-        to the nearest place, it does not fall towards 0, and the apex is a kink that nobody
-        declared.
+        Of the slope beside the apex. It is read at the nearest place and half of the orders of
+        magnitude further out: if it is less at the first by no more than this part, it does not
+        fall towards 0, and the apex is a kink that nobody declared.
     rests : float
-        Of the size of depths: D - d of a line that has been found, above the rounding of a root
-        finder.
+        Of the size of depths: |D - d| of a line that has been found is less, but for what a root
+        finder makes of rounding.
     narrow : float
-        Of l: half the width of contacts in which a difference of two steps would look beyond the
-        apex.
+        Of l: the width of a contact, about an axis its radius, up to which the step of a difference
+        may reach beyond the apex.
     touching : float
-        Of the least radius of a difference: beside the axis D is next to nothing whether a line
-        rests or not.
+        Of `DIFFERENCES.least_radius`: at smaller radii D is the depth of touching to rounding of
+        the size of depths, whether a line rests there or not, so that |D - d| proves nothing.
     """
 
     tip: float = 2.0**-1000
@@ -153,9 +153,10 @@ class SingleContact:
             1 for a line whose contact is on its left.
         x : float or ndarray
             Positions of the lines [length].
-        beside : {1, -1}, or ndarray, optional
-            Whether D is read just outwards (1) or inwards (-1) of x, which differ at corners.
-            Beyond an edge of the body D is infinite.
+        beside : {1, -1, 0}, or ndarray, optional
+            Whether D is read just outwards (1) or inwards (-1) of x, which differ at corners, or
+            with the slope at x itself (0, and by default). Beyond an edge of the body D is
+            infinite.
         work : float or ndarray, optional
             Work of adhesion [energy/area], if not that of a contact that closes.
 
@@ -188,7 +189,12 @@ class SingleContact:
         return self.surfaces.solve(left, right, depth)
 
     def lines(self, depth: float) -> tuple[float, ...]:
-        """Both ends of the contact at a depth [length], 0 at the axis; () where it has let go."""
+        """Both ends of the contact at a depth [length].
+
+        The left one is 0 about an axis. () where there is no contact: where no line rests, and
+        where lines meet below the depth of touching, unless that point stands for a contact too
+        narrow for doubles.
+        """
         indenter = self.scene.indenter
         right = self.find(1, depth)
         if self.scene.axisymmetric:
@@ -200,7 +206,7 @@ class SingleContact:
         if left == right and depth < self.touch:
             touches = self.pointed(left) and float(self.rest_depth(1, left)) < depth
         else:
-            touches = left <= right  # False for nan
+            touches = left <= right  # False for nan, where no line rests
         return (left, right) if touches else ()
 
     def pointed(self, x: float) -> bool:
@@ -262,15 +268,19 @@ class SingleContact:
         ]
 
     def _line_state(self, side: int, x: float, width: float, depth: float) -> LineState:
-        """Evidence of one line of a contact of this width."""
+        """Evidence of one line, on this side of a contact of this width.
+
+        Depths D at which it would advance and recede, the size of the terms they consist of, and
+        dD/dx outwards, which says how firmly it rests.
+        """
         scene = self.scene
         point_contact = width == 0
         at_corner = x in scene.indenter.corners or (x == 0 and scene.axisymmetric)
         unresolved = point_contact and self.pointed(x)
         pinned = at_corner or unresolved
 
-        # D is read a few roundings outside and inside of a free line, at a corner exactly there,
-        # and of a point that stands for a contact where lines are distinct from it.
+        # Where D is read: a few roundings outside and inside of a free line; at a corner exactly
+        # there; beside a point that stands for a contact, where lines are just distinct from it.
         rounding = 0.0 if pinned else side * ULPS * math.ulp(x)
         outside = self._within(x + (side * self.tip if unresolved else rounding))
         inside = self._within(x - rounding)
@@ -288,7 +298,7 @@ class SingleContact:
         found = self.rest_depth(side, *map(np.array, zip(*readings, strict=True)))
         closing, without_adhesion, opening, resting, resting_bare, at_high, at_low = found.tolist()
         if point_contact:
-            opening = -math.inf
+            opening = -math.inf  # a point cannot open further
 
         # The terms that cancel in D - d are d, f, and what slope and adhesion add to D.
         height = float(scene.indenter.height(x))
@@ -298,13 +308,21 @@ class SingleContact:
         stable = pinned or rate + FLAT * size / self._span(x) > 0
         sensitivity = 1 / abs(rate) if rate else math.inf
         return LineState(
-            x, not pinned, closing, without_adhesion, opening, size, sensitivity, stable
+            x=x,
+            free=not pinned,
+            closing=closing,
+            bare=without_adhesion,
+            opening=opening,
+            size=size,
+            moved=sensitivity,
+            stable=stable,
         )
 
     def _difference(self, x: float, width: float) -> Pair:
-        """Places on both sides of a line for dD/dx by a central difference that crosses no corner.
+        """Places on both sides of a line, for dD/dx by a difference of D there.
 
-        In a contact of a small width it does not look beyond the apex either.
+        They are a step away, but at most half of the distance to a corner, and in a narrow contact
+        to the apex. So neither is crossed.
         """
         corners = self.scene.indenter.corners
         step = max(DIFFERENCES.step * self._span(x), DIFFERENCES.least_ulps * math.ulp(x))
@@ -333,7 +351,10 @@ class SingleContact:
         return min(max(x, start), end)
 
     def opening(self, lines: tuple[float, ...], depth: float) -> list[float]:
-        """Forces that would open a contact without adhesion: -kg at an end, as f'' >= 0.
+        """Forces that would open a contact without adhesion, -klg at each end, with g = d - f.
+
+        Inside, the indenter presses where kg + γ₁f'' >= 0. As f'' >= 0, that holds where g >= 0,
+        and g is least at an end. Tractions are multiplied by l, as in the certificate.
 
         Parameters
         ----------
@@ -376,8 +397,8 @@ class SingleContact:
     def lowest(self) -> tuple[float, float]:
         """The innermost place where a line may rest, and D there: at that depth contact is lost.
 
-        About an axis it is the least D, looked for in log r between the line at the depth of
-        touching and the axis.
+        In a line contact it is the apex. About an axis it is the radius of the least D, looked for
+        in log r between the line at the depth of touching and the axis.
         """
         if not self.scene.axisymmetric:
             ahead = self.rest_depth(np.array(self.sides), self.apex, 1)
@@ -390,7 +411,7 @@ class SingleContact:
             return np.asarray(self.rest_depth(1, outer * np.exp(-powers)))
 
         depth_at_outer = float(self.rest_depth(1, outer, -1))
-        power, least_depth = bracketed_minimum(inwards, 0.0, DEEPEST_POWER, -math.inf)
+        power, least_depth = bracketed_minimum(inwards, 0.0, DEEPEST_POWER, enough=-math.inf)
         inner = outer * math.exp(-power)
         places = (inner, least_depth), (outer, depth_at_outer), (0.0, self.touch)
         return min(places, key=lambda place: place[1])
@@ -445,7 +466,11 @@ class SingleContact:
         return self._beyond_corners(excess, side, last, depth)
 
     def _beyond_corners(self, excess: Excess, side: int, last: float, depth: float) -> float:
-        """A line that rests beyond the last corner, or beyond the apex if there is none."""
+        """A line that rests beyond the last corner, or beyond the apex if there is none.
+
+        Next to the apex rounding of its position may be too coarse for D to be d. If so, it is
+        looked for again by the logarithm of its distance.
+        """
         found = bracketed(excess, *self._around(excess, side, last, depth))
         near = DIFFERENCES.least_radius * self.scene.elastocapillary_length
         if last != self.apex or abs(found - last) > near:
@@ -456,9 +481,10 @@ class SingleContact:
         return self._beside_apex(excess, side, found)
 
     def _beside_apex(self, excess: Excess, side: int, found: float) -> float:
-        """A line so near to the apex that its distance is found by its logarithm; or the apex.
+        """A line so near to the apex that its distance is found by its logarithm.
 
-        found: by the distance itself, if this does not find it.
+        It is the apex if D already exceeds the depth at the least distance, and `found`, which is
+        what the distance itself has given, if lines may get to the apex.
         """
         apex = self.apex
         tip = _APEX.tip if self.scene.axisymmetric else self.tip
@@ -475,7 +501,11 @@ class SingleContact:
         return apex + side * math.exp(bracketed(excess_by_logarithm, nearest, furthest))
 
     def _around(self, excess: Excess, side: int, start: float, depth: float) -> Pair:
-        """Points on both sides of a line, or ValueError where the known profile ends before it."""
+        """Places on both sides of a line: D <= d at the inner one, D > d at the outer one.
+
+        ValueError where the known profile ends before the line, or where the surface turns over
+        beside a place that the line would pass.
+        """
         scene = self.scene
         limit = scene.indenter.extent[0 if side < 0 else 1]
         x = start
@@ -484,7 +514,7 @@ class SingleContact:
                 return inside, x
             pulled_up = depth < scene.indenter.height(x)  # and further out even more
             if scene.slopes == "finite" and pulled_up:
-                self.solve(side, x, depth)
+                self.solve(side, x, depth)  # for its error alone
         raise unknown(depth, x)
 
 
