@@ -49,7 +49,7 @@ from energy import Sampled, read_profile, units
 from energy.checks import positive
 from energy.files.text_lines import Pattern, Row
 from energy.files.text_table import Layout, TextTable, read_table
-from studies.scenes.fit.force_curve import Array, Curve, falls_on_approach
+from studies.scenes.fit.force_curve import Array, Curve, position_is_height
 from studies.scenes.table import Table
 from studies.shared.batches import in_own_process
 
@@ -317,7 +317,7 @@ def _towards_layer(
     Whatever the name of its column promises, the force shows on which side the layer is.
     """
     rising = -position if is_height else position
-    if not falls_on_approach(rising, force):
+    if not position_is_height(rising, force):
         return rising, ()
     side = "larger" if is_height else "smaller"
     note = (
@@ -542,7 +542,7 @@ def _instrument_depth(
     own = _stated(data, "spring constant")
     if "tip position" in data.columns and stiffness == own:
         depth = -_instrument_column(path, data, "tip position", number)
-        if name is None or not falls_on_approach(depth, force):
+        if name is None or not position_is_height(depth, force):
             return depth, ()
     if name is None:
         raise ValueError(f"{path}: states no heights, which the depth needs; export it as text")

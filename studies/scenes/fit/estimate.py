@@ -19,8 +19,8 @@ from studies.scenes.fit.force_curve import (
     Data,
     checked,
     chosen_points,
-    falls_on_approach,
     in_motion,
+    position_is_height,
 )
 from studies.scenes.fit.model import DEFAULT, UNCERTAIN, Model, parameters_of, scene_with
 from studies.scenes.fit.search import (
@@ -308,7 +308,7 @@ def fit(
     without_tension = scene.gamma1 == 0
     scene, names, notes = _without_tension(scene, tuple(names))
     known = _known(scene, uncertainties or {})
-    if falls_on_approach(curve.drive, curve.force):
+    if position_is_height(curve.drive, curve.force):
         raise ValueError(
             "curve: the depth falls where the indenter is pressed, so that it is a height above "
             "the layer; give its negative"
