@@ -20,6 +20,7 @@ from numpy.polynomial import legendre
 
 from discretization.refine.events import Events, NotRefined
 from discretization.refine.lives import Life, Piece
+from discretization.refine.nodes import FROM_NODES
 from discretization.refine.totals import Totals
 from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array, Indices, Mask
@@ -28,13 +29,37 @@ DEGREE = 12  # of the Lobatto rule in t
 TOLERANCE = 1e-10  # of the energy's scale: what a piece may be off by, or it is halved. Forces that
 # are read off the polynomials of a piece are as good as its balance.
 REFUSED = 1e-9  # of the same: a piece that halving does not mend
-_HALVINGS = 12
-_FIRST = 4  # parts of a life at first
-_CUTS = 16  # rounds in which the depth of a corner is enclosed
-_PARTS = 15  # depths in each
-_SHORT = 1e-11  # of the size of depths: a piece that is not divided
-_ROUNDS = 16  # of Newton's method from the nodes
-_FAR = 0.5  # of l: how far lines may be from their nodes
+
+
+class PieceRules(NamedTuple):
+    """How lives are divided into pieces; δ is the size of depths.
+
+    Attributes
+    ----------
+    halvings : int
+        Of a part at most: 1/4096 of it.
+    first : int
+        Parts of a life at first: few profiles are so smooth that one is enough.
+    cut_rounds : int
+        Rounds in which the depth of a corner is enclosed: 16 times 4 bits are more than those of a
+        depth.
+    cut_parts : int
+        Depths in each of these rounds.
+    short : float
+        Of δ: a part that is not divided, as its energy would be rounding.
+    newton_rounds : int
+        Of Newton's method from the nodes.
+    """
+
+    halvings: int = 12
+    first: int = 4
+    cut_rounds: int = 16
+    cut_parts: int = 15
+    short: float = 1e-11
+    newton_rounds: int = 16
+
+
+_PIECE = PieceRules()
 
 
 class _Part(NamedTuple):
@@ -143,9 +168,11 @@ def work(totals: Totals, piece: Piece) -> float:
 
 def _quarters(life: Life) -> list[_Part]:
     """A life in parts of equal depths: few profiles are so smooth that one is enough."""
-    depths = np.linspace(life.start, life.end, _FIRST + 1).tolist()
-    ends: list[Array | None] = [life.first, *([None] * (_FIRST - 1)), life.last]
-    return [_Part(life, depths[i], depths[i + 1], ends[i], ends[i + 1]) for i in range(_FIRST)]
+    depths = np.linspace(life.start, life.end, _PIECE.first + 1).tolist()
+    ends: list[Array | None] = [life.first, *([None] * (_PIECE.first - 1)), life.last]
+    return [
+        _Part(life, depths[i], depths[i + 1], ends[i], ends[i + 1]) for i in range(_PIECE.first)
+    ]
 
 
 def _guesses(parts: Sequence[_Part], depths: Array) -> Array:
@@ -202,12 +229,12 @@ class Balance:
         size = self.events.equations.size
         todo = list[_Part]()
         for life in lives:
-            if abs(life.end - life.start) > _SHORT * size:
+            if abs(life.end - life.start) > _PIECE.short * size:
                 todo += _quarters(life)
-        for turn in range(_HALVINGS + 1):
+        for turn in range(_PIECE.halvings + 1):
             if not todo:
                 break
-            todo = self._divided(todo, last=turn == _HALVINGS)
+            todo = self._divided(todo, last=turn == _PIECE.halvings)
         for life in lives:
             life.pieces.sort(key=lambda piece: life.direction * float(piece.depths[0]))
             life.passed = np.array([life.direction * piece.depths[-1] for piece in life.pieces])
@@ -230,7 +257,7 @@ class Balance:
         rest = list[_Part]()
         to_cut = list[tuple[_Part, float, float, Array, Array]]()
         for i, part in enumerate(todo):
-            short = last or abs(part.end - part.start) <= _SHORT * self.events.equations.size
+            short = last or abs(part.end - part.start) <= _PIECE.short * self.events.equations.size
             if balanced[i] or (short and good[i] and off[i] <= REFUSED):
                 part.life.pieces.append(Piece(depths[i], lines[i]))
             elif short:
@@ -290,8 +317,8 @@ class Balance:
             [parts[i].life for i in row],
             starts[row, column][:, None],
             depths[row, column][:, None],
-            reach=_FAR * self.events.equations.length,
-            rounds=_ROUNDS,
+            reach=FROM_NODES * self.events.equations.length,
+            rounds=_PIECE.newton_rounds,
         )
         lines[row, column] = found.lines
         pinned[row, column] = found.pinned
@@ -304,14 +331,14 @@ class Balance:
         high = np.array([end for _, _, end, *_ in parts])
         lines = np.array([one for *_, one, _ in parts])
         before = self.events.rest(lives, lines[:, None], low[:, None]).pinned
-        share = np.arange(1, _PARTS + 1) / (_PARTS + 1)
-        for _ in range(_CUTS):
+        share = np.arange(1, _PIECE.cut_parts + 1) / (_PIECE.cut_parts + 1)
+        for _ in range(_PIECE.cut_rounds):
             depths = low[:, None] + (high - low)[:, None] * share
-            guess = np.repeat(lines[:, None], _PARTS, axis=1)
+            guess = np.repeat(lines[:, None], _PIECE.cut_parts, axis=1)
             found = self.events.rest(lives, guess, depths)
             alike = (found.pinned.reshape(guess.shape) == before[:, None]).all(axis=2)
             alike &= found.at_rest.reshape(depths.shape)
-            first = np.where(alike.all(axis=1), _PARTS, np.argmin(alike, axis=1))
+            first = np.where(alike.all(axis=1), _PIECE.cut_parts, np.argmin(alike, axis=1))
             ends = np.column_stack([low, depths, high])
             rows = np.arange(len(parts))
             low, high = ends[rows, first], ends[rows, first + 1]
@@ -325,5 +352,5 @@ class Balance:
         return [
             part
             for part in rest
-            if abs(part.end - part.start) > _SHORT * self.events.equations.size
+            if abs(part.end - part.start) > _PIECE.short * self.events.equations.size
         ]

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,35 +22,87 @@ from discretization.refine import roots
 from discretization.refine.clearance import dips
 from discretization.refine.equations import Equations
 from discretization.refine.lives import CREEPING, Happening, Life
+from discretization.refine.nodes import FROM_NODES
 from discretization.refine.settle import ROUNDS, Settled, settle
 from energy.arrays import Array, Indices, Mask
 
 PARTS = 15  # depths in a range, at which surfaces are taken to rest together
-_CLOSE = 1e-14  # of the size of depths: a range that is no wider encloses an event
-_OPEN = 1e-11  # of the same: one that is wider after all rounds does not
-_MOST = 60  # rounds
-_ROOTS = 4  # rounds before each of which the event may be a root: a fold is sharp from nearby only
-_LEFT = (
-    0.75,
-    0.5,
-    0.25,
-    0.06,
-    0.01,
-    1e-4,
-)  # of the range to a root: surfaces must be at rest there
-_LONGER = 4.0  # than the last range, at all depths of which surfaces were at rest
-_EARLIER = (0.02, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)  # margins before the depth on nodes
-_LATER = (0.3, 1.0, 3.0, 10.0)  # margins beyond it
-_JUMPS = 0.25  # of l: lines that move further from one depth to the next do not move smoothly
-_FAR = 0.5  # of l: how far lines may be from their nodes
-_FEW = 8  # rounds of Newton's method from nearby
-_TIE = 1e-13  # of the size of depths
-_SAME_FOLD = 1e-7  # of the size of depths: a root that near to the enclosed depth is the fold
-_SAME_TOUCH = 1e-3  # of l: lines that near to those of a touch are these
-_NEAR_FOLD = 5e-2  # of l: the same of its lines
-_PENETRATION = 1e-9  # of the size of depths
-_MINIMA = 3  # of the gap at which a surface may touch
-_CORNERS = 2.5  # spacings of nodes from where a surface touches to a corner that it may touch
+PENETRATION = (
+    1e-9  # of the size of depths: surfaces that are deeper in the profile pass through it.
+)
+# The certificate of the states tolerates as much.
+
+
+class EventRules(NamedTuple):
+    """How depths of events are enclosed.
+
+    Margins are those of the depths on nodes, δ is the size of depths.
+
+    Attributes
+    ----------
+    close : float
+        Of δ: a range that is no wider encloses an event, some roundings of a depth.
+    open : float
+        Of δ: a range that is wider after all rounds does not.
+    rounds : int
+        Rounds at most. Each divides a range by 16, so that 14 reach rounding; more are needed where
+        a range was too short.
+    root_rounds : int
+        Rounds before each of which the event may be a root: a fold is sharp from nearby only.
+    left : tuple of float
+        Parts of the range that are left before a root: surfaces must be at rest at all of them.
+    longer : float
+        Times the last range is the next one, if surfaces were at rest at all its depths.
+    earlier : tuple of float
+        Margins before the depth on nodes at which surfaces are looked for at rest, one after the
+        other.
+    later : tuple of float
+        Margins beyond it at which they are looked for no longer at rest.
+    jumps : float
+        Of l: lines that move further from one depth to the next do not move smoothly.
+    few : int
+        Of Newton's method from nearby.
+    tie : float
+        Of δ: depths and pulls that differ by less are the same but for rounding.
+    same_fold : float
+        Of δ: a root that near to the enclosed depth is the fold.
+    near_fold : float
+        Of l: the same of its lines, which move as the root of depths.
+    same_touch : float
+        Of l: lines that near to those of a touch are these.
+    minima : int
+        Least minima of the gap at which a surface may touch.
+    corners : float
+        Spacings of nodes from where a surface touches to a corner that it may touch: two links and
+        a half.
+    """
+
+    close: float = 1e-14
+    open: float = 1e-11
+    rounds: int = 60
+    root_rounds: int = 4
+    left: tuple[float, ...] = (
+        0.75,
+        0.5,
+        0.25,
+        0.06,
+        0.01,
+        1e-4,
+    )
+    longer: float = 4.0
+    earlier: tuple[float, ...] = (0.02, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
+    later: tuple[float, ...] = (0.3, 1.0, 3.0, 10.0)
+    jumps: float = 0.25
+    few: int = 8
+    tie: float = 1e-13
+    same_fold: float = 1e-7
+    near_fold: float = 5e-2
+    same_touch: float = 1e-3
+    minima: int = 3
+    corners: float = 2.5
+
+
+_EVENT = EventRules()
 
 
 class NotRefined(Exception):
@@ -195,7 +247,7 @@ class Events:
     def _started(self, events: list[Happening]) -> list[tuple[Happening, float, Array]]:
         """Events with a depth before each and the lines (n, 2) of its surfaces at rest there."""
         started = list[tuple[Happening, float, Array]]()
-        for earlier in _EARLIER:
+        for earlier in _EVENT.earlier:
             todo = [event for event in events if not any(event is known for known, *_ in started)]
             if not todo:
                 break
@@ -208,7 +260,9 @@ class Events:
             )
             first = np.array([life.first for life in group.lives])
             guess = np.where(at_birth[:, None], first, guess)
-            found = self.rest(group.lives, guess[:, None], rows[:, None], reach=_FAR * self._length)
+            found = self.rest(
+                group.lives, guess[:, None], rows[:, None], reach=FROM_NODES * self._length
+            )
             good = group.all_of(self._good(group, found, depths[:, None], guess[:, None]))[:, 0]
             for i in np.flatnonzero(good):
                 started.append((todo[i], float(depths[i]), found.lines[group.owner == i]))
@@ -229,7 +283,7 @@ class Events:
         good = (found.at_rest & ~found.jumped).reshape(rows, count)
         with np.errstate(invalid="ignore"):
             moved = np.where(np.isfinite(lines), np.abs(lines - before), 0.0)
-        limits = np.minimum(_JUMPS * self._length, group.steps)[:, None]
+        limits = np.minimum(_EVENT.jumps * self._length, group.steps)[:, None]
         good &= ((moved < limits) | (moved == 0)).all(axis=2)
         same = np.flatnonzero(group.owner[1:] == group.owner[:-1])
         if same.size:
@@ -242,7 +296,7 @@ class Events:
                 pulls = self.equations.pulls(lines.reshape(-1, 2), flat.ravel())
                 pulls = pulls.reshape(rows, count, 2)
                 reaction = pulls[same, :, 1] + pulls[same + 1, :, 0]
-                good[same] &= ~points | (reaction >= -_TIE * self.equations.size)
+                good[same] &= ~points | (reaction >= -_EVENT.tie * self.equations.size)
         return good
 
     def _touching(self, group: _Group, low: Array, lines: Array) -> roots.Roots:
@@ -268,8 +322,10 @@ class Events:
             for j, i in enumerate(which):
                 direction = group.directions[i]
                 late = direction * (found.depths[j] - low[i])
-                limit = group.events[i].before[0].nodes.margin * (_EARLIER[-1] + _LATER[-1])
-                if not found.found[j] or not -_TIE * self.equations.size <= late <= limit:
+                limit = group.events[i].before[0].nodes.margin * (
+                    _EVENT.earlier[-1] + _EVENT.later[-1]
+                )
+                if not found.found[j] or not -_EVENT.tie * self.equations.size <= late <= limit:
                     continue
                 if np.isnan(depths[i]) or direction * (found.depths[j] - depths[i]) < 0:
                     depths[i] = found.depths[j]
@@ -283,14 +339,14 @@ class Events:
         And where its nodes touch.
         """
         found = dips(self.equations, lines[None], np.array([depth]))
-        chosen = found.places[np.argsort(found.gaps)[:_MINIMA]].tolist()
+        chosen = found.places[np.argsort(found.gaps)[: _EVENT.minima]].tolist()
         left, right = life.trace[-1][1]
         _, node = life.nodes.walk.closing.touches(left, right)
         if node >= 0:
             chosen.append(float(life.nodes.positions[node]))
         places = [(place, False) for place in chosen]
         corners = np.append(self.equations.profile.corners, self.equations.edges)
-        reach = _CORNERS * life.nodes.spacing
+        reach = _EVENT.corners * life.nodes.spacing
         near = {c for place in chosen for c in corners[np.abs(corners - place) <= reach].tolist()}
         return [*places, *((corner, True) for corner in sorted(near))]
 
@@ -298,7 +354,7 @@ class Events:
         self, lives: list[Life], lines: Array, low: Array, at: Array, places: Array, corner: Mask
     ) -> roots.Roots:
         """Roots of surfaces that touch; pinned lines stay where they are at the low depths."""
-        here = self.rest(lives, lines[:, None], low[:, None], rounds=_FEW)
+        here = self.rest(lives, lines[:, None], low[:, None], rounds=_EVENT.few)
         free = np.isfinite(lines) & ~here.pinned
         directions = np.array([float(life.direction) for life in lives])
         start = np.where(directions * (at - low) > 0, at, low)
@@ -335,7 +391,7 @@ class Events:
         margins = np.array([event.before[0].nodes.margin for event in group.events])
         at = np.array([event.at for event in group.events])
         low, lines = low.copy(), lines.copy()
-        for later in _LATER:
+        for later in _EVENT.later:
             todo = np.flatnonzero(open_)
             if not todo.size:
                 break
@@ -371,7 +427,7 @@ class Events:
         """Whether lines of a surface (1, 2) are those of a touch."""
         with np.errstate(invalid="ignore"):
             apart = np.where(np.isfinite(lines), np.abs(lines - others), 0.0)
-        return bool(apart.max() <= _SAME_TOUCH * self._length)
+        return bool(apart.max() <= _EVENT.same_touch * self._length)
 
     def _tried(self, group: _Group, low: Array, high: Array, lines: Array) -> tuple[Array, Mask]:
         """Surfaces at PARTS + 1 depths (g, j) up to the high ones: lines (r, j, 2), good (g, j)."""
@@ -379,8 +435,8 @@ class Events:
         depths = low[:, None] + (high - low)[:, None] * share
         depths[:, -1] = high
         guess = np.repeat(lines[:, None], PARTS + 1, axis=1)
-        reach = _JUMPS * self._length
-        found = self.rest(group.lives, guess, depths[group.owner], reach=reach, rounds=_FEW)
+        reach = _EVENT.jumps * self._length
+        found = self.rest(group.lives, guess, depths[group.owner], reach=reach, rounds=_EVENT.few)
         x = found.lines.reshape(guess.shape)
         before = np.concatenate([lines[:, None], x[:, :-1]], axis=1)
         return x, group.all_of(self._good(group, found, depths, before))
@@ -397,7 +453,7 @@ class Events:
         lines = lines.copy()
         missed = np.zeros(low.size, bool)
         todo = np.arange(low.size)
-        for _ in range(_ROOTS):
+        for _ in range(_EVENT.root_rounds):
             part, rows = self._part(group, todo)
             at = low[todo]
             to = narrower[todo]
@@ -426,7 +482,7 @@ class Events:
 
         Low depths and lines are put there. Just before it all surfaces must be at rest.
         """
-        here = self.rest(group.lives, lines[:, None], low[group.owner][:, None], rounds=_FEW)
+        here = self.rest(group.lives, lines[:, None], low[group.owner][:, None], rounds=_EVENT.few)
         free = np.isfinite(lines) & ~here.pinned
         first = np.full(low.size, np.nan)
         places = lines.copy()
@@ -466,7 +522,7 @@ class Events:
                 others = mine[~moved]
                 depths = np.full((others.size, 1), first[event])
                 lives = [group.lives[row] for row in others]
-                again = self.rest(lives, lines[others][:, None], depths, rounds=_FEW)
+                again = self.rest(lives, lines[others][:, None], depths, rounds=_EVENT.few)
                 lines[others] = np.where(again.at_rest[:, None], again.lines, lines[others])
         return sure
 
@@ -508,14 +564,14 @@ class Events:
         Where what is left of the range is a part t of it, lines are first taken to be t^power of
         theirs from the last ones.
         """
-        left = np.array(_LEFT)
+        left = np.array(_EVENT.left)
         depths = end[:, None] + (low - end)[:, None] * left
         share = left ** power[:, None]
         with np.errstate(invalid="ignore"):
             guess = last[:, None] + (lines - last)[:, None] * share[..., None]
         guess = np.where(np.isfinite(guess), guess, lines[:, None])
-        reach = _JUMPS * self._length
-        found = self.rest(group.lives, guess, depths[group.owner], reach=reach, rounds=_FEW)
+        reach = _EVENT.jumps * self._length
+        found = self.rest(group.lives, guess, depths[group.owner], reach=reach, rounds=_EVENT.few)
         return found.lines.reshape(guess.shape), group.all_of(
             self._good(group, found, depths, guess)
         )
@@ -530,9 +586,9 @@ class Events:
         low = low.copy()
         high = high.copy()
         lines = lines.copy()
-        for _ in range(_MOST):
+        for _ in range(_EVENT.rounds):
             middle = low + (high - low) / 2
-            wide = np.abs(high - low) > _CLOSE * self.equations.size
+            wide = np.abs(high - low) > _EVENT.close * self.equations.size
             wide &= (middle != low) & (middle != high)
             todo = np.flatnonzero(wide)
             if not todo.size:
@@ -541,7 +597,7 @@ class Events:
         at = np.array([event.at for event in group.events])
         margins = np.array([event.before[0].nodes.margin for event in group.events])
         late = group.directions * (low - np.where(group.directions * (last - at) > 0, last, at))
-        still_open = np.abs(high - low) > _OPEN * self.equations.size
+        still_open = np.abs(high - low) > _EVENT.open * self.equations.size
         return low, lines, (late > margins) | still_open
 
     def _narrow(self, group: _Group, low: Array, high: Array, lines: Array, todo: Indices) -> None:
@@ -558,8 +614,10 @@ class Events:
             if good[j].all():  # from nearer the high end is at rest: the range was too short
                 low[i] = high[i]
                 lines[own] = found[part.owner == j, -1]
-                step = _LONGER * abs(low[i] - depths[0])
-                high[i] = low[i] + group.directions[i] * max(step, _CLOSE * self.equations.size)
+                step = _EVENT.longer * abs(low[i] - depths[0])
+                high[i] = low[i] + group.directions[i] * max(
+                    step, _EVENT.close * self.equations.size
+                )
                 continue
             first = int(np.argmin(good[j]))
             high[i] = depths[first + 1]
@@ -571,14 +629,14 @@ class Events:
         """The same, where an equilibrium disappears at the fold itself."""
         low, lines = low.copy(), lines.copy()
         depths = low[group.owner]
-        here = self.rest(group.lives, lines[:, None], depths[:, None], rounds=_FEW)
+        here = self.rest(group.lives, lines[:, None], depths[:, None], rounds=_EVENT.few)
         free = np.isfinite(lines) & ~here.pinned
         directions = group.directions[group.owner]
         found = roots.folds(self.equations, lines, depths, directions, free)
-        near = np.abs(found.depths - depths) <= _SAME_FOLD * self.equations.size
+        near = np.abs(found.depths - depths) <= _EVENT.same_fold * self.equations.size
         with np.errstate(invalid="ignore"):
             moved = np.where(np.isfinite(lines), np.abs(found.lines - lines), 0.0).max(axis=1)
-        near &= found.found & (moved <= _NEAR_FOLD * self._length)
+        near &= found.found & (moved <= _EVENT.near_fold * self._length)
         for i in range(len(group.events)):
             own = np.flatnonzero((group.owner == i) & near)
             if own.size:
@@ -601,10 +659,10 @@ class Events:
         )
         if not found.found[0] or event.direction * (found.depths[0] - depth) > 0:
             return
-        here = self.rest([life], found.lines[:, None], found.depths[:, None], rounds=_FEW)
+        here = self.rest([life], found.lines[:, None], found.depths[:, None], rounds=_EVENT.few)
         finite = np.isfinite(lines)
         moved = np.abs(here.lines[0, finite] - found.lines[0, finite]).max()
-        at_rest = here.at_rest[0] and moved <= _NEAR_FOLD * self._length
+        at_rest = here.at_rest[0] and moved <= _EVENT.near_fold * self._length
         if at_rest and self._clear(event, found.lines, float(found.depths[0])):
             event.lines_before = found.lines
             event.depth = float(found.depths[0])
@@ -613,7 +671,7 @@ class Events:
         """Whether no surface is in the profile just before an event."""
         if event.direction < 0:
             return True
-        least = -_PENETRATION * self.equations.size
+        least = -PENETRATION * self.equations.size
         return all(self.clearance(row, depth)[0] >= least for row in lines)
 
     def clearance(self, lines: Array, depth: float) -> tuple[float, float]:

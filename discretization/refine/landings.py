@@ -12,31 +12,60 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from discretization.lattice.walk import End, paired
 from discretization.nodes.row import Contacts
 from discretization.refine.equations import OUTWARDS, lines_of_surfaces
-from discretization.refine.events import Events, NotRefined
+from discretization.refine.events import PENETRATION, Events, NotRefined
 from discretization.refine.first_touch import faces_at_touch
 from discretization.refine.lives import CREEPING, Happening, Life, Pair, pairs
-from discretization.refine.nodes import FoundNodes
+from discretization.refine.nodes import FROM_NODES, FoundNodes
 from discretization.refine.settle import settle
 from discretization.refine.totals import Totals
 from energy.arrays import Array
 
 CLOSER = 8
-_FAR = 0.5  # of l: how far lines may be from their nodes
-_AHEAD = (0.0, 0.02, 0.1, 0.3, 1.0)  # margins beyond an event, from where lines are followed back
-_PENETRATION = 1e-9  # of the size of depths
-_GAINED = 1e-9  # of the energy's scale: more than rounding, where an event hardly releases any
-_BEYOND = 1e-6  # margins: so little beyond a fold lines still rest where they would at the event
-_ELSEWHERE = 1e-2  # of l: lines that far from those after an event are others
-_MET = 1e-6  # of l: lines of a contact of no width may overlap by that much
-_LANDED = 0.2  # of l: how far lines on closer nodes may be from those after the event
-_NEIGHBOURS = 1  # surfaces on each side of an event of receding lines that are followed with it
-_PASSED = (0.1, 0.5)  # margins on both sides of an event, within which closer nodes have it
+
+
+class LandingRules(NamedTuple):
+    """How lines after events are found, and when closer nodes agree with them.
+
+    Attributes
+    ----------
+    ahead : tuple of float
+        Margins beyond an event, from where lines are followed back to it: one after the other,
+        until they rest.
+    gained : float
+        Of the energy's scale: more than rounding, where an event hardly releases any.
+    beyond : float
+        Margins: so little beyond a fold lines still rest where they would at the event.
+    elsewhere : float
+        Of l: lines that far from those after an event are others.
+    met : float
+        Of l: lines of a contact of no width may overlap by that much.
+    landed : float
+        Of l: how far lines on closer nodes may be from those after the event.
+    neighbours : int
+        Surfaces on each side of an event of receding lines that are followed with it, as they share
+        contacts.
+    passed : tuple of float
+        Margins on both sides of an event, within which closer nodes have it.
+    """
+
+    ahead: tuple[float, ...] = (0.0, 0.02, 0.1, 0.3, 1.0)
+    gained: float = 1e-9
+    beyond: float = 1e-6
+    elsewhere: float = 1e-2
+    met: float = 1e-6
+    landed: float = 0.2
+    neighbours: int = 1
+    passed: tuple[float, ...] = (0.1, 0.5)
+
+
+_LANDING = LandingRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +105,7 @@ class Landings:
             If no equilibrium is found, or lines rest earlier on their path.
         """
         todo = [event for event in happened if event.after and not len(event.lines_after)]
-        for ahead in _AHEAD:
+        for ahead in _LANDING.ahead:
             if todo:
                 todo = self._landed(todo, ahead)
         if todo:
@@ -117,7 +146,7 @@ class Landings:
     def _just_beyond(self, event: Happening) -> float:
         """A depth just beyond an event, where lines are still pushed in its direction."""
         margin = (event.before or event.after)[0].nodes.margin
-        return event.depth + event.direction * _BEYOND * margin
+        return event.depth + event.direction * _LANDING.beyond * margin
 
     def _start(self, event: Happening) -> Array | None:
         """Lines (n, 2) of the surfaces after an event before they move; None where not known.
@@ -131,7 +160,7 @@ class Landings:
         if event.direction < 0:
             return outer if len(event.after) == 1 else None
         clearance, place = self.events.clearance(before[0], event.depth)
-        touches = abs(clearance) <= _PENETRATION * self.events.equations.size
+        touches = abs(clearance) <= PENETRATION * self.events.equations.size
         if len(event.after) == 2:
             return np.array([[before[0, 0], place], [place, before[0, 1]]]) if touches else None
         if touches:
@@ -148,7 +177,7 @@ class Landings:
         forwards = event.direction * OUTWARDS  # pressed, contacts grow from both lines of a surface
         with np.errstate(invalid="ignore"):
             left = np.where(finite, (event.lines_after - rows) * forwards, 0.0)
-        near = _ELSEWHERE * self.events.equations.length
+        near = _LANDING.elsewhere * self.events.equations.length
         return bool((left >= -near).all() and (left > near).any())
 
     def _landed(
@@ -169,7 +198,7 @@ class Landings:
         if self.events.equations.scene.hysteretic:
             for event in todo:
                 self._stand(event)
-        reach = _FAR * length
+        reach = FROM_NODES * length
         found = self.events.rest(
             lives, lines[:, None], beyond[:, None], reach=reach, downhill=downhill
         )
@@ -251,7 +280,7 @@ class Landings:
         touches = len(event.before) == 1 and len(contacts) == 1
         if touches:
             clearance, place = self.events.clearance(event.lines_before[0], event.depth)
-            if abs(clearance) <= _PENETRATION * self.events.equations.size:
+            if abs(clearance) <= PENETRATION * self.events.equations.size:
                 return np.array([[place, place]])
         return in_the_middle
 
@@ -260,7 +289,7 @@ class Landings:
         if event.smooth or not len(event.lines_before):
             return True
         before = self._energy(event.lines_before, event.depth)
-        return self._energy(after, event.depth) - before <= _GAINED * self.scale
+        return self._energy(after, event.depth) - before <= _LANDING.gained * self.scale
 
     def _energy(self, surfaces: Array, depth: float) -> float:
         """U of surfaces (n, 2) and of the contacts between them, up to what is the same for all."""
@@ -274,7 +303,9 @@ class Landings:
         rounding.
         """
         overlap = rows[:-1, 1] - rows[1:, 0]
-        met = np.flatnonzero((overlap > 0) & (overlap <= _MET * self.events.equations.length))
+        met = np.flatnonzero(
+            (overlap > 0) & (overlap <= _LANDING.met * self.events.equations.length)
+        )
         if not met.size:
             return rows
         found = rows.copy()
@@ -284,7 +315,7 @@ class Landings:
         return found
 
     def _clear(self, rows: Array, depth: float) -> bool:
-        least = -_PENETRATION * self.events.equations.size
+        least = -PENETRATION * self.events.equations.size
         return all(self.events.clearance(row, depth)[0] >= least for row in rows)
 
     def agrees_at_touch(self, after: Array) -> bool:
@@ -313,10 +344,10 @@ class Landings:
         last = first + len(event.before)
         left = on_nodes[first][0]
         right = on_nodes[last - 1][1]
-        neighbours = 0 if event.direction > 0 else _NEIGHBOURS  # lines that recede share contacts
+        neighbours = 0 if event.direction > 0 else _LANDING.neighbours
         own = on_nodes[max(first - neighbours, 0) : last + neighbours]
         known = list[Pair]()
-        for passed in _PASSED:
+        for passed in _LANDING.passed:
             reach = event.direction * passed * self.closer.margin
             now = own
             at: float | None = event.depth - reach
@@ -359,7 +390,7 @@ class Landings:
             lines,
             np.full(count, event.depth),
             np.full(count, float(event.direction)),
-            reach=_LANDED * self.events.equations.length,
+            reach=_LANDING.landed * self.events.equations.length,
         )
         apart = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
         return bool(found.at_rest.all()) and apart
@@ -368,7 +399,7 @@ class Landings:
         """Whether surfaces on closer nodes are as many as these (n, 2), with lines nearby."""
         if len(surfaces) != len(lines):
             return False
-        near = _LANDED * self.events.equations.length
+        near = _LANDING.landed * self.events.equations.length
         for pair, row in zip(surfaces, lines, strict=True):
             for node, line in zip(pair, row.tolist(), strict=True):
                 if (node is None) != math.isinf(line):

@@ -21,6 +21,8 @@ PER_WAVE = 16  # and per wave of the profile, from where its slope turns to wher
 PER_TIP = 4  # and over the length on which the profile's slope rises by √(2w/γ₁) at low points
 NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that make a wave
 MOST_NODES = 400_000
+FROM_NODES = 0.5  # of l, 16 nodes or more: how far lines may rest from their nodes; those that
+# Newton's method takes further are of another equilibrium
 AHEAD = 0.1  # of δ₀: by how much events on nodes may come too early or too late
 _AHEAD_OF_RANGE = 0.05  # the same without adhesion, of the range of depths
 _ROUNDED = 1e-12  # of the size of depths: at least

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from discretization.refine.events import Events, NotRefined
 from discretization.refine.first_touch import faces_at_touch
 from discretization.refine.landings import CLOSER, Landings
 from discretization.refine.lives import Happening, Life, walked
-from discretization.refine.nodes import FoundNodes
+from discretization.refine.nodes import FROM_NODES, FoundNodes
 from discretization.refine.remnants import Remnants
 from discretization.refine.totals import Totals
 from energy import Scene
@@ -26,10 +27,28 @@ from energy.arrays import Array
 ASIDE = (
     0.5  # margins of the depths of nodes: so far before a depth at which they fail it is refined
 )
-_TOGETHER = 1e-12  # of the size of depths: events so near to each other happen at once
-_FAR = 0.5  # of l
-_LATE = 1e-12  # of the size of depths: a surface may end that much before it is born
-_OVERLAP = 1e-6  # of l: lines of a contact that is lost as they meet are known far better
+
+
+class OrderRules(NamedTuple):
+    """When events happen together or too late; δ is the size of depths.
+
+    Attributes
+    ----------
+    together : float
+        Of δ: events so near to each other happen at once.
+    late : float
+        Of δ: a surface may end that much before it is born, by rounding.
+    overlap : float
+        Of l: lines of neighbouring surfaces may overlap by that; those of a contact that is lost as
+        they meet are known far better.
+    """
+
+    together: float = 1e-12
+    late: float = 1e-12
+    overlap: float = 1e-6
+
+
+_ORDER = OrderRules()
 
 
 @dataclass(eq=False)
@@ -117,7 +136,7 @@ class Refinement:
         totals = Totals.of(equations) if like is None else like.totals
         events = Events(equations)
         delta0 = scene.opened.critical_separation
-        displaced = max(delta0, abs(deepest - profile.touch), equations.size * _TOGETHER)
+        displaced = max(delta0, abs(deepest - profile.touch), equations.size * _ORDER.together)
         scale = scene.stiffness * displaced**2 * equations.length
         landings = Landings(events, closer_nodes, totals, scale)
         balance = Balance(events, totals, scale)
@@ -306,7 +325,7 @@ class Refinement:
         A surface of it is born later, at an event before the goal or, of those that are left,
         beyond it.
         """
-        late = _LATE * self.equations.size
+        late = _ORDER.late * self.equations.size
         early = [event.depth for event in left if direction * (event.depth - goal) <= 0]
         for event in happened:
             births = [life.born.depth for life in event.before if life.born is not None]
@@ -372,7 +391,7 @@ class Refinement:
         goal: float,
     ) -> tuple[list[Life], list[Stretch]]:
         """Smooth motion between the depths of events, and what is alive at the goal."""
-        together = _TOGETHER * self.equations.size
+        together = _ORDER.together * self.equations.size
         stretches = list[Stretch]()
         depth = start
         events = sorted(happened, key=lambda event: direction * event.depth)
@@ -392,7 +411,7 @@ class Refinement:
 
     def _ended(self, event: Happening, at: float) -> None:
         """Write into surfaces how they end. NotRefined where that is before their birth."""
-        late = _LATE * self.equations.size
+        late = _ORDER.late * self.equations.size
         for life, row in zip(event.before, event.lines_before, strict=True):
             life.end = at
             life.last = row
@@ -431,7 +450,7 @@ class Refinement:
         return self._rest(lives, drawn_lives(lives, depths[:, None])[:, 0], depths)
 
     def _rest(self, lives: list[Life], guess: Array, depths: Array) -> Array:
-        reach = _FAR * self.equations.length
+        reach = FROM_NODES * self.equations.length
         found = self.events.rest(lives, guess[:, None], depths[:, None], reach=reach)
         lines = found.lines
         good = found.at_rest
@@ -488,7 +507,7 @@ class Refinement:
             stretch.before = lines[: len(stretch.lives)]
             lines = lines[len(stretch.lives) :]
             overlap = stretch.before[:-1, 1] - stretch.before[1:, 0]
-            if (overlap > _OVERLAP * self.equations.length).any():
+            if (overlap > _ORDER.overlap * self.equations.length).any():
                 raise NotRefined(f"lines have passed each other at {stretch.end!r}", stretch.end)
 
 

@@ -20,12 +20,37 @@ import numpy as np
 from discretization.refine.equations import Equations
 from energy.arrays import Array, Indices, Mask
 
-_ROUNDS = 25  # of Newton's method
-_FOLD_STEP = 1e-4  # of l and of depths: central differences of the determinant
-_TOUCH_STEP = 1e-5  # the same of what has no second derivative in it
-_LONGEST = 0.1  # of l: a step
-_FOUND = 1e-10  # of l: the last step
-_FLAT = 1e-6  # of l: the same of a fold where rounding makes more, its depth is off by the square
+
+class RootRules(NamedTuple):
+    """How roots are found; lengths are of l.
+
+    Attributes
+    ----------
+    rounds : int
+        Of Newton's method, which needs a handful from nearby; roots that need more are given up.
+    fold_step : float
+        Step of central differences of the determinant, which has f'' in it: longer than that of
+        f''.
+    touch_step : float
+        The same of what has no second derivative in it: its error is the square, 1e-10.
+    longest : float
+        Of a step.
+    found : float
+        The last step of a root that is found.
+    flat : float
+        The same of a fold where rounding of the determinant makes more of it: the depth is
+        stationary there, so that it is off by the square, 1e-12.
+    """
+
+    rounds: int = 25
+    fold_step: float = 1e-4
+    touch_step: float = 1e-5
+    longest: float = 0.1
+    found: float = 1e-10
+    flat: float = 1e-6
+
+
+_ROOT = RootRules()
 
 
 class Roots(NamedTuple):
@@ -89,11 +114,11 @@ def folds(
         return np.column_stack([np.where(free[own], values, stays), singular])
 
     start = np.column_stack([np.where(np.isfinite(lines), lines, 0.0), depths])
-    steps = _FOLD_STEP * np.array([length, length, equations.size])
-    found, good = _newton(off, start, steps, length, rounding=_FLAT)
+    steps = _ROOT.fold_step * np.array([length, length, equations.size])
+    found, good = _newton(off, start, steps, length, rounding=_ROOT.flat)
     at = np.where(np.isfinite(lines), found[:, :2], lines)
     lower, upper = equations.rooms
-    aside = _FOLD_STEP * length
+    aside = _ROOT.fold_step * length
     inside = (at > lower[rooms] + aside) & (at < upper[rooms] - aside)
     good &= free.any(axis=1) & (inside | ~free).all(axis=1)
     return Roots(at, found[:, 2], np.full(len(lines), np.nan), good)
@@ -149,7 +174,7 @@ def touches(
         )
 
     start = np.column_stack([np.where(np.isfinite(lines), lines, 0.0), places, depths])
-    steps = _TOUCH_STEP * np.array([length, length, length, equations.size])
+    steps = _ROOT.touch_step * np.array([length, length, length, equations.size])
     found, good = _newton(off, start, steps, length)
     at = np.where(np.isfinite(lines), found[:, :2], lines)
     with np.errstate(invalid="ignore"):
@@ -209,7 +234,7 @@ def meetings(
     outer = np.where(np.isfinite(outer), outer, 0.0)
     middle = (left[:, 1] + right[:, 0]) / 2
     start = np.column_stack([outer[:, 0], middle, outer[:, 1], depths])
-    steps = _TOUCH_STEP * np.array([length, length, length, equations.size])
+    steps = _ROOT.touch_step * np.array([length, length, length, equations.size])
     found, good = _newton(off, start, steps, length)
     return Roots(found[:, [0, 2]], found[:, 3], found[:, 1], good)
 
@@ -219,7 +244,7 @@ def _newton(
     start: Array,
     steps: Array,
     length: float,
-    rounding: float = _FOUND,
+    rounding: float = _ROOT.found,
 ) -> tuple[Array, Mask]:
     """Roots of n systems of m equations by Newton's method with central differences.
 
@@ -254,7 +279,7 @@ def _newton(
     shifts = np.concatenate([np.zeros((1, size)), np.diag(steps), -np.diag(steps)])
     active = np.arange(count)
     last = np.full(count, np.inf)
-    for _ in range(_ROUNDS):
+    for _ in range(_ROOT.rounds):
         if not active.size:
             break
         tried = unknown[active, None] + shifts
@@ -269,10 +294,10 @@ def _newton(
         active = active[usable]
         step = -np.linalg.solve(jacobian[usable], values[usable, 0, :, None])[..., 0]
         moved = np.abs(step[:, :-1]).max(axis=1)
-        step *= np.minimum(1.0, _LONGEST * length / np.maximum(moved, 1e-300))[:, None]
+        step *= np.minimum(1.0, _ROOT.longest * length / np.maximum(moved, 1e-300))[:, None]
         unknown[active] += step
         last[active] = moved
-        done = moved < _FOUND * length
+        done = moved < _ROOT.found * length
         found[active[done]] = True
         active = active[~done]
     found[active] = last[active] < rounding * length

@@ -6,6 +6,7 @@ It gives the lines at any depth on it, and the work done between two depths.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,12 +18,30 @@ from discretization.refine.plan import Refinement, Stretch
 from discretization.surfaces.network import gauss_lobatto
 from energy.arrays import Array, Mask
 
-_NEAR = 1e-9  # of l: how far the equations of lines next to a fold may be from rest, over slopes
-_ROUNDS = 16  # of Newton's method
-_FAR = 0.1  # of l: how far lines may be from where they are drawn
 
-_JUST = 1e-12  # of the size of depths: by then a gap is about a millionth of l wide, and the force
-# that it carries, like the cube of its width, is 0 to rounding
+class RouteRules(NamedTuple):
+    """How lines on a route are found between the points of its pieces.
+
+    Attributes
+    ----------
+    at_rest : float
+        Of l, over slopes: how far the equations of lines next to a fold may be from 0.
+    rounds : int
+        Of Newton's method from the polynomials of a piece.
+    reach : float
+        Of l: how far lines may be from these.
+    just_open : float
+        Of the size of depths: by then a gap is about a millionth of l wide, and the force that it
+        carries, like the cube of its width, is 0 to rounding.
+    """
+
+    at_rest: float = 1e-9
+    rounds: int = 16
+    reach: float = 0.1
+    just_open: float = 1e-12
+
+
+_RULES = RouteRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +135,9 @@ class Route:
         length = self.refinement.equations.length
         events = self.refinement.events
         all_depths = np.broadcast_to(depths, guess.shape[:2])
-        found = events.rest(lives, guess, all_depths, reach=_FAR * length, rounds=_ROUNDS)
+        found = events.rest(
+            lives, guess, all_depths, reach=_RULES.reach * length, rounds=_RULES.rounds
+        )
         lines = found.lines.reshape(guess.shape)
         lost = np.asarray(~found.at_rest.reshape(guess.shape[:2]))
         if lost.any():
@@ -131,7 +152,7 @@ class Route:
         Their lines are as near to each other as the root of the depth since then, which rounding
         makes of it. Closed gaps are no longer `lost`.
         """
-        least = _JUST * self.refinement.equations.size
+        least = _RULES.just_open * self.refinement.equations.size
         for i, life in enumerate(lives):
             for depth, ends in ((life.start, life.first), (life.end, life.last)):
                 if ends[0] != ends[1]:
@@ -152,7 +173,7 @@ class Route:
         if equations.scene.hysteretic:
             pinned |= lines[row, column] == np.array([lives[i].first for i in row])
         slope = equations.size / equations.length
-        if (np.abs(np.where(pinned, 0.0, values)) > _NEAR * slope).any():
+        if (np.abs(np.where(pinned, 0.0, values)) > _RULES.at_rest * slope).any():
             depth = float(depths[row[0], column[0]])
             raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest", depth)
 

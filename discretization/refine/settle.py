@@ -19,15 +19,50 @@ from discretization.refine.equations import OUTWARDS, Equations
 from energy.arrays import Array, Indices, Mask, Nodes
 
 ROUNDS = 60  # of Newton's method
-_LONGEST = 0.1  # of l: a step of Newton's method
-_STILL = 8  # roundings of a position: a step that short is the last
-_QUADRATIC = 1e-15  # of l: the step that Newton's method would make next
-_NEAR = 1e-9  # of l: steps below which that is so
-_TREMBLING = 1e-12  # of l: steps that no longer shrink but are as short as this are rounding
-_NARROW_ROOM = 1e-2  # of l: rooms within which F does not turn round
-_MOST_ROOMS = 4096  # that a line passes at once
-_NARROW = 0.1  # of l: in narrower gaps the rise of the profile over their width loses digits
-_FALLS = 1e-12  # by more than this F falls over a corner that a line jumps over
+
+
+class NewtonRules(NamedTuple):
+    """How lines are taken to rest; lengths are of l but where it says otherwise.
+
+    Attributes
+    ----------
+    longest : float
+        Of a step: the tail of a free surface decays over l, so that F is nearly linear over a tenth
+        of it.
+    still : int
+        Roundings of a position: a step that short is the last.
+    quadratic : float
+        The step that quadratic convergence would make next, s²/|last s|, is at most this: it is
+        rounding.
+    near : float
+        Shorter steps may be judged by that: convergence is quadratic so near to rest.
+    trembling : float
+        Steps as short as this that no longer shrink are the rounding of F.
+    narrow : float
+        In narrower gaps rounding of F grows like the inverse square of their width: the rise of the
+        profile over the width loses digits.
+    narrow_room : float
+        Rooms between two corners that are narrower hold no line at rest if it goes on at both ends:
+        F hardly changes over a hundredth of l.
+    most_rooms : int
+        Rooms that a line passes at once; more are left to the next round.
+    falls : float
+        Of F: by more than this, which is its rounding, it falls over a corner that a line jumps
+        over.
+    """
+
+    longest: float = 0.1
+    still: int = 8
+    quadratic: float = 1e-15
+    near: float = 1e-9
+    trembling: float = 1e-12
+    narrow: float = 0.1
+    narrow_room: float = 1e-2
+    most_rooms: int = 4096
+    falls: float = 1e-12
+
+
+_NEWTON = NewtonRules()
 
 
 class Settled(NamedTuple):
@@ -151,13 +186,15 @@ def settle(
         changed = equations.rates(own.lines, own.depths, own.rooms)
         free = own.has_line & ~held
         step = _newton_step(changed, values, free)
-        pushed = -np.sign(values) * OUTWARDS * _LONGEST * equations.length
+        pushed = -np.sign(values) * OUTWARDS * _NEWTON.longest * equations.length
         astray = ~np.isfinite(step)  # where D does not change
         if downhill:
             astray |= ~stable(changed, free)[:, None]
         step = np.where(free & astray, pushed, step)
         longest = np.asarray(np.abs(step).max(axis=1))
-        step *= np.minimum(1.0, _LONGEST * equations.length / np.maximum(longest, 1e-300))[:, None]
+        step *= np.minimum(1.0, _NEWTON.longest * equations.length / np.maximum(longest, 1e-300))[
+            :, None
+        ]
         new = _inside(equations, own.lines + step, own)
         cut = (own.has_line & (new != own.lines + step)).any(axis=1)
         new = _not_behind(new, own, free)
@@ -206,15 +243,35 @@ def stable(rates: Array, free: Mask) -> Mask:
 
 
 def _newton_step(rates: Array, values: Array, free: Mask) -> Array:
-    """The step (n, 2) of the free lines, not finite where their equations are singular."""
-    both = np.asarray(free.all(axis=1))
-    determinant = rates[:, 0, 0] * rates[:, 1, 1] - rates[:, 0, 1] * rates[:, 1, 0]
+    """The step of Newton's method: (∂F_i/∂x_j) step = -F of the free lines.
+
+    Parameters
+    ----------
+    rates : ndarray (n, 2, 2)
+        ∂F_i/∂x_j [1/length].
+    values : ndarray (n, 2)
+        F.
+    free : ndarray of bool (n, 2)
+        Lines that are not pinned.
+
+    Returns
+    -------
+    ndarray (n, 2)
+        [length]; 0 of other lines, not finite where the equations are singular.
+    """
+    left_value, right_value = values.T
+    left_by_left, left_by_right = rates[:, 0].T
+    right_by_left, right_by_right = rates[:, 1].T
+    determinant = left_by_left * right_by_right - left_by_right * right_by_left
     with np.errstate(divide="ignore", invalid="ignore"):
-        left = (values[:, 1] * rates[:, 0, 1] - values[:, 0] * rates[:, 1, 1]) / determinant
-        right = (values[:, 0] * rates[:, 1, 0] - values[:, 1] * rates[:, 0, 0]) / determinant
+        # Cramer's rule where both lines are free, else each equation by itself
+        left = (right_value * left_by_right - left_value * right_by_right) / determinant
+        right = (left_value * right_by_left - right_value * left_by_left) / determinant
         alone = -values / rates[:, [0, 1], [0, 1]]
     together = np.stack([left, right], axis=1)
-    return np.where(free, np.where(both[:, None], together, alone), 0.0)
+    both = np.asarray(free.all(axis=1))
+    step = np.where(both[:, None], together, alone)
+    return np.where(free, step, 0.0)
 
 
 def _inside(equations: Equations, lines: Array, rows: _Rows) -> Array:
@@ -268,7 +325,7 @@ def _against_joints(equations: Equations, rows: _Rows, values: Array) -> tuple[M
             goes_on = at_end & exists[:, column] & (outwards * there < 0)
             held[at_end & ~goes_on, column] = True
             fall = outwards * (values[:, column] - there)
-            fell |= goes_on & (fall > _FALLS * np.maximum(1.0, np.abs(values[:, column])))
+            fell |= goes_on & (fall > _NEWTON.falls * np.maximum(1.0, np.abs(values[:, column])))
             rows.lines[goes_on, column] = beyond[goes_on, column]
             rows.rooms[goes_on, column] = next_room[goes_on, column]
             for row in np.flatnonzero(goes_on).tolist():
@@ -290,11 +347,11 @@ def _through_narrow_rooms(
     step = int(outwards * OUTWARDS[column])
     first = int(rows.rooms[row, column])
     line = rows.lines[row, column]
-    room = np.arange(first, first + step * _MOST_ROOMS, step)
+    room = np.arange(first, first + step * _NEWTON.most_rooms, step)
     room = room[(room >= 0) & (room < lower.size)]
     near, far = (lower[room], upper[room]) if step > 0 else (upper[room], lower[room])
-    narrow = np.abs(far - near) <= _NARROW_ROOM * equations.length
-    within = np.abs(far - line) <= _LONGEST * equations.length
+    narrow = np.abs(far - near) <= _NEWTON.narrow_room * equations.length
+    within = np.abs(far - line) <= _NEWTON.longest * equations.length
     facing = rows.lines[row, 1 - column]
     apart = (facing - far) * OUTWARDS[column] > 0 if np.isfinite(facing) else True
     usable = narrow & within & apart
@@ -315,7 +372,7 @@ def _through_narrow_rooms(
     rows.lines[row, column] = far[passed - 1]
     rows.rooms[row, column] = room[passed - 1]
     falls = at_far[: passed - 1] - at_near[1:passed]
-    least = _FALLS * np.maximum(1.0, np.abs(at_far[: passed - 1]))
+    least = _NEWTON.falls * np.maximum(1.0, np.abs(at_far[: passed - 1]))
     return bool((falls > least).any())
 
 
@@ -325,12 +382,14 @@ def _rests(
     """Whether Newton's method has come to rest (n,), after steps of this length and the last."""
     length = equations.length
     furthest = np.abs(np.where(np.isfinite(lines), lines, 0.0)).max(axis=1)
-    rounding = _STILL * np.spacing(length + furthest)
+    rounding = _NEWTON.still * np.spacing(length + furthest)
     still = moved <= rounding
-    squared = (moved < _NEAR * length) & (moved * moved <= _QUADRATIC * length * before)
+    squared = (moved < _NEWTON.near * length) & (
+        moved * moved <= _NEWTON.quadratic * length * before
+    )
     with np.errstate(invalid="ignore", divide="ignore"):
-        narrow = _NARROW * length / (lines[:, 1] - lines[:, 0])
-    trembles = _TREMBLING * length * np.maximum(1.0, np.where(narrow > 0, narrow, 0.0) ** 2)
+        narrow = _NEWTON.narrow * length / (lines[:, 1] - lines[:, 0])
+    trembles = _NEWTON.trembling * length * np.maximum(1.0, np.where(narrow > 0, narrow, 0.0) ** 2)
     trembling = (moved < trembles) & (before < 100 * trembles)
     trembling &= moved > before / 2
     return np.asarray((still | squared | trembling) & ~cut & ~passed)

@@ -22,7 +22,7 @@ from discretization.fitted.states import judged, state_of
 from discretization.profile import LOOKS, Resolved, resolve, unknown, warn_hidden
 from discretization.refine.equations import Equations, free_surfaces, lines_of_surfaces
 from discretization.refine.events import Events
-from discretization.refine.nodes import FoundNodes, usual_spacing
+from discretization.refine.nodes import FROM_NODES, FoundNodes, usual_spacing
 from discretization.refine.settle import settle
 from discretization.refine.steady import steady_contacts
 from energy import Scene
@@ -37,7 +37,6 @@ _GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are c
 _LINKS = 4  # of a contact, or nodes may take others for the lowest ones
 _NEARBY = 1 / 64  # of δ₀: next to the depth, at whose lowest contacts states are looked for
 _SAME = 1e-9  # of the energy's scale: energies of the same state
-_FAR = 0.5  # of l: how far lines may be from their nodes
 _REPEATED = 1e-8  # of l: lines found twice
 _MOST_CHANGES = 1000  # of contacts on nodes, until those of the profile are found
 _PENETRATION = 1e-11  # of the size of depths: below what the certificate tolerates
@@ -223,7 +222,7 @@ def _at_rest(equations: Equations, lines: Lines, depth: float) -> Lines | None:
     """Lines of nodes taken to rest, None where that fails or lines meet."""
     surfaces = free_surfaces(lines)
     count = len(surfaces)
-    reach = _FAR * equations.length
+    reach = FROM_NODES * equations.length
     found = settle(equations, surfaces, np.full(count, depth), np.ones(count), reach=reach)
     apart = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
     if not (found.at_rest.all() and apart):
