@@ -50,8 +50,8 @@ class ApexRules(NamedTuple):
         magnitude further out: if it is less at the first by no more than this part, it does not
         fall towards 0, and the apex is a kink that nobody declared.
     rests : float
-        Of the size of depths: |D - d| of a line that has been found is less, but for what a root
-        finder makes of rounding.
+        Of the size of depths: where |D - d| is at most this, a line that was looked for by its
+        distance has been found. It is above what rounding leaves in a root finder.
     narrow : float
         Of l: the width of a contact, about an axis its radius, up to which the step of a difference
         may reach beyond the apex.
@@ -468,8 +468,8 @@ class SingleContact:
     def _beyond_corners(self, excess: Excess, side: int, last: float, depth: float) -> float:
         """A line that rests beyond the last corner, or beyond the apex if there is none.
 
-        Next to the apex rounding of its position may be too coarse for D to be d. If so, it is
-        looked for again by the logarithm of its distance.
+        Next to the apex the root finder may stop before D is d. Then the line is looked for again,
+        by the logarithm of its distance from the apex.
         """
         found = bracketed(excess, *self._around(excess, side, last, depth))
         near = DIFFERENCES.least_radius * self.scene.elastocapillary_length
