@@ -86,8 +86,14 @@ def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
     )
     if any(len(values) > 1 for _, values in left_out):
         fixed = f"shown at {fixed}; the others are in the table"
-    if named := dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True)):
-        figure.legend(named.values(), named, loc="outside lower center", ncols=3, fontsize=9)
+    named: dict[str, Any] = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        named |= dict(zip(labels, handles, strict=True))
+    if named:
+        figure.legend(
+            list(named.values()), list(named), loc="outside lower center", ncols=3, fontsize=9
+        )
     failed = f"{record.failed} of {len(record.results)} points failed" if record.failed else ""
     figure.suptitle("\n".join(filter(None, (title, fixed, failed))), fontsize=13)
     return figure

@@ -313,26 +313,25 @@ def test_a_logarithmic_range_has_a_logarithmic_axis():
         assert sweep_figure._by_ratios(np.array(values, float)) == bool(log), values
 
 
+@pytest.mark.parametrize("unknown", ["force", "half_width"])
 @pytest.mark.parametrize("lines", [1, 2, 7])
-def test_unresolved_states_of_a_sweep_are_marked(lines):
+def test_unresolved_states_of_a_sweep_are_marked(lines, unknown):
     """An error that is not known is no error bar of length 0."""
     depths = tuple(float(n) for n in range(1, 10))
     axes = (Axis("depth", depths), Axis("surfaces.gamma1", tuple(0.01 * n for n in range(lines))))
     grid = Grid(axes[: 1 if lines == 1 else 2])
     common = {"half_width": 1.0, "error_half_width": 0.1, "error_force": 0.1, "label": "global"}
     found = [{**common, "force": 1.0 + at} for at in range(len(grid))]
-    found[3]["error_force"] = None
+    found[3][f"error_{unknown}"] = None
     results = tuple({"at": at, "found": one} for at, one in enumerate(found))
     figure = sweep_figure.plot(Record(grid, results), "A title")
-    force, width = figure.axes[:2]
-    open_circles = [line for line in force.lines if line.get_markerfacecolor() == "white"]
-    (marked,) = open_circles
-    depth = grid.point(3)["depth"]
-    assert marked.get_xdata().tolist() == [depth]
-    assert not any(line.get_markerfacecolor() == "white" for line in width.lines)
+    marked, other = figure.axes[:2] if unknown == "force" else figure.axes[1::-1]
+    (circles,) = [line for line in marked.lines if line.get_markerfacecolor() == "white"]
+    assert circles.get_xdata().tolist() == [grid.point(3)["depth"]]
+    assert not any(line.get_markerfacecolor() == "white" for line in other.lines)
     (legend,) = figure.legends
     assert sweep_figure.UNRESOLVED["label"] in [text.get_text() for text in legend.get_texts()]
-    bars = [bar for part in force.containers for bar in part.lines[2][0].get_segments()]
+    bars = [bar for part in marked.containers for bar in part.lines[2][0].get_segments()]
     drawn = len(grid) - 1 if lines <= sweep_figure.LINES else 0  # a map has none
     assert sum(bar.size > 0 for bar in bars) == drawn
 
