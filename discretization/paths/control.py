@@ -24,25 +24,58 @@ from discretization.surfaces.network import gauss_lobatto, on_elements, to_legen
 from energy.arrays import Array, Indices
 from energy.checks import positive
 
-# How C on a segment is represented. Degree and error were chosen by the time of load paths; no
-# result depends on them by more than _DRAWN, as peaks and crossings are refined with exact C.
-_DEGREE = 12  # of the polynomials that represent C
-_DRAWN = 1e-6  # of the range of P: what C may be off by on a part of a segment
-_FINEST = 1 / 256  # of a segment: parts that short are not halved again
-_LEAST = 128  # samples of a segment where P is only known between nodes
 
-# How a peak is refined
-_RESOLVED = 1e-12  # of the range of C around a peak: what it may be off by there
-_ZOOMS = 40  # rounds, each of which narrows a peak to 0.3 of its interval or finds it
-_NARROWER = 0.15  # of the last interval on each side: its Gauss-Lobatto points are 0.12 apart
-_WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
-_IMAGINARY = 1e-6  # of t: roots of C' whose imaginary part is less are real but for rounding
+class CurveRules(NamedTuple):
+    """How C on a segment is represented, and how its peaks are refined.
 
-# Roundings
-_NOISE = 100.0  # times the rounding of C: by less it does not turn
-_FELT = 8.0  # times the same: less is nothing but rounding
-_EPSILON = 2e-16  # of depths
-_ROUNDING = 1e-15  # of the terms of C
+    Attributes
+    ----------
+    degree : int
+        Of the polynomials that represent C: chosen, like `drawn`, by the time of load paths. No
+        result depends on them by more than `drawn`, as peaks and crossings are refined with exact
+        C.
+    drawn : float
+        Of the range of P: what C may be off by on a part of a segment.
+    finest : float
+        Of a segment: parts that short are not halved again.
+    least : int
+        Samples of a segment where P is only known between nodes.
+    resolved : float
+        Of the range of C around a peak: what it may be off by there.
+    zooms : int
+        Rounds, each of which narrows a peak to 0.3 of its interval or finds it.
+    narrower : float
+        Of the last interval on each side of a peak: its Gauss-Lobatto points are 0.12 apart.
+    wider : float
+        Of the distance of two samples: a zero may lie so far beyond one.
+    imaginary : float
+        Of t: roots of C' whose imaginary part is less are real but for rounding.
+    noise : float
+        Times the rounding of C: by less it does not turn.
+    felt : float
+        Times the same: less is nothing but rounding.
+    epsilon : float
+        Rounding of depths, relative to them.
+    rounding : float
+        Of the terms of C.
+    """
+
+    degree: int = 12
+    drawn: float = 1e-6
+    finest: float = 1 / 256
+    least: int = 128
+    resolved: float = 1e-12
+    zooms: int = 40
+    narrower: float = 0.15
+    wider: float = 1e-9
+    imaginary: float = 1e-6
+    noise: float = 100.0
+    felt: float = 8.0
+    epsilon: float = 2e-16
+    rounding: float = 1e-15
+
+
+_CURVE = CurveRules()
 
 
 @dataclass(frozen=True)
@@ -164,9 +197,11 @@ class Curve(NamedTuple):
 
         The last one if there is none.
         """
-        for i in np.flatnonzero(side * np.diff(self.value) < -_NOISE * self.rounding).tolist():
+        for i in np.flatnonzero(
+            side * np.diff(self.value) < -_CURVE.noise * self.rounding
+        ).tolist():
             start, after = side * _values(self.segment, self.control, self.t[i : i + 2])
-            if after - start < -_NOISE * self.rounding:
+            if after - start < -_CURVE.noise * self.rounding:
                 return int(i)
         return self.value.size - 1
 
@@ -180,24 +215,26 @@ class Curve(NamedTuple):
         where C varies by no more than 8 roundings, or after 40 rounds. It begins with the part
         around the peak on which C is less by no more than it may be off.
         """
-        known = _DRAWN * np.ptp(self.value) if self.ends.size else _NOISE * self.rounding
+        known = (
+            _CURVE.drawn * np.ptp(self.value) if self.ends.size else _CURVE.noise * self.rounding
+        )
         low, high = self._around(i, side, known)
-        for _ in range(_ZOOMS):
+        for _ in range(_CURVE.zooms):
             (part,) = _parts(self.segment, self.control, [(low, high)])
             top = float(part.t[np.argmax(side * part.value)])
             turns = _turns(part.series)
             spread = np.ptp(part.value)
-            if turns.size and part.off <= _RESOLVED * spread + _FELT * self.rounding:
+            if turns.size and part.off <= _CURVE.resolved * spread + _CURVE.felt * self.rounding:
                 top = float(turns[np.argmin(np.abs(turns - top))])
                 break
-            reach = _NARROWER * (high - low)
+            reach = _CURVE.narrower * (high - low)
             low = max(top - reach, low)
             high = min(top + reach, high)
-            if spread <= _FELT * self.rounding or not low < high:
+            if spread <= _CURVE.felt * self.rounding or not low < high:
                 break
         if low == 0:
             start, peak = side * _values(self.segment, self.control, np.array([0.0, top]))
-            if start >= peak - _ROUNDING * abs(peak):  # d hardly changes with t there
+            if start >= peak - _CURVE.rounding * abs(peak):  # d hardly changes with t there
                 top = 0.0
         return self.segment.points(self.segment.depths(np.array([top])))[0]
 
@@ -241,7 +278,7 @@ class Curve(NamedTuple):
         low = self.t[k - 1]
         high = self.t[k]
         noise = self.rounding
-        wider = _WIDER * (high - low)  # the samples are only as good as the polynomial
+        wider = _CURVE.wider * (high - low)  # the samples are only as good as the polynomial
         rise = (self.value[k] - self.value[k - 1]) / (high - low)
         guess = np.clip(low + (values - self.value[k - 1]) / rise, low, high)
         if self.ends.size:
@@ -277,13 +314,13 @@ def _rounding(segment: PathSegment, control: Control) -> float:
     """The rounding of C on a segment."""
     deepest = max(abs(segment.start.depth), abs(segment.end.depth))
     constant = control.value(0.0, 0.0)
-    rounding = control.value(_EPSILON * deepest, segment.rounding) - constant
-    return float(rounding + _ROUNDING * abs(constant))
+    rounding = control.value(_CURVE.epsilon * deepest, segment.rounding) - constant
+    return float(rounding + _CURVE.rounding * abs(constant))
 
 
 def evenly_spaced() -> Array:
     """t at which every segment is sampled where P is only known between nodes."""
-    return np.linspace(0, 1, _LEAST)
+    return np.linspace(0, 1, _CURVE.least)
 
 
 def at_changes(segment: Any) -> Array:
@@ -303,8 +340,8 @@ def _representing(segment: PathSegment, control: Control, rounding: float) -> li
         parts = _parts(segment, control, todo, roughly=True)
         for (low, high), part in zip(todo, parts, strict=True):
             force = part.value - control.value(segment.depths(part.t), 0.0)  # what C has of P
-            allowed = _DRAWN * np.ptp(force) + _FELT * rounding
-            if high - low > _FINEST and part.off > allowed:
+            allowed = _CURVE.drawn * np.ptp(force) + _CURVE.felt * rounding
+            if high - low > _CURVE.finest and part.off > allowed:
                 middle = (low + high) / 2
                 halves += [(low, middle), (middle, high)]
             else:
@@ -321,18 +358,18 @@ def _parts(
     roughly: bool = False,
 ) -> Iterator[_Part]:
     """C on parts of a segment between these ends, all at once."""
-    points = gauss_lobatto(_DEGREE).points
+    points = gauss_lobatto(_CURVE.degree).points
     t = np.array([np.interp(points, [-1.0, 1.0], both) for both in ends])
     values = _values(segment, control, t.ravel(), roughly=roughly).reshape(t.shape)
     for at, value, both in zip(t, values, ends, strict=True):
-        series = Legendre(value @ to_legendre(_DEGREE), domain=both)
+        series = Legendre(value @ to_legendre(_CURVE.degree), domain=both)
         yield _Part(at, value, series, 2 * float(np.abs(series.coef[-2:]).max()))
 
 
 def _turns(series: Legendre) -> Array:
     """t at which a polynomial turns."""
-    rounding = _ROUNDING * float(np.abs(series.coef).max())
+    rounding = _CURVE.rounding * float(np.abs(series.coef).max())
     roots = series.deriv().trim(rounding).roots()
     low, high = series.domain
     inside = (roots.real > low) & (roots.real < high)
-    return np.asarray(roots.real[inside & (np.abs(roots.imag) <= _IMAGINARY)])
+    return np.asarray(roots.real[inside & (np.abs(roots.imag) <= _CURVE.imaginary)])

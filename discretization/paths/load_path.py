@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,12 +11,35 @@ from discretization.paths.branch import Branch, Event, PathSegment, Pinned, Poin
 from discretization.paths.control import Control, Curve
 from energy.arrays import Array
 
-_LONGER = 2.0  # how far to look ahead, over the length of the segment before
-_AGAIN = 1 / 4  # the same at least, over what was looked ahead last
-_CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
-_SHORTEST = 2.0**-39  # of a segment that raises: 39 halvings find the end of the known profile
-_CREEPS = 1e-11  # of δ₀ and the depth: segments that short, of lines that come free by roundings,
-_CREEPING = 100  # and so many in a row are not followed any further
+
+class StepRules(NamedTuple):
+    """How far a path looks ahead, and when it gives up; lengths are of δ₀ and the depth.
+
+    Attributes
+    ----------
+    longer : float
+        How far to look ahead next, over the length of the segment before.
+    again : float
+        The same at least, over what was looked ahead last.
+    close : float
+        So close to where the profile ends nothing is looked for.
+    shortest : float
+        Of a segment that raises: 39 halvings find the end of the known profile.
+    creeps : float
+        Segments that short are those of lines that come free by roundings.
+    creeping : int
+        So many of these in a row are not followed any further.
+    """
+
+    longer: float = 2.0
+    again: float = 1 / 4
+    close: float = 1e-9
+    shortest: float = 2.0**-39
+    creeps: float = 1e-11
+    creeping: int = 100
+
+
+_STEP = StepRules()
 
 
 @dataclass(eq=False)
@@ -154,7 +178,7 @@ class LoadPath:
             turns = top < curve.t.size - 1
             points = curve.reached(values, side, 0, top + 1)
         done = abs(segment.end.depth - segment.start.depth)
-        self.reach = max(_LONGER * done, _AGAIN * ahead) if done else math.inf
+        self.reach = max(_STEP.longer * done, _STEP.again * ahead) if done else math.inf
         self._add(points)
         if len(points) < values.size and turns:
             self._turn(curve, top, side)
@@ -168,7 +192,7 @@ class LoadPath:
         least: the length at which an error of the branch is raised.
         """
         size = self._size(point)
-        least = max(least, _CLOSE * size, _SHORTEST * abs(length))
+        least = max(least, _STEP.close * size, _STEP.shortest * abs(length))
         while True:
             try:
                 segment = self.branch.segment(point, point.depth + length)
@@ -178,9 +202,9 @@ class LoadPath:
                     raise
                 length /= 2
         done = abs(segment.end.depth - point.depth)
-        slow = done <= min(_CREEPS * size, least / 2) and not segment.jumps
+        slow = done <= min(_STEP.creeps * size, least / 2) and not segment.jumps
         self.creeping = self.creeping + 1 if slow else 0
-        if self.creeping > _CREEPING:
+        if self.creeping > _STEP.creeping:
             self.branch.certify(segment.end)
             raise NotCertifiedError(
                 f"the contacts at depth = {point.depth!r} do not come to rest; try other depths"

@@ -36,13 +36,34 @@ from discretization.refine.states import CLOSER, known_lines
 from energy import Scene
 from energy.arrays import Array
 
-_BEYOND = 1.0  # margins: so far beyond it the route is left to nodes
-_MOST_FAILURES = 4  # of nodes of a closeness, after which closer ones are taken for all that is
-# left, and segments on nodes alone, after which all is: each costs a walk to the end of the route
-_NOISE = 0.25  # of √(2w/γ₁): more noise of the slopes, and lines go from facet to facet by jumps
-_FEW_SAMPLES = 500  # of fewer samples all is refined in seconds even so. Of 1000 with noise of .3
-# hardly anything is, after 4 s.
-_NEAR_NODES = 4.0  # spacings: so near to those of nodes lines must rest to be refined again
+
+class RefinementRules(NamedTuple):
+    """When contacts on nodes are refined, and when they are left to the nodes.
+
+    Attributes
+    ----------
+    beyond : float
+        Margins beyond a depth at which nodes fail, up to which the route is left to nodes.
+    most_failures : int
+        Of nodes of a closeness, after which closer ones are taken for all that is left; and
+        segments on nodes alone, after which all is. Each costs a walk to the end of the route.
+    noise : float
+        Of √(2w/γ₁): with more noise of the slopes lines go from facet to facet by jumps.
+    few_samples : int
+        Of fewer samples all is refined in seconds even so. Of 1000 with noise of 0.3 hardly
+        anything is, after 4 s.
+    near_nodes : float
+        Spacings: so near to those of nodes lines must rest to be refined again.
+    """
+
+    beyond: float = 1.0
+    most_failures: int = 4
+    noise: float = 0.25
+    few_samples: int = 500
+    near_nodes: float = 4.0
+
+
+_RULES = RefinementRules()
 
 
 class Place(NamedTuple):
@@ -155,11 +176,11 @@ class NodalSegment(PathSegment):
 def _is_noisy(scene: Scene) -> bool:
     """Whether noise of many samples makes slopes that contact lines notice by far."""
     samples = len(scene.indenter.corners) + len(scene.indenter.knots)
-    if samples <= _FEW_SAMPLES:
+    if samples <= _RULES.few_samples:
         return False
     noise = scene.indenter.noise_slope
     kink = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
-    return noise is not None and kink > 0 and noise > _NOISE * kink
+    return noise is not None and kink > 0 and noise > _RULES.noise * kink
 
 
 def _kept(point: Point) -> Point:
@@ -353,7 +374,7 @@ class RefinedBranch(FittedBranch):
         """
         direction = 1 if goal >= point.depth else -1
         start = None
-        if len(self.on_nodes) < _MOST_FAILURES and not self.noisy:
+        if len(self.on_nodes) < _RULES.most_failures and not self.noisy:
             start = self._start(point, direction)
         if start is None:
             return goal
@@ -373,7 +394,9 @@ class RefinedBranch(FittedBranch):
     @property
     def _usual_level(self) -> int:
         """The closeness of the nodes that have not failed often yet, or the closest ones."""
-        usable = [level for level, count in enumerate(self.failures) if count < _MOST_FAILURES]
+        usable = [
+            level for level, count in enumerate(self.failures) if count < _RULES.most_failures
+        ]
         return min(usable, default=len(CLOSER) - 1)
 
     def _route_before(
@@ -419,7 +442,7 @@ class RefinedBranch(FittedBranch):
     def _passed(self, point: Point, goal: float, failed: float) -> float:
         """A depth beyond that at which nodes fail, if this is known, but not beyond the goal."""
         direction = 1 if goal >= point.depth else -1
-        beyond = failed + direction * _BEYOND * self.refinement(0).nodes.margin
+        beyond = failed + direction * _RULES.beyond * self.refinement(0).nodes.margin
         ahead = direction * (beyond - point.depth) > 0 and direction * (goal - beyond) > 0
         return beyond if ahead else goal
 
@@ -433,7 +456,7 @@ class RefinedBranch(FittedBranch):
         equations = self.refinement(0).equations
         rows = free_surfaces(point.lines or ())
         count = len(rows)
-        reach = _NEAR_NODES * self.nodal.row.lattice.spacing
+        reach = _RULES.near_nodes * self.nodal.row.lattice.spacing
         directions = np.full(count, float(direction))
         found = settle(equations, rows, np.full(count, point.depth), directions, reach=reach)
         if not found.at_rest.all() or (found.lines[:-1, 1] >= found.lines[1:, 0]).any():

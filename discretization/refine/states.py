@@ -12,6 +12,7 @@ import math
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,20 +29,56 @@ from discretization.refine.steady import steady_contacts
 from energy import Scene
 from energy.arrays import Array
 
-_MOST_NODES = 20_000  # of the usual ones: profiles with narrower features have too many
 CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no path
-_CLOSER = (1, 4, 16, 24)  # times closer nodes, of which two must lead to the same state
-_DISTINCT = 1.2  # times closer nodes are another row
-_SOONER = 1.5  # the depths of events are off by less than this power of the spacing of nodes
-_GLOBAL_CLOSER = (0.5, 1, 2, 4)  # the same of those whose lowest contacts are compared
-_LINKS = 4  # of a contact, or nodes may take others for the lowest ones
-_NEARBY = 1 / 64  # of δ₀: next to the depth, at whose lowest contacts states are looked for
-_SAME = 1e-9  # of the energy's scale: energies of the same state
-_REPEATED = 1e-8  # of l: lines found twice
-_MOST_CHANGES = 1000  # of contacts on nodes, until those of the profile are found
-_PENETRATION = 1e-11  # of the size of depths: below what the certificate tolerates
 
 Lines = tuple[float, ...]
+
+
+class SearchRules(NamedTuple):
+    """How states of several contacts are found from nodes.
+
+    Attributes
+    ----------
+    most_nodes : int
+        Of the usual ones: profiles with narrower features have too many.
+    closer : tuple of float
+        How many times closer nodes are, one after the other, of which two must lead to the same
+        state.
+    distinct : float
+        Nodes are another row if they are this many times closer than the last: less where as many
+        are used as are allowed.
+    sooner : float
+        Depths of events are off by less than this power of the spacing of nodes.
+    global_closer : tuple of float
+        How many times closer nodes are whose lowest contacts are compared.
+    links : int
+        Of a contact at least, or nodes may take others for the lowest ones.
+    nearby : float
+        Of δ₀: how far from the depth the lowest contacts are candidates, too.
+    same : float
+        Of the energy's scale: energies of the same state.
+    repeated : float
+        Of l: lines found twice differ by less.
+    most_changes : int
+        Of contacts on nodes, until those of the profile are found.
+    penetration : float
+        Of the size of depths: a hundredth of what the certificate tolerates.
+    """
+
+    most_nodes: int = 20_000
+    closer: tuple[float, ...] = (1, 4, 16, 24)
+    distinct: float = 1.2
+    sooner: float = 1.5
+    global_closer: tuple[float, ...] = (0.5, 1, 2, 4)
+    links: int = 4
+    nearby: float = 1 / 64
+    same: float = 1e-9
+    repeated: float = 1e-8
+    most_changes: int = 1000
+    penetration: float = 1e-11
+
+
+_SEARCH = SearchRules()
 
 
 def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
@@ -109,7 +146,7 @@ def _at_once(contact_lines: ContactLines, depth: float) -> Lines | None:
     profile = contact_lines.profile
     if depth < profile.touch and not scene.opened.work_of_adhesion:
         return ()
-    if np.ptp(profile.x) > _MOST_NODES * usual_spacing(scene, profile):
+    if np.ptp(profile.x) > _SEARCH.most_nodes * usual_spacing(scene, profile):
         return None
     if not scene.opened.work_of_adhesion:
         return _bare(contact_lines, depth)
@@ -150,7 +187,7 @@ class _Bare:
         equations = self.events.equations
         lowest = equations.profile.lowest
         lines = lines or (lowest, lowest)
-        for _ in range(_MOST_CHANGES):
+        for _ in range(_SEARCH.most_changes):
             surfaces = free_surfaces(lines)
             count = len(surfaces)
             found = settle(equations, surfaces, np.full(count, self.depth), np.ones(count))
@@ -173,7 +210,7 @@ class _Bare:
             if clear < least:
                 least = clear
                 where = place
-        if least >= -_PENETRATION * self.events.equations.size:
+        if least >= -_SEARCH.penetration * self.events.equations.size:
             return None
         return tuple(sorted((*lines_of_surfaces(surfaces), where, where)))
 
@@ -201,12 +238,12 @@ def _steady(contact_lines: ContactLines, depth: float) -> Lines | None:
     equations = Equations.of(contact_lines.scene, profile, depth)
     last: Lines | None = None
     spacing = math.inf
-    for closer in _CLOSER:
+    for closer in _SEARCH.closer:
         nodes = FoundNodes.of(contact_lines.scene, profile, depth, closer)
-        if nodes.spacing > spacing / _DISTINCT:
+        if nodes.spacing > spacing / _SEARCH.distinct:
             break  # there are as many nodes as are allowed
         spacing = nodes.spacing
-        contacts = steady_contacts(nodes, depth, nodes.margin / closer**_SOONER)
+        contacts = steady_contacts(nodes, depth, nodes.margin / closer**_SEARCH.sooner)
         if contacts is None:
             continue
         lines = _at_rest(equations, nodes.lines(contacts), depth)
@@ -234,7 +271,7 @@ def _alike(one: Lines, other: Lines, length: float) -> bool:
     """Whether lines are the same, found twice."""
     if len(one) != len(other):
         return False
-    return bool(np.abs(np.subtract(one, other)).max(initial=0.0) <= _REPEATED * length)
+    return bool(np.abs(np.subtract(one, other)).max(initial=0.0) <= _SEARCH.repeated * length)
 
 
 def _known(equations: Equations, surfaces: Array) -> Lines | None:
@@ -301,9 +338,9 @@ class _Lowest:
                 continue
             one, other = lowest[-2:]
             alike = len(one.contacts) == len(other.contacts)
-            same = alike and abs(one.energy - other.energy) <= _SAME * other.scales["energy"]
+            same = alike and abs(one.energy - other.energy) <= _SEARCH.same * other.scales["energy"]
             widths = np.diff(other.contacts, axis=1)
-            resolved = bool((widths >= _LINKS * spacing).all())
+            resolved = bool((widths >= _SEARCH.links * spacing).all())
             if same and resolved and len(one.contacts) == count:
                 break
         if not same:
@@ -329,8 +366,8 @@ class _Lowest:
         the known profile.
         """
         equations = Equations.of(self.scene, self.profile, self.depth)
-        nearby = _NEARBY * self.scene.critical_separation
-        for closer in _GLOBAL_CLOSER:
+        nearby = _SEARCH.nearby * self.scene.critical_separation
+        for closer in _SEARCH.global_closer:
             nodes = FoundNodes.of(self.scene, self.profile, self.depth, closer, tips=False)
             candidates: set[Lines] = {()}
             count = 0
