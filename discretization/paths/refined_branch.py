@@ -369,7 +369,7 @@ class RefinedBranch(FittedBranch):
         """The route from a point to a depth, or as far as it can be refined.
 
         Where nodes fail at a depth, the route ends before it. Next to that depth closer ones are
-        tried, which have to lead past it only. Where none do, the depth up to which the route is
+        tried, which have to get past it only. Where none do, the depth up to which the route is
         left to nodes alone.
         """
         direction = 1 if goal >= point.depth else -1

@@ -110,14 +110,14 @@ def _samples(
     kept[:-1] |= low[1:]
     own = own[kept]
     which = which[kept]
-    beside = np.argwhere(np.isfinite(lines))
-    ends = lines[beside[:, 0], beside[:, 1]]
-    end_height, end_slope = profile.one_sided(ends, np.where(beside[:, 1] == 0, 1, -1))
-    own = np.concatenate([own, beside[:, 0]])
+    with_line = np.argwhere(np.isfinite(lines))
+    ends = lines[with_line[:, 0], with_line[:, 1]]
+    end_height, end_slope = profile.one_sided(ends, np.where(with_line[:, 1] == 0, 1, -1))
+    own = np.concatenate([own, with_line[:, 0]])
     x = np.concatenate([profile.x[which], ends])
     f = np.concatenate([profile.f[which], end_height])
     slope = np.concatenate([profile.slope[which], end_slope])
-    rank = np.concatenate([np.arange(which.size), np.where(beside[:, 1] == 0, -1, which.size)])
+    rank = np.concatenate([np.arange(which.size), np.where(with_line[:, 1] == 0, -1, which.size)])
     order = np.lexsort((rank, own))
     return own[order], x[order], f[order], slope[order]
 

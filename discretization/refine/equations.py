@@ -105,7 +105,7 @@ class Equations:
 
     @functools.cached_property
     def rooms(self) -> tuple[Array, Array]:
-        """Lower and upper ends (j - 1,) of the pieces between joints, just beside the joints."""
+        """Lower and upper ends (j - 1,) of the rooms between joints, a few roundings from them."""
         sizes = np.maximum(np.abs(self.joints), _LEAST * self.length)
         aside = _ROUNDINGS * np.spacing(sizes)
         return (self.joints + aside)[:-1], (self.joints - aside)[1:]
@@ -135,7 +135,7 @@ class Equations:
         return np.clip(room, 0, self.joints.size - 2)
 
     def snapped(self, lines: Array) -> Array:
-        """Lines just beside a joint put on it."""
+        """Lines a few roundings from a joint put on it."""
         finite = np.where(np.isfinite(lines), lines, 0.0)
         middles = (self.joints[1:] + self.joints[:-1]) / 2
         near = self.joints[np.searchsorted(middles, finite)]

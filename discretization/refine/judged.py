@@ -108,8 +108,8 @@ class Judge:
         """l |f'| at lines (n, 2), at corners the larger one."""
         line = np.isfinite(rows)
         at = np.where(line, rows, self.equations.profile.lowest)
-        beside = (-1, 1) if len(self.contact_lines.scene.indenter.corners) else 0
-        slopes = self.contact_lines.scene.indenter.slope_beside(at[..., None], beside)
+        sides = (-1, 1) if len(self.contact_lines.scene.indenter.corners) else 0
+        slopes = self.contact_lines.scene.indenter.slope_beside(at[..., None], sides)
         steep = np.abs(slopes).reshape(*rows.shape, -1).max(axis=2)
         return np.where(line, self.equations.length * steep, -np.inf)
 
@@ -124,8 +124,8 @@ class Judge:
         for corner, force in zip(corners[over > 0], over[over > 0], strict=True):
             inside = np.append(rows[:-1, 1], np.inf) < corner
             inside &= corner < np.append(rows[1:, 0], -np.inf)
-            held = np.logical_or.reduceat(inside, first)
-            found = np.maximum(found, held * force / unit)
+            in_contact = np.logical_or.reduceat(inside, first)
+            found = np.maximum(found, in_contact * force / unit)
         return np.asarray(found)
 
     def _off_force(self, rows: Array, first: Nodes, depths: Array) -> Array:

@@ -233,7 +233,7 @@ def _passed(life: Life, depth: float, pair: Pair) -> None:
 
 
 def _pair(nodes: tuple[int, ...], surface: int) -> Pair:
-    """The contact nodes beside a free surface, of the first and last nodes of all contacts."""
+    """The contact nodes of a free surface, of the first and last nodes of all contacts."""
     left = nodes[2 * surface - 1] if surface > 0 else None
     right = nodes[2 * surface] if 2 * surface < len(nodes) else None
     return left, right

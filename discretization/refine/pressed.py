@@ -68,7 +68,7 @@ def _grown(walk: Walk, contacts: Contacts, depth: float) -> Contacts:
 
 
 def _left_line(rules: Thresholds, left: End, right: End, depth: float) -> End:
-    """Where the left line of a free surface is held, with the other one where it is."""
+    """Where the left line of a free surface stops, with the other one where it is."""
     if left is None:
         return None
     last = rules.f.size - 1 if right is None else right - 2
@@ -79,7 +79,7 @@ def _left_line(rules: Thresholds, left: End, right: End, depth: float) -> End:
 
 
 def _right_line(rules: Thresholds, left: End, right: End, depth: float) -> End:
-    """Where the right line of a free surface is held, with the other one where it is."""
+    """Where the right line of a free surface stops, with the other one where it is."""
     if right is None:
         return None
     last = 0 if left is None else left + 2

@@ -105,12 +105,11 @@ def folds(
         at = np.where(free[own], unknown[:, :2], lines[own])
         values = equations.values(at, unknown[:, 2], directions[own])
         rates = equations.rates(at, unknown[:, 2], rooms[own])
-        both = free[own].all(axis=1)
-        whole = rates[:, 0, 0] * rates[:, 1, 1] - rates[:, 0, 1] * rates[:, 1, 0]
-        alone = np.where(free[own, 0], rates[:, 0, 0], rates[:, 1, 1])
-        singular = np.where(both, whole * length**2, alone * length)
-        stays = np.where(np.isfinite(lines[own]), (unknown[:, :2] - lines[own]) / length, 0.0)
-        stays = np.where(np.isfinite(lines[own]), stays, unknown[:, :2] / length)
+        determinant = rates[:, 0, 0] * rates[:, 1, 1] - rates[:, 0, 1] * rates[:, 1, 0]
+        of_one_line = np.where(free[own, 0], rates[:, 0, 0], rates[:, 1, 1])
+        both_free = free[own].all(axis=1)
+        singular = np.where(both_free, determinant * length**2, of_one_line * length)
+        stays = _moved(unknown[:, :2], lines[own]) / length
         return np.column_stack([np.where(free[own], values, stays), singular])
 
     start = np.column_stack([np.where(np.isfinite(lines), lines, 0.0), depths])
@@ -163,8 +162,7 @@ def touches(
         place = np.where(corner[own], places[own], unknown[:, 2])
         gap, slope = equations.shape(place[:, None], at, unknown[:, 3])
         at_corner = (unknown[:, 2] - places[own]) / length
-        stays = np.where(np.isfinite(lines[own]), (unknown[:, :2] - lines[own]) / length, 0.0)
-        stays = np.where(np.isfinite(lines[own]), stays, unknown[:, :2] / length)
+        stays = _moved(unknown[:, :2], lines[own]) / length
         return np.column_stack(
             [
                 np.where(free[own], values, stays),
@@ -237,6 +235,12 @@ def meetings(
     steps = _ROOT.touch_step * np.array([length, length, length, equations.size])
     found, good = _newton(off, start, steps, length)
     return Roots(found[:, [0, 2]], found[:, 3], found[:, 1], good)
+
+
+def _moved(unknown: Array, lines: Array) -> Array:
+    """How far lines (k, 2) have moved from where they were; those that do not exist from 0."""
+    start = np.where(np.isfinite(lines), lines, 0.0)
+    return np.asarray(unknown - start)
 
 
 def _newton(

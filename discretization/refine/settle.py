@@ -177,24 +177,15 @@ def settle(
         own = rows.of(active)
         own.lines = _inside(equations, own.lines, own)
         values = equations.values(own.lines, own.depths, own.directions)
-        held, passed, fell = _against_joints(equations, own, values)
+        stopped, passed, fell = _against_joints(equations, own, values)
         if own.kept is not None:
             stays = own.has_line & (own.lines == own.kept)
-            held |= stays & (own.directions[:, None] * values > 0)
+            stopped |= stays & (own.directions[:, None] * values > 0)
         if own.fixed is not None:
-            held = (held & ~own.fixed) | own.fixed
+            stopped = (stopped & ~own.fixed) | own.fixed
         changed = equations.rates(own.lines, own.depths, own.rooms)
-        free = own.has_line & ~held
-        step = _newton_step(changed, values, free)
-        pushed = -np.sign(values) * OUTWARDS * _NEWTON.longest * equations.length
-        astray = ~np.isfinite(step)  # where D does not change
-        if downhill:
-            astray |= ~stable(changed, free)[:, None]
-        step = np.where(free & astray, pushed, step)
-        longest = np.asarray(np.abs(step).max(axis=1))
-        step *= np.minimum(1.0, _NEWTON.longest * equations.length / np.maximum(longest, 1e-300))[
-            :, None
-        ]
+        free = own.has_line & ~stopped
+        step = _limited_step(equations, changed, values, free, downhill=downhill)
         new = _inside(equations, own.lines + step, own)
         cut = (own.has_line & (new != own.lines + step)).any(axis=1)
         new = _not_behind(new, own, free)
@@ -204,7 +195,7 @@ def settle(
         resting = _rests(equations, new, moved, last[active], passed, cut)
         rows.lines[active] = new
         rows.rooms[active] = own.rooms
-        pinned[active] = held
+        pinned[active] = stopped
         jumped[active] |= fell
         rates[active] = changed
         last[active] = moved
@@ -214,6 +205,25 @@ def settle(
     free = rows.has_line & ~pinned
     at_rest &= stable(rates, free)
     return Settled(equations.snapped(rows.lines), at_rest, pinned & rows.has_line, jumped)
+
+
+def _limited_step(
+    equations: Equations, rates: Array, values: Array, free: Mask, *, downhill: bool
+) -> Array:
+    """The step (n, 2) of Newton's method, or of the longest length in the direction of the forces.
+
+    The latter where F does not change, and `downhill` where the equilibrium ahead is not stable.
+    """
+    longest = _NEWTON.longest * equations.length
+    step = _newton_step(rates, values, free)
+    pushed = -np.sign(values) * OUTWARDS * longest
+    astray = ~np.isfinite(step)
+    if downhill:
+        astray |= ~stable(rates, free)[:, None]
+    step = np.where(free & astray, pushed, step)
+    length = np.asarray(np.abs(step).max(axis=1))
+    shortened = np.minimum(1.0, longest / np.maximum(length, 1e-300))
+    return np.asarray(step * shortened[:, None])
 
 
 def _distance(lines: Array, others: Array, has_line: Mask) -> Array:
@@ -300,7 +310,7 @@ def _against_joints(equations: Equations, rows: _Rows, values: Array) -> tuple[M
     one line at a time.
     """
     lower, upper = equations.rooms
-    held = np.zeros_like(rows.has_line)
+    stopped = np.zeros_like(rows.has_line)
     passed = np.zeros(len(values), bool)
     fell = np.zeros(len(values), bool)
     for outwards in (1, -1):
@@ -323,7 +333,7 @@ def _against_joints(equations: Equations, rows: _Rows, values: Array) -> tuple[M
             trial[at_end, column] = beyond[at_end, column]
             there = equations.values(trial, rows.depths, rows.directions)[:, column]
             goes_on = at_end & exists[:, column] & (outwards * there < 0)
-            held[at_end & ~goes_on, column] = True
+            stopped[at_end & ~goes_on, column] = True
             fall = outwards * (values[:, column] - there)
             fell |= goes_on & (fall > _NEWTON.falls * np.maximum(1.0, np.abs(values[:, column])))
             rows.lines[goes_on, column] = beyond[goes_on, column]
@@ -332,7 +342,7 @@ def _against_joints(equations: Equations, rows: _Rows, values: Array) -> tuple[M
                 fell[row] |= _through_narrow_rooms(equations, rows, row, column, outwards)
             values[goes_on] = equations.values(rows.lines, rows.depths, rows.directions)[goes_on]
             passed |= goes_on
-    return held, passed, fell
+    return stopped, passed, fell
 
 
 def _through_narrow_rooms(
