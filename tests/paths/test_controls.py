@@ -16,6 +16,7 @@ from support.scene_kinds import ON_NODES, PATTERNED, RIPPLED_SPHERE, SCENES, STE
 from truth.paths.random_paths import envelope
 
 from discretization import History, NotCertifiedError, load_path
+from discretization.fitted.contact_lines import ContactLines
 from discretization.paths.control import Control
 from energy import Circle, FlatPunch, Parabola, Profile, Sampled
 
@@ -168,6 +169,18 @@ def test_a_second_contact_is_refused(scene):
     """About an axis and with finite slopes a path has one contact."""
     with pytest.raises(NotCertifiedError, match="another contact begins"):
         load_path(scene, depths=LOOP)
+
+
+def test_a_penetration_that_is_not_a_number_is_refused(monkeypatch):
+    monkeypatch.setattr(ContactLines, "penetration", lambda *_: math.nan)
+    with pytest.raises(NotCertifiedError, match="another contact begins"):
+        load_path(RIPPLED_SPHERE, depths=LOOP[:2])
+
+
+def test_a_force_inside_that_is_not_a_number_is_refused(monkeypatch):
+    monkeypatch.setattr(ContactLines, "opening", lambda *_: [math.nan])
+    with pytest.raises(NotCertifiedError, match="a gap opens inside"):
+        load_path(RIPPLED_SPHERE, depths=LOOP[:2])
 
 
 @pytest.mark.parametrize("name", PATTERNED)
