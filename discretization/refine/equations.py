@@ -27,11 +27,34 @@ from energy import Scene
 from energy.arrays import Array, Indices, Mask, Nodes
 
 OUTWARDS = np.array([1.0, -1.0])  # of the contacts of a left and of a right line of a free surface
-_ROUNDINGS = 4  # of a position: a line that is so near to a joint is read on one side of it
-_LEAST = 1e-6  # of l: below that a position is rounded as there
-_CURVATURE = 1e-6  # of l: the step over which f'' is taken from f'
-_ASIDE = 0.1  # of that step: so far from a joint slopes are those of their own side
-_NARROWEST = 1e-12  # of l: width of a gap that is about to close
+
+
+class EquationRules(NamedTuple):
+    """How close to joints, and over which steps, the equations are read; lengths are of l.
+
+    Attributes
+    ----------
+    roundings : int
+        Of a position: a line that is so near to a joint is read on one side of it.
+    least : float
+        Positions nearer to 0 are rounded as there.
+    curvature : float
+        The step over which f'' is taken from f': its error is the square, and rounding of f' over
+        the step 1e-10.
+    aside : float
+        Of that step: so far from a joint slopes are those of their own side.
+    narrowest : float
+        Width of a gap that is about to close, below which 1/sinh L is kept finite.
+    """
+
+    roundings: int = 4
+    least: float = 1e-6
+    curvature: float = 1e-6
+    aside: float = 0.1
+    narrowest: float = 1e-12
+
+
+_RULES = EquationRules()
 
 
 class Ties(NamedTuple):
@@ -63,7 +86,7 @@ def ties(widths: Array) -> Ties:
     -------
     Ties
     """
-    wide = np.minimum(np.maximum(widths, _NARROWEST), 700.0)  # beyond, sinh overflows
+    wide = np.minimum(np.maximum(widths, _RULES.narrowest), 700.0)  # beyond, sinh overflows
     ground = np.tanh(wide / 2)
     tie = 1 / np.sinh(wide)
     ground_rate = 0.5 / np.cosh(wide / 2) ** 2
@@ -106,8 +129,8 @@ class Equations:
     @functools.cached_property
     def rooms(self) -> tuple[Array, Array]:
         """Lower and upper ends (j - 1,) of the rooms between joints, a few roundings from them."""
-        sizes = np.maximum(np.abs(self.joints), _LEAST * self.length)
-        aside = _ROUNDINGS * np.spacing(sizes)
+        sizes = np.maximum(np.abs(self.joints), _RULES.least * self.length)
+        aside = _RULES.roundings * np.spacing(sizes)
         return (self.joints + aside)[:-1], (self.joints - aside)[1:]
 
     @functools.cached_property
@@ -139,7 +162,9 @@ class Equations:
         finite = np.where(np.isfinite(lines), lines, 0.0)
         middles = (self.joints[1:] + self.joints[:-1]) / 2
         near = self.joints[np.searchsorted(middles, finite)]
-        close = 2 * _ROUNDINGS * np.spacing(np.maximum(np.abs(near), _LEAST * self.length))
+        close = (
+            2 * _RULES.roundings * np.spacing(np.maximum(np.abs(near), _RULES.least * self.length))
+        )
         return np.where(np.isfinite(lines) & (np.abs(finite - near) <= close), near, lines)
 
     def kink(self, lines: Array, directions: Array) -> Array:
@@ -245,7 +270,7 @@ class Equations:
         at_left, at_right = self.displaced(lines, depths)[own].T
         from_left = (places - lines[own, 0]) / self.length
         from_right = (lines[own, 1] - places) / self.length
-        both = np.maximum(-np.expm1(-2 * (from_left + from_right)), _NARROWEST)
+        both = np.maximum(-np.expm1(-2 * (from_left + from_right)), _RULES.narrowest)
         left = np.exp(-from_left)
         right = np.exp(-from_right)
         near = left * -np.expm1(-2 * from_right) / both
@@ -306,10 +331,10 @@ class Equations:
         Nor does it come next to one, where the slope of a profile that is put together may be that
         of the other side, by rounding.
         """
-        step = _CURVATURE * self.length
+        step = _RULES.curvature * self.length
         lower, upper = self.rooms
-        low = np.maximum(there - step, np.minimum(lower[rooms] + _ASIDE * step, there))
-        high = np.minimum(there + step, np.maximum(upper[rooms] - _ASIDE * step, there))
+        low = np.maximum(there - step, np.minimum(lower[rooms] + _RULES.aside * step, there))
+        high = np.minimum(there + step, np.maximum(upper[rooms] - _RULES.aside * step, there))
         change = self.profile.indenter.slope(high) - self.profile.indenter.slope(low)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(high > low, change / (high - low), 0.0)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,9 +18,27 @@ from discretization.refine.lives import Happening, Life, Pair
 from energy.arrays import Array
 
 _WIDTHS = 0.5 ** np.arange(40)  # of the spacing of nodes: half widths of contacts that are tried
-_WIDEST = 4.0  # spacings: wider contacts are seen on the nodes
-_CLOSED = 1e-6  # spacings: a contact that narrow just before it is lost leaves no remnant
-_PULLED = 1e-13  # of the size of depths: a contact of one point that is pulled no more than that
+
+
+class RemnantRules(NamedTuple):
+    """Which contacts at corners are looked for; lengths are of the spacing of nodes.
+
+    Attributes
+    ----------
+    widest : float
+        Wider contacts are seen on the nodes.
+    closed : float
+        A contact that narrow just before it is lost leaves no remnant.
+    pulled : float
+        Of the size of depths: a contact of one point that is pulled no more than that stays.
+    """
+
+    widest: float = 4.0
+    closed: float = 1e-6
+    pulled: float = 1e-13
+
+
+_RULES = RemnantRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +73,7 @@ class Remnants:
             if event.direction < 0 and len(event.before) == 2 and len(event.after) <= 1:
                 left = event.lines_before[0, 1]
                 right = event.lines_before[1, 0]
-                if right - left <= _CLOSED * event.before[0].nodes.spacing:
+                if right - left <= _RULES.closed * event.before[0].nodes.spacing:
                     continue
                 rows = self._remnant(event, float(left), float(right))
                 if rows is not None:
@@ -81,11 +100,11 @@ class Remnants:
             lines = found.lines.reshape(flat.shape)
             width = lines[1, :, 0] - lines[0, :, 1]
             good = found.at_rest.reshape(2, -1).all(axis=0)
-            good &= (width >= 0) & (width <= _WIDEST * spacing)
+            good &= (width >= 0) & (width <= _RULES.widest * spacing)
             good &= (lines[0, :, 1] >= left - spacing) & (lines[1, :, 0] <= right + spacing)
             pulls = equations.pulls(lines.reshape(-1, 2), depths.ravel()).reshape(flat.shape)
             reaction = pulls[0, :, 1] + pulls[1, :, 0]
-            good &= (width > 0) | (reaction >= -_PULLED * equations.size)
+            good &= (width > 0) | (reaction >= -_RULES.pulled * equations.size)
             good &= width < (right - left) / 2  # not the contact before
             if good.any():
                 widest = int(np.argmax(np.where(good, width, -1.0)))
