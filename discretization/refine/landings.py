@@ -1,9 +1,10 @@
 """Where surfaces come to rest after events, and whether closer nodes agree.
 
-After an event the lines of the new surfaces rest near their nodes. A jump may have skipped a
-resting contact that is narrower than the nodes see, and both the balance of energy and the
-certificate of the state are blind to that. So every landing is repeated on nodes CLOSER times as
-close, from the lines just before the event.
+After an event the lines of the new surfaces rest near their nodes. A jump on nodes may have skipped
+a rest that exists at few depths, or a contact that is narrower than the nodes see, and both the
+balance of energy and the certificate of the state are blind to that. So lines are moved from where
+they are before the event as their forces push them, and must not rest earlier; and every landing is
+repeated on nodes CLOSER times as close.
 """
 
 from __future__ import annotations
@@ -24,7 +25,6 @@ from discretization.refine.first_touch import faces_at_touch
 from discretization.refine.lives import CREEPING, Happening, Life, Pair, pairs
 from discretization.refine.nodes import FROM_NODES, FoundNodes
 from discretization.refine.settle import settle
-from discretization.refine.totals import Totals
 from energy.arrays import Array
 
 CLOSER = 8
@@ -38,8 +38,6 @@ class LandingRules(NamedTuple):
     ahead : tuple of float
         Margins beyond an event, from where lines are followed back to it: one after the other,
         until they rest.
-    gained : float
-        Of the energy's scale: more than rounding, where an event hardly releases any.
     beyond : float
         Margins: so little beyond a fold lines still rest where they would at the event.
     elsewhere : float
@@ -56,7 +54,6 @@ class LandingRules(NamedTuple):
     """
 
     ahead: tuple[float, ...] = (0.0, 0.02, 0.1, 0.3, 1.0)
-    gained: float = 1e-9
     beyond: float = 1e-6
     elsewhere: float = 1e-2
     met: float = 1e-6
@@ -78,15 +75,10 @@ class Landings:
         Takes lines to rest.
     closer : FoundNodes
         Nodes CLOSER times as close, which must agree.
-    totals : Totals
-    scale : float
-        k l δ² of the path, by which changes of the energy are judged [energy/length].
     """
 
     events: Events
     closer: FoundNodes
-    totals: Totals
-    scale: float
 
     def land(self, happened: Sequence[Happening]) -> None:
         """Find the lines after events of known depths.
@@ -159,15 +151,24 @@ class Landings:
         outer = np.array([[before[0, 0], before[-1, 1]]])
         if event.direction < 0:
             return outer if len(event.after) == 1 else None
-        clearance, place = self.events.clearance(before[0], event.depth)
-        touches = abs(clearance) <= PENETRATION * self.events.equations.size
+        place = self._touched(event)
         if len(event.after) == 2:
-            return np.array([[before[0, 0], place], [place, before[0, 1]]]) if touches else None
-        if touches:
+            if place is None:
+                return None
+            return np.array([[before[0, 0], place], [place, before[0, 1]]])
+        if place is not None:
             left, right = event.lines_after[0]
-            outer[0, 0] = place if left >= place else outer[0, 0]
-            outer[0, 1] = place if right <= place else outer[0, 1]
+            if left >= place:
+                outer[0, 0] = place
+            if right <= place:
+                outer[0, 1] = place
         return outer
+
+    def _touched(self, event: Happening) -> float | None:
+        """Where the one surface before an event touches the indenter; None if it does not."""
+        clearance, place = self.events.clearance(event.lines_before[0], event.depth)
+        touches = abs(clearance) <= PENETRATION * self.events.equations.size
+        return place if touches else None
 
     def _stops_earlier(self, event: Happening, rows: Array) -> bool:
         """Whether lines (n, 2) are on the path to those after an event, and well before them."""
@@ -211,8 +212,7 @@ class Landings:
             own = np.flatnonzero(owner == i)
             rows = self._without_overlap(found.lines[own])
             apart = bool((rows[:-1, 1] <= rows[1:, 0]).all())
-            clear = apart and self._clear(rows, event.depth)
-            if good[own].all() and clear and self._releases(event, rows):
+            if good[own].all() and apart and self._clear(rows, event.depth):
                 event.lines_after = rows
             else:
                 failed.append(event)
@@ -277,24 +277,11 @@ class Landings:
         if not event.before:
             faces = faces_at_touch(self.events.equations, nodes, tuple(contacts))
             return np.where(np.isnan(faces), in_the_middle, faces)
-        touches = len(event.before) == 1 and len(contacts) == 1
-        if touches:
-            clearance, place = self.events.clearance(event.lines_before[0], event.depth)
-            if abs(clearance) <= PENETRATION * self.events.equations.size:
+        if len(event.before) == 1 and len(contacts) == 1:
+            place = self._touched(event)
+            if place is not None:
                 return np.array([[place, place]])
         return in_the_middle
-
-    def _releases(self, event: Happening, after: Array) -> bool:
-        """Whether lines that jump to these (n, 2) gain no energy, as beyond a barrier they may."""
-        if event.smooth or not len(event.lines_before):
-            return True
-        before = self._energy(event.lines_before, event.depth)
-        return self._energy(after, event.depth) - before <= _LANDING.gained * self.scale
-
-    def _energy(self, surfaces: Array, depth: float) -> float:
-        """U of surfaces (n, 2) and of the contacts between them, up to what is the same for all."""
-        energy, _ = self.totals.of_surfaces(surfaces, np.full(len(surfaces), depth))
-        return float(energy.sum())
 
     def _without_overlap(self, rows: Array) -> Array:
         """Lines (n, 2) of surfaces with contacts of no width where lines overlap by rounding.

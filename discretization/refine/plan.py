@@ -24,9 +24,8 @@ from discretization.refine.totals import Totals
 from energy import Scene
 from energy.arrays import Array
 
-ASIDE = (
-    0.5  # margins of the depths of nodes: so far before a depth at which they fail it is refined
-)
+# Margins of the depths of nodes: so far before a depth at which they fail a route is refined.
+ASIDE = 0.5
 
 
 class OrderRules(NamedTuple):
@@ -138,7 +137,7 @@ class Refinement:
         delta0 = scene.opened.critical_separation
         displaced = max(delta0, abs(deepest - profile.touch), equations.size * _ORDER.together)
         scale = scene.stiffness * displaced**2 * equations.length
-        landings = Landings(events, closer_nodes, totals, scale)
+        landings = Landings(events, closer_nodes)
         balance = Balance(events, totals, scale)
         return cls(scene, nodes, equations, events, landings, totals, balance)
 
