@@ -22,6 +22,7 @@ from energy import Scene
 from energy.arrays import Array, Indices
 
 _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the same
+_ROUNDING = 1e-14  # of P: some roundings of the sum over poles
 _STEP = 1 / 12  # of log₂ a
 
 
@@ -30,24 +31,41 @@ class LayerSegment(PathSegment):
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the segment (n,)."""
-        branch, ((d, _, one), (e, _, other)) = self.branch, (self.start, self.end)
-        a = np.full(depths.size, one)
-        if one != other:
-            direction, rise = 1 if other > one else -1, (e - d) / (other - one)
+        branch = self.branch
+        half_widths = self._half_widths(depths)
+        return [
+            branch.point(depth, a)
+            for depth, a in zip(depths.tolist(), half_widths.tolist(), strict=True)
+        ]
 
-            def short(x: Array, own: Indices) -> Array:
-                inwards = x == other  # of a corner at which the line ends
-                side = np.where(inwards, -direction, direction)
-                return np.asarray(branch.lines[direction].rest_depth(x, side) - depths[own])
+    def _half_widths(self, depths: Array) -> Array:
+        """Half-widths a (n,) at depths on the segment, D(a) = d [length]."""
+        first = self.start.memory
+        last = self.end.memory
+        if first == last:
+            return np.full(depths.size, first)
+        direction = 1 if last > first else -1
+        line = self.branch.lines[direction]
+        slope = (self.end.depth - self.start.depth) / (last - first)
 
-            lo, hi = (np.full(depths.size, x) for x in sorted((one, other)))
-            a = crossings(short, lo, hi, one + (depths - d) / rise, np.full(depths.size, rise), 0.0)
-        return [branch.point(d, x) for d, x in zip(depths.tolist(), a.tolist(), strict=True)]
+        def off(a: Array, own: Indices) -> Array:
+            """D(a) - d."""
+            ends_at_corner = a == last  # D there is that on the inner side of the corner
+            side = np.where(ends_at_corner, -direction, direction)
+            return np.asarray(line.rest_depth(a, side) - depths[own])
+
+        lowest = np.full(depths.size, min(first, last))
+        highest = np.full(depths.size, max(first, last))
+        guess = first + (depths - self.start.depth) / slope
+        slopes = np.full(depths.size, slope)
+        return crossings(off, lowest, highest, guess, slopes, 0.0)
 
     @property
     def rounding(self) -> float:
         """Of P."""
-        return 1e-14 * max(abs(self.branch.total(p)[1]) for p in (self.start, self.end) if p.lines)
+        ends = [point for point in (self.start, self.end) if point.lines]
+        forces = [abs(self.branch.total(point)[1]) for point in ends]
+        return _ROUNDING * max(forces)
 
 
 class LayerBranch(Branch):

@@ -153,12 +153,15 @@ class Bounded:
         """The samples next to which P between the nodes may be less than known."""
         depths = segment.depths(t)
         direction = self.stretch.direction
-        changed = direction * np.array([depth for depth, _ in segment.trace])
-        passed = np.searchsorted(changed, direction * depths[:-1], side="right") - 1
-        traced = np.array([each for _, each in segment.trace]).reshape(len(segment.trace), -1)
+        changes = np.array([depth for depth, _ in segment.trace])
+        contacts = np.array([nodes for _, nodes in segment.trace])
+        contacts = contacts.reshape(len(segment.trace), -1)
+        last = np.searchsorted(direction * changes, direction * depths[:-1], side="right") - 1
         shallower = np.minimum(depths[:-1], depths[1:])
-        promising = _bound(self.branch.row, traced[passed], shallower) < known
-        return np.flatnonzero(np.append(promising, False) | np.append(False, promising))
+        promising = _bound(self.branch.row, contacts[last], shallower) < known
+        before = np.append(promising, False)
+        after = np.append(False, promising)
+        return np.flatnonzero(before | after)
 
 
 def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:

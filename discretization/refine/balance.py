@@ -111,17 +111,22 @@ def drawn(pieces: Sequence[Piece], which: Indices, depths: Array) -> Array:
     ndarray (..., 2)
         [length].
     """
-    ends = np.array([piece.depths[[0, -1]] for piece in pieces])[which]
-    nodal = np.array([piece.lines for piece in pieces])
-    start, end = ends[..., 0], ends[..., 1]
+    start = np.array([piece.depths[0] for piece in pieces])[which]
+    end = np.array([piece.depths[-1] for piece in pieces])[which]
     left = np.clip((end - depths) / (end - start), 0.0, 1.0)
     t = 1 - 2 * np.sqrt(left)
     shares = legendre.legvander(t, DEGREE) @ to_legendre(DEGREE).T
-    finite = np.isfinite(nodal)
-    known = np.where(finite, nodal, 0.0)[which]
-    found = np.einsum("...i,...ij->...j", shares, known)
-    found = np.clip(found, nodal.min(axis=1)[which], nodal.max(axis=1)[which])
-    return np.where(finite[:, 0][which], found, nodal[:, 0][which])
+
+    at_points = np.array([piece.lines for piece in pieces])
+    has_line = np.isfinite(at_points)
+    finite = np.where(has_line, at_points, 0.0)
+    found = np.einsum("...i,...ij->...j", shares, finite[which])
+
+    lowest = at_points.min(axis=1)
+    highest = at_points.max(axis=1)
+    found = np.clip(found, lowest[which], highest[which])
+    first = at_points[:, 0]
+    return np.where(has_line[:, 0][which], found, first[which])
 
 
 def drawn_lives(lives: Sequence[Life], depths: Array) -> Array:

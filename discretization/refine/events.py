@@ -338,17 +338,22 @@ class Events:
 
         And where its nodes touch.
         """
-        found = dips(self.equations, lines[None], np.array([depth]))
-        chosen = found.places[np.argsort(found.gaps)[: _EVENT.minima]].tolist()
+        minima = dips(self.equations, lines[None], np.array([depth]))
+        least = np.argsort(minima.gaps)[: _EVENT.minima]
+        chosen = minima.places[least].tolist()
         left, right = life.trace[-1][1]
         _, node = life.nodes.walk.closing.touches(left, right)
         if node >= 0:
             chosen.append(float(life.nodes.positions[node]))
-        places = [(place, False) for place in chosen]
+
         corners = np.append(self.equations.profile.corners, self.equations.edges)
         reach = _EVENT.corners * life.nodes.spacing
-        near = {c for place in chosen for c in corners[np.abs(corners - place) <= reach].tolist()}
-        return [*places, *((corner, True) for corner in sorted(near))]
+        near = set[float]()
+        for place in chosen:
+            near.update(corners[np.abs(corners - place) <= reach].tolist())
+        smooth = [(place, False) for place in chosen]
+        at_corners = [(corner, True) for corner in sorted(near)]
+        return smooth + at_corners
 
     def _touch_roots(
         self, lives: list[Life], lines: Array, low: Array, at: Array, places: Array, corner: Mask
@@ -431,15 +436,20 @@ class Events:
 
     def _tried(self, group: _Group, low: Array, high: Array, lines: Array) -> tuple[Array, Mask]:
         """Surfaces at PARTS + 1 depths (g, j) up to the high ones: lines (r, j, 2), good (g, j)."""
-        share = np.arange(1, PARTS + 2) / (PARTS + 1)
-        depths = low[:, None] + (high - low)[:, None] * share
+        count = PARTS + 1
+        share = np.arange(1, count + 1) / count
+        range_ = high - low
+        depths = low[:, None] + range_[:, None] * share
         depths[:, -1] = high
-        guess = np.repeat(lines[:, None], PARTS + 1, axis=1)
+        at_low = lines[:, None]
+        guess = np.repeat(at_low, count, axis=1)
+        of_surfaces = depths[group.owner]
         reach = _EVENT.jumps * self._length
-        found = self.rest(group.lives, guess, depths[group.owner], reach=reach, rounds=_EVENT.few)
-        x = found.lines.reshape(guess.shape)
-        before = np.concatenate([lines[:, None], x[:, :-1]], axis=1)
-        return x, group.all_of(self._good(group, found, depths, before))
+        found = self.rest(group.lives, guess, of_surfaces, reach=reach, rounds=_EVENT.few)
+        settled = found.lines.reshape(guess.shape)
+        one_depth_before = np.concatenate([at_low, settled[:, :-1]], axis=1)
+        good = self._good(group, found, depths, one_depth_before)
+        return settled, group.all_of(good)
 
     def _ends(
         self, group: _Group, low: Array, high: Array, lines: Array

@@ -135,12 +135,15 @@ class Judge:
         """
         equations = self.equations
         pulls = equations.pulls(rows, depths)
-        line = np.isfinite(rows)
-        own = np.repeat(np.arange(len(rows)), 2)[line.ravel()]
-        slopes = np.zeros(rows.size)
-        slopes[line.ravel()] = equations.surface(rows[line], own, rows, depths)[1]
-        by_field = equations.length * (slopes.reshape(rows.shape) * (-1.0, 1.0)).sum(axis=1)
+        has_line = np.isfinite(rows)
+        surface, _ = np.nonzero(has_line)
+        slopes = np.zeros(rows.shape)
+        _, slopes[has_line] = equations.surface(rows[has_line], surface, rows, depths)
+        by_field = equations.length * (slopes * (-1.0, 1.0)).sum(axis=1)
         off = np.add.reduceat(pulls.sum(axis=1) - by_field, first)
-        of_contacts = np.abs(equations.displaced(rows, depths)).max(axis=1) * equations.length
-        size = np.add.reduceat(np.abs(pulls).sum(axis=1) + of_contacts, first)
+
+        of_surfaces = np.abs(pulls).sum(axis=1)
+        displaced = np.abs(equations.displaced(rows, depths)).max(axis=1)
+        of_contacts = displaced * equations.length
+        size = np.add.reduceat(of_surfaces + of_contacts, first)
         return np.abs(off) / np.where(size > 0, size, 1.0)

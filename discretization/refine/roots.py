@@ -105,10 +105,13 @@ def folds(
         at = np.where(free[own], unknown[:, :2], lines[own])
         values = equations.values(at, unknown[:, 2], directions[own])
         rates = equations.rates(at, unknown[:, 2], rooms[own])
-        determinant = rates[:, 0, 0] * rates[:, 1, 1] - rates[:, 0, 1] * rates[:, 1, 0]
-        of_one_line = np.where(free[own, 0], rates[:, 0, 0], rates[:, 1, 1])
+        left = rates[:, 0, 0]
+        right = rates[:, 1, 1]
+        coupling = rates[:, 0, 1] * rates[:, 1, 0]
+        of_both_lines = (left * right - coupling) * length**2
+        of_one_line = np.where(free[own, 0], left, right) * length
         both_free = free[own].all(axis=1)
-        singular = np.where(both_free, determinant * length**2, of_one_line * length)
+        singular = np.where(both_free, of_both_lines, of_one_line)
         stays = _moved(unknown[:, :2], lines[own]) / length
         return np.column_stack([np.where(free[own], values, stays), singular])
 
