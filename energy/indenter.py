@@ -88,6 +88,21 @@ class Indenter:
         """
         raise NotImplementedError
 
+    def height_and_slope(self, x: ArrayLike) -> tuple[Array, Array]:
+        """Height and slope at the same positions, for profiles that find both faster together.
+
+        Parameters
+        ----------
+        x : array_like
+            Positions [length], of any shape.
+
+        Returns
+        -------
+        height, slope : ndarray
+            f(x) [length] and f'(x) [1], as `height` and `slope` have them.
+        """
+        return self.height(x), self.slope(x)
+
     def slope_beside(self, x: ArrayLike, side: ArrayLike) -> Array:
         """Slope on one side of x; the two sides of a corner differ.
 

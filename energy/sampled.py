@@ -5,15 +5,16 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_banded
 
 from energy import gaussian_filter
+from energy.arrays import Array, Indices, Mask
 from energy.checks import array, option, positive
-from energy.indenter import Array, Indenter
+from energy.indenter import Indenter
 from energy.noise import noise_slope
 
 # Of an interval between samples: a lowest point nearer than this to a sample is that sample. The
@@ -22,6 +23,24 @@ _SAME = 1e-12
 # Of the largest slope: a slope may decrease by this in a convex profile, as differences of heights
 # with twelve digits do.
 _ROUNDING = 1e-12
+
+
+class _Located(NamedTuple):
+    """Where positions are among samples; numbers instead of arrays for one position.
+
+    Attributes
+    ----------
+    interval : ndarray of int
+        Number of the sample before, of the second last one beyond the last.
+    distance : ndarray
+        From that sample [length], less than 0 before the first.
+    known : ndarray of bool
+        Whether the position is between the first and the last sample.
+    """
+
+    interval: Indices
+    distance: Array
+    known: Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,10 +188,15 @@ class Sampled(Indenter):
         return noise_slope(self.x, self.z)
 
     def height(self, x: ArrayLike | float) -> Array:
-        return self._evaluated(x, self._height_coefficients, math.inf)
+        return self._evaluated(self._located(x), self._height_coefficients, math.inf)
 
     def slope(self, x: ArrayLike | float) -> Array:
-        return self._evaluated(x, self._slope_coefficients, math.nan)
+        return self._evaluated(self._located(x), self._slope_coefficients, math.nan)
+
+    def height_and_slope(self, x: ArrayLike | float) -> tuple[Array, Array]:
+        there = self._located(x)
+        height = self._evaluated(there, self._height_coefficients, math.inf)
+        return height, self._evaluated(there, self._slope_coefficients, math.nan)
 
     @functools.cached_property
     def _height_coefficients(self) -> Array:
@@ -193,18 +217,21 @@ class Sampled(Indenter):
         powers = np.arange(1, len(self._height_coefficients))
         return self._height_coefficients[1:] * powers[:, None]
 
-    def _evaluated(self, x: Any, coefficients: Array, outside: float) -> Array:
-        """The piecewise polynomial with these coefficients, and a value outside of the samples."""
+    def _located(self, x: Any) -> _Located:
+        """Where positions are among the samples."""
         x = np.asarray(x, float)[()]  # numbers, not arrays of one: faster
-        i = self.x[1:-1].searchsorted(x, side="right")
-        distance = x - self.x[i]
-        value = coefficients[-1][i]
-        for of_power in coefficients[-2::-1]:  # Horner's scheme
-            value = value * distance + of_power[i]
+        interval = self.x[1:-1].searchsorted(x, side="right")
         known = (x >= self.x[0]) & (x <= self.x[-1])
-        if not x.ndim:
-            return np.asarray(value if known else outside)
-        return np.where(known, value, outside)
+        return _Located(interval, x - self.x[interval], known)
+
+    def _evaluated(self, there: _Located, coefficients: Array, outside: float) -> Array:
+        """The piecewise polynomial with these coefficients, and a value outside of the samples."""
+        value = coefficients[-1][there.interval]
+        for of_power in coefficients[-2::-1]:  # Horner's scheme
+            value = value * there.distance + of_power[there.interval]
+        if not there.known.ndim:
+            return np.asarray(value if there.known else outside)
+        return np.where(there.known, value, outside)
 
 
 def _check_samples(x: Array, z: Array, least: int) -> None:

@@ -94,6 +94,22 @@ def ties(widths: Array) -> Ties:
     return Ties(ground, tie, ground_rate, tie_rate)
 
 
+class OnProfile(NamedTuple):
+    """Where lines are on the profile; the lowest point stands for no line.
+
+    Attributes
+    ----------
+    x, f : ndarray (n, 2)
+        Positions, and heights of the profile there [length].
+    slope : ndarray (n, 2)
+        f'.
+    """
+
+    x: Array
+    f: Array
+    slope: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Equations:
     """The equations F = 0 of the lines of a scene's free surfaces.
@@ -174,7 +190,15 @@ class Equations:
         kink = np.where(directions > 0, closing, opening)[:, None]
         return np.broadcast_to(kink, lines.shape)
 
-    def values(self, lines: Array, depths: Array, directions: Array) -> Array:
+    def on_profile(self, lines: Array) -> OnProfile:
+        """Where lines (n, 2) are on the profile, which `values` and `rates` share."""
+        x = np.where(np.isfinite(lines), lines, self.profile.lowest)
+        height, slope = self.profile.indenter.height_and_slope(x)
+        return OnProfile(x, np.asarray(height, float), np.asarray(slope, float))
+
+    def values(
+        self, lines: Array, depths: Array, directions: Array, known: OnProfile | None = None
+    ) -> Array:
         """F of lines that are not exactly at a joint.
 
         Parameters
@@ -185,15 +209,17 @@ class Equations:
             [length].
         directions : ndarray (n,)
             1 where the depth grows, -1 where it falls.
+        known : OnProfile, optional
+            Where the lines are on the profile, if that has been found.
 
         Returns
         -------
         ndarray (n, 2)
             0 where there is no line.
         """
-        there, height, slope = self._profile_at(lines)
-        steep = OUTWARDS * slope - self.kink(there, directions)
-        pull = self._pull(lines, height, depths)
+        there = self.on_profile(lines) if known is None else known
+        steep = OUTWARDS * there.slope - self.kink(there.x, directions)
+        pull = self._pull(lines, there.f, depths)
         return np.where(np.isfinite(lines), steep - pull / self.length, 0.0)
 
     def pulls(self, lines: Array, depths: Array) -> Array:
@@ -211,7 +237,7 @@ class Equations:
         ndarray (n, 2)
             [length]; 0 where there is no line.
         """
-        _, height, _ = self._profile_at(lines)
+        height = self._heights(lines)
         return np.where(np.isfinite(lines), self._pull(lines, height, depths), 0.0)
 
     def _pull(self, lines: Array, height: Array, depths: Array) -> Array:
@@ -239,8 +265,7 @@ class Equations:
         """
         own = np.repeat(np.arange(len(lines)), places.shape[1])
         u, slope = self.surface(places.ravel(), own, lines, depths)
-        profile_height = np.asarray(self.profile.indenter.height(places), float)
-        profile_slope = np.asarray(self.profile.indenter.slope(places), float)
+        profile_height, profile_slope = self.profile.indenter.height_and_slope(places)
         gap = u.reshape(places.shape) - depths[:, None] + profile_height
         return gap, slope.reshape(places.shape) + profile_slope
 
@@ -281,10 +306,16 @@ class Equations:
 
     def displaced(self, lines: Array, depths: Array) -> Array:
         """u = d - f at lines (n, 2), 0 where there is none."""
-        _, height, _ = self._profile_at(lines)
-        return np.where(np.isfinite(lines), depths[:, None] - height, 0.0)
+        return np.where(np.isfinite(lines), depths[:, None] - self._heights(lines), 0.0)
 
-    def rates(self, lines: Array, depths: Array, rooms: Nodes) -> Array:
+    def _heights(self, lines: Array) -> Array:
+        """f at lines (n, 2); the lowest point stands for no line."""
+        x = np.where(np.isfinite(lines), lines, self.profile.lowest)
+        return np.asarray(self.profile.indenter.height(x), float)
+
+    def rates(
+        self, lines: Array, depths: Array, rooms: Nodes, known: OnProfile | None = None
+    ) -> Array:
         """The derivatives ∂F_i/∂x_j of the equations.
 
         Parameters
@@ -295,13 +326,15 @@ class Equations:
             [length].
         rooms : ndarray of int (n, 2)
             In which the lines are; f'' is that on this side of a joint.
+        known : OnProfile, optional
+            Where the lines are on the profile, if that has been found.
 
         Returns
         -------
         ndarray (n, 2, 2)
             [1/length]; 0 where there is no line.
         """
-        there, height, slope = self._profile_at(lines)
+        x, height, slope = self.on_profile(lines) if known is None else known
         found = ties(self._widths(lines))
         is_gap = self._is_gap(lines)[:, None]
         displaced = depths[:, None] - height
@@ -310,7 +343,7 @@ class Equations:
         ground = found.ground[:, None]
         widening = found.ground_rate[:, None] * displaced + found.tie_rate[:, None] * rise
         widening = np.where(is_gap, widening, 0.0) / self.length**2
-        bend = OUTWARDS * self._curvature(there, rooms)
+        bend = OUTWARDS * self._curvature(x, rooms)
         own = bend + (ground + tie) * slope / self.length + OUTWARDS * widening
         other = -OUTWARDS * widening - tie * slope[:, ::-1] / self.length
         rates = np.empty((len(lines), 2, 2))
@@ -318,14 +351,7 @@ class Equations:
         rates[:, [0, 1], [1, 0]] = np.where(is_gap, other, 0.0)
         return rates
 
-    def _profile_at(self, lines: Array) -> tuple[Array, Array, Array]:
-        """Positions of lines, f and f' there; the lowest point stands for no line."""
-        there = np.where(np.isfinite(lines), lines, self.profile.lowest)
-        height = np.asarray(self.profile.indenter.height(there), float)
-        slope = np.asarray(self.profile.indenter.slope(there), float)
-        return there, height, slope
-
-    def _curvature(self, there: Array, rooms: Nodes) -> Array:
+    def _curvature(self, x: Array, rooms: Nodes) -> Array:
         """f'' by a central difference that crosses no joint.
 
         Nor does it come next to one, where the slope of a profile that is put together may be that
@@ -333,9 +359,10 @@ class Equations:
         """
         step = _RULES.curvature * self.length
         lower, upper = self.rooms
-        low = np.maximum(there - step, np.minimum(lower[rooms] + _RULES.aside * step, there))
-        high = np.minimum(there + step, np.maximum(upper[rooms] - _RULES.aside * step, there))
-        change = self.profile.indenter.slope(high) - self.profile.indenter.slope(low)
+        low = np.maximum(x - step, np.minimum(lower[rooms] + _RULES.aside * step, x))
+        high = np.minimum(x + step, np.maximum(upper[rooms] - _RULES.aside * step, x))
+        at_low, at_high = self.profile.indenter.slope(np.array([low, high]))
+        change = at_high - at_low
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(high > low, change / (high - low), 0.0)
 

@@ -176,14 +176,17 @@ def settle(
             break
         own = rows.of(active)
         own.lines = _inside(equations, own.lines, own)
-        values = equations.values(own.lines, own.depths, own.directions)
+        on_profile = equations.on_profile(own.lines)
+        values = equations.values(own.lines, own.depths, own.directions, on_profile)
         stopped, passed, fell = _against_joints(equations, own, values)
+        if passed.any():  # the lines are elsewhere
+            on_profile = equations.on_profile(own.lines)
         if own.kept is not None:
             stays = own.has_line & (own.lines == own.kept)
             stopped |= stays & (own.directions[:, None] * values > 0)
         if own.fixed is not None:
             stopped = (stopped & ~own.fixed) | own.fixed
-        changed = equations.rates(own.lines, own.depths, own.rooms)
+        changed = equations.rates(own.lines, own.depths, own.rooms, on_profile)
         free = own.has_line & ~stopped
         step = _limited_step(equations, changed, values, free, downhill=downhill)
         new = _inside(equations, own.lines + step, own)
