@@ -290,6 +290,21 @@ class Branch(Protocol):
             If something happens that the branch cannot follow.
         """
 
+    def points_of(self, parts: Sequence[tuple[PathSegment, Array]]) -> list[list[Point]]:
+        """Points on segments, all at once where that is faster.
+
+        Parameters
+        ----------
+        parts : sequence of (PathSegment, ndarray (n,))
+            Segments of this branch, and depths on them [length].
+
+        Returns
+        -------
+        list of list of Point
+            The points at the depths of each part.
+        """
+        return [segment.points(depths) for segment, depths in parts]
+
     def pinned(self, point: Point) -> Pinned:
         """Where each of the outermost lines is pinned: "edge", "tip" or "" where it is free."""
         walls = self.scene.indenter.walls

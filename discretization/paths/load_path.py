@@ -42,6 +42,23 @@ class StepRules(NamedTuple):
 _STEP = StepRules()
 
 
+class Waiting(NamedTuple):
+    """Steps on a segment whose points are found once the path is complete.
+
+    Attributes
+    ----------
+    segment : PathSegment
+    depths : ndarray (n,)
+        Of the steps [length].
+    first : int
+        Number of the first of them in `LoadPath.points`.
+    """
+
+    segment: PathSegment
+    depths: Array
+    first: int
+
+
 @dataclass(eq=False)
 class LoadPath:
     """A path under way: where it is, and what has been recorded.
@@ -67,6 +84,8 @@ class LoadPath:
         How many segments in a row have been shorter than roundings.
     points, events : list
         What was recorded at the steps, and between them.
+    waiting : list of Waiting
+        Steps for which something else stands in `points` so far.
     happened : list
         What becomes events: kind, value of the control, points before and after, step.
     """
@@ -82,6 +101,7 @@ class LoadPath:
     creeping: int = 0
     points: list[Point] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
+    waiting: list[Waiting] = field(default_factory=list)
     happened: list[tuple[str, float, Point, Point, int]] = field(default_factory=list)
 
     @property
@@ -114,6 +134,7 @@ class LoadPath:
             if done:
                 self.value = float(values[done - 1])
             values = values[done:]
+        self._find_waiting()
         self._settle()
 
     def resume(self, last: Snapshot, step: int, value: float) -> None:
@@ -165,18 +186,12 @@ class LoadPath:
             return 1
         ahead = self._distance(values)
         segment = self._segment(self.point, side * ahead, least)
-        turns = False
         if self.imposed:
-            beyond = side * (values - segment.end.depth)
-            lost_at_touch = segment.after is not None and segment.after.lines is None
-            lost_at_touch = lost_at_touch and segment.end.depth == self.branch.touch
-            stays = segment.after is None or lost_at_touch
-            points = segment.points(values[(beyond < 0) | ((beyond == 0) & stays)])
-        else:
-            curve = Curve.of(segment, self.control)
-            top = curve.peak(side)
-            turns = top < curve.t.size - 1
-            points = curve.reached(values, side, 0, top + 1)
+            return self._moved(segment, values, side)
+        curve = Curve.of(segment, self.control)
+        top = curve.peak(side)
+        turns = top < curve.t.size - 1
+        points = curve.reached(values, side, 0, top + 1)
         done = abs(segment.end.depth - segment.start.depth)
         self.reach = max(_STEP.longer * done, _STEP.again * ahead) if done else math.inf
         self._add(points)
@@ -185,6 +200,21 @@ class LoadPath:
         elif len(points) < values.size:
             self._end(segment, side)
         return len(points)
+
+    def _moved(self, segment: PathSegment, depths: Array, side: int) -> int:
+        """Along a segment towards the last of imposed depths: how many are reached on it."""
+        beyond = side * (depths - segment.end.depth)
+        lost_at_touch = segment.after is not None and segment.after.lines is None
+        lost_at_touch = lost_at_touch and segment.end.depth == self.branch.touch
+        stays = segment.after is None or lost_at_touch
+        reached = depths[(beyond < 0) | ((beyond == 0) & stays)]
+        if reached.size < depths.size:
+            self._add_later(segment, reached)
+            self._end(segment, side)
+        else:  # the path turns round, or ends, at the last of them
+            self._add_later(segment, reached[:-1])
+            self._add(segment.points(reached[-1:]))
+        return reached.size
 
     def _segment(self, point: Point, length: float, least: float = 0.0) -> PathSegment:
         """A segment of that signed length, or shorter where the profile is not known so far.
@@ -214,9 +244,13 @@ class LoadPath:
         return segment
 
     def _distance(self, values: Array) -> float:
-        """How far to look ahead for the last of these values: not much further than before."""
+        """How far to look ahead for the last of these values.
+
+        Under a load or a machine not much further than before: the depths at which they balance
+        the force are not known.
+        """
         if self.imposed:
-            return min(abs(float(values[-1]) - self.point.depth), self.reach)
+            return abs(float(values[-1]) - self.point.depth)
         if math.isfinite(self.reach):
             return self.reach
         off = abs(float(values[-1]) - self._value(self.point))
@@ -241,6 +275,21 @@ class LoadPath:
             self._slide(points[-1])
         self.points += points
         self.step += len(points)
+
+    def _add_later(self, segment: PathSegment, depths: Array) -> None:
+        """Record steps at depths (n,) on a segment; `_find_waiting` puts their points in place."""
+        if depths.size:
+            self.waiting.append(Waiting(segment, depths, len(self.points)))
+            self.points += [segment.start] * depths.size
+            self.step += depths.size
+
+    def _find_waiting(self) -> None:
+        """Find the points of the steps that wait for them, of all segments together."""
+        parts = [(steps.segment, steps.depths) for steps in self.waiting]
+        found = self.branch.points_of(parts)
+        for steps, points in zip(self.waiting, found, strict=True):
+            self.points[steps.first : steps.first + len(points)] = points
+        self.waiting = []
 
     def _slide(self, there: Point) -> None:
         """Move on along a segment; what lines lose there to hysteresis is friction."""

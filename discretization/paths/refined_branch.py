@@ -30,7 +30,7 @@ from discretization.refine.equations import free_surfaces, lines_of_surfaces
 from discretization.refine.events import NotRefined
 from discretization.refine.judged import Judge
 from discretization.refine.plan import ASIDE, Refinement
-from discretization.refine.route import Route
+from discretization.refine.route import Route, lines_of_routes
 from discretization.refine.settle import settle
 from discretization.refine.states import CLOSER, known_lines
 from energy import Scene
@@ -117,32 +117,25 @@ class RefinedSegment(PathSegment):
     route : Route
     index : int
         Number of the stretch.
+    settled : dict of float: Point
+        Points by depth that have been found together with those of other segments.
     """
 
     route: Route
     index: int
-
-    def lines(self, depths: Array, *, roughly: bool = False) -> Array:
-        """Lines (n, k, 2) of all free surfaces at depths (k,) on the segment."""
-        try:
-            return self.route.lines(self.index, depths, roughly=roughly)
-        except NotRefined as reason:
-            raise NotCertifiedError(f"{reason}; try other depths, or method='lattice'") from reason
+    settled: dict[float, Point] = field(default_factory=dict)
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the segment (n,)."""
-        lines = self.lines(depths).transpose(1, 0, 2)
-        place = Place(self.route, self.index)
-        return [
-            Point(depth, lines_of_surfaces(each), place)
-            for depth, each in zip(depths.tolist(), lines, strict=True)
-        ]
+        new = np.array([depth for depth in depths.tolist() if depth not in self.settled])
+        _settle([(self, new)])
+        return [self.settled[depth] for depth in depths.tolist()]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the segment (n,); roughly: from the polynomials of the lines."""
         if not roughly:
             return super().forces(depths)
-        lines = self.lines(depths, roughly=True)
+        lines = self.route.lines(self.index, depths, roughly=True)
         totals = self.route.refinement.totals
         _, force = totals.of_surfaces(lines.reshape(-1, 2), np.tile(depths, len(lines)))
         return np.asarray(force.reshape(len(lines), -1).sum(axis=0))
@@ -150,6 +143,27 @@ class RefinedSegment(PathSegment):
     def external_work(self) -> float:
         """∫P dd from the start to the end."""
         return self.route.work(self.index, self.start.depth, self.end.depth)
+
+
+def _settle(parts: Sequence[tuple[RefinedSegment, Array]]) -> None:
+    """Find the points at depths (n,) on segments, for all of them at once.
+
+    NotCertifiedError where lines do not come to rest.
+    """
+    parts = [(segment, depths) for segment, depths in parts if depths.size]
+    if not parts:
+        return
+    try:
+        lines_of_parts = lines_of_routes(
+            [(segment.route, segment.index, depths) for segment, depths in parts]
+        )
+    except NotRefined as reason:
+        raise NotCertifiedError(f"{reason}; try other depths, or method='lattice'") from reason
+    for (segment, depths), lines_of_surfaces_at_depths in zip(parts, lines_of_parts, strict=True):
+        place = Place(segment.route, segment.index)
+        at_depths = lines_of_surfaces_at_depths.transpose(1, 0, 2)
+        for depth, lines in zip(depths.tolist(), at_depths, strict=True):
+            segment.settled[depth] = Point(depth, lines_of_surfaces(lines), place)
 
 
 @dataclass(eq=False)
@@ -318,6 +332,16 @@ class RefinedBranch(FittedBranch):
             if route.goal != aim:
                 self.shortened = Shortened(direction, route.goal, aim)
         return self._remembered(self._stretch(point, goal, route, index))
+
+    def points_of(self, parts: Sequence[tuple[PathSegment, Array]]) -> list[list[Point]]:
+        """Points on segments; the lines of all refined ones come to rest together."""
+        inside = list[tuple[RefinedSegment, Array]]()
+        for segment, depths in parts:
+            if isinstance(segment, RefinedSegment):
+                ends = [segment.start.depth, segment.end.depth]
+                inside.append((segment, depths[~np.isin(depths, ends)]))
+        _settle(inside)
+        return super().points_of(parts)
 
     def _aim(self, point: Point, goal: float, direction: int) -> float:
         """A goal, or that of a route which nodes have cut short at a point."""

@@ -5,6 +5,7 @@ It gives the lines at any depth on it, and the work done between two depths.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -128,23 +129,27 @@ class Route:
         NotRefined
             If Newton's method does not take them to rest.
         """
-        lives = self.stretches[index].lives
-        guess = drawn_lives(lives, np.broadcast_to(depths, (len(lives), depths.size)))
         if roughly:
-            return guess
-        length = self.refinement.equations.length
-        events = self.refinement.events
-        all_depths = np.broadcast_to(depths, guess.shape[:2])
-        found = events.rest(
-            lives, guess, all_depths, reach=_RULES.reach * length, rounds=_RULES.rounds
-        )
-        lines = found.lines.reshape(guess.shape)
-        lost = np.asarray(~found.at_rest.reshape(guess.shape[:2]))
-        if lost.any():
-            lines[lost] = guess[lost]
-            self._close(lives, lines, all_depths, lost)
-            self._demand_rest(lives, lines, all_depths, lost)
-        return lines
+            return self._drawn(index, depths)
+        (found,) = lines_of_routes([(self, index, depths)])
+        return found
+
+    def _drawn(self, index: int, depths: Array) -> Array:
+        """Lines (n, k, 2) of a stretch at depths (k,), by the polynomials of its pieces."""
+        lives = self.stretches[index].lives
+        return drawn_lives(lives, np.broadcast_to(depths, (len(lives), depths.size)))
+
+    def _demanded(self, index: int, depths: Array, lines: Array, guess: Array, lost: Mask) -> None:
+        """Lines (n, k, 2) that Newton's method has `lost` (n, k) are put where they are at rest.
+
+        Those of gaps about to close where these close, others on the polynomials of the pieces
+        (n, k, 2) if they rest there to rounding; NotRefined if they do not.
+        """
+        lives = self.stretches[index].lives
+        all_depths = np.broadcast_to(depths, lost.shape)
+        lines[lost] = guess[lost]
+        self._close(lives, lines, all_depths, lost)
+        self._demand_rest(lives, lines, all_depths, lost)
 
     def _close(self, lives: list[Life], lines: Array, depths: Array, lost: Mask) -> None:
         """Close gaps that have just opened, or are about to close, where they are not settled.
@@ -198,3 +203,52 @@ class Route:
         low = self.direction * max(self.direction * first, self.direction * start)
         high = self.direction * min(self.direction * last, self.direction * end)
         return (low, high) if self.direction * (high - low) > 0 else None
+
+
+def lines_of_routes(parts: Sequence[tuple[Route, int, Array]]) -> list[Array]:
+    """Lines of free surfaces on stretches of routes of one scene, taken to rest all at once.
+
+    Newton's method takes hardly longer for the lines of a whole path than for those of one stretch.
+
+    Parameters
+    ----------
+    parts : sequence of (Route, int, ndarray (k,))
+        Routes, numbers of their stretches, and depths on these [length].
+
+    Returns
+    -------
+    list of ndarray (n, k, 2)
+        As `Route.lines`.
+
+    Raises
+    ------
+    NotRefined
+        If Newton's method does not take lines to rest.
+    """
+    lives = list[Life]()
+    guesses = list[Array]()
+    all_depths = list[Array]()
+    for route, index, depths in parts:
+        own = route.stretches[index].lives
+        guesses.append(route._drawn(index, depths))
+        lives += [life for life in own for _ in range(depths.size)]
+        all_depths += [depths] * len(own)
+    refinement = parts[0][0].refinement
+    found = refinement.events.rest(
+        lives,
+        np.concatenate([guess.reshape(-1, 1, 2) for guess in guesses]),
+        np.concatenate(all_depths)[:, None],
+        reach=_RULES.reach * refinement.equations.length,
+        rounds=_RULES.rounds,
+    )
+    ends = np.cumsum([guess.shape[0] * guess.shape[1] for guess in guesses])[:-1]
+    rested = list[Array]()
+    lines_of_parts = np.split(found.lines, ends)
+    at_rest_of_parts = np.split(found.at_rest, ends)
+    for i, (route, index, depths) in enumerate(parts):
+        lines = lines_of_parts[i].reshape(guesses[i].shape)
+        lost = ~at_rest_of_parts[i].reshape(guesses[i].shape[:2])
+        if lost.any():
+            route._demanded(index, depths, lines, guesses[i], lost)
+        rested.append(lines)
+    return rested
