@@ -1,9 +1,28 @@
 """Where the lines of many free surfaces rest, at once: D(x) and how it changes with the lines.
 
-Free surfaces stand in rows (n, 2) of a left and a right line, the other line of a tail is infinite.
-Narrow gaps feel the rounding of the profile: the tilt of a gap of length L is the rise of the
-profile over L, and D of its lines varies by (l/L) times what the tilt does. Heights are rounded by
-a part of themselves; so where the slope is smooth in a narrow gap, the rise is ∫f' dx instead.
+A contact line at x is in equilibrium at one depth, the rest depth D(x). At a depth d it advances
+where D < d and recedes where D > d (surfaces/protocol.py has the derivation and the formulas).
+
+Conventions
+-----------
+Depths d and D grow down into the layer, heights f of the profile upwards: first touch is at
+d = min f. All are lengths; l is the elastocapillary length.
+
+A free surface is a tail, with one line, or a gap between two contacts, with two. Surfaces stand in
+the rows of arrays (n, 2), in whose columns are the left and the right line of each; the line that a
+tail has not is at -inf in the left column or inf in the right one, and its D is inf.
+
+`side` is 1 for a line whose contact is on its left and whose free surface is on its right: the left
+line of a surface; it is -1 for the right one. Outwards of the contact, into the free surface, is
+thus the direction `side` along x. `direction` is 1 where lines advance, outwards, and contacts
+close; it is -1 where lines recede, inwards, and contacts open. The work of adhesion may differ
+between these (`Scene.opened` is the scene with that of opening).
+
+The line that is `facing` another one is at the other end of the same free surface.
+
+Narrow gaps feel the rounding of the profile. The tilt of a gap of length L is the rise of the
+profile over L, and D of its lines varies by l (l/L) times what the tilt does. Heights are rounded
+by a part of themselves, so where the slope is smooth in a narrow gap, the rise is ∫f' dx instead.
 """
 
 import functools
@@ -26,7 +45,8 @@ from energy.arrays import Array, Mask
 TIE = 1e-13
 # Of its position: a line is found to so many roundings, and is so near to a corner.
 ULPS = 4.0
-SIDES = np.array([1, -1])  # of the left and the right line of a free surface
+# `side` of the left and of the right line of a free surface, the columns of lines (n, 2).
+SIDES = np.array([1, -1])
 
 
 class DifferenceRules(NamedTuple):
@@ -62,7 +82,9 @@ DIFFERENCES = DifferenceRules()
 # (single_contact.py): dD/dx that is rounding, where D is least.
 FLAT = 1e-7
 _FALLING = 1e-9  # of the steepest dD/dx of both lines: what may be rounding of one that is 0
-_GROWING = np.diag([1.0, -1.0])  # dD/dx of two lines with both, if they grow outwards alone
+# A matrix ∂D/∂x of both lines that is stable: D of each grows outwards, that is with x for the left
+# line and against x for the right one, and does not feel the other line.
+_GROWING = np.diag([1.0, -1.0])
 
 # Narrow gaps.
 _NARROW = 1e-2  # of l: gaps of which the rise of the profile is integrated
@@ -115,10 +137,12 @@ class RestDepths:
     ----------
     scene : Scene
     profile : Resolved
+        The profile with the samples that resolve it.
     surfaces : Surfaces
-        Its free surfaces.
+        The free surfaces of the scene, which give D of lines at given heights and slopes.
     size : float
-        Of depths [length].
+        The largest of the depths and displacements that occur, of which rounding is a part
+        [length].
     """
 
     scene: Scene
@@ -132,9 +156,11 @@ class RestDepths:
         return self.scene.elastocapillary_length
 
     def noise(self, lines: Array) -> Array:
-        """What rounding of heights makes of D, of surfaces with lines (.., 2).
+        """By how much D of the lines of gaps may be off, since the profile is rounded.
 
-        ε (l/L)² of the size of depths, or in narrow gaps (l/L) of l times the rounding of f'.
+        Heights are rounded by ε of the size of depths, the tilt by that over L, so D by
+        ε (l/L)² of the size. In narrow gaps, in which the rise is integrated, the tilt is off by
+        the rounding of f', and D by l (l/L) times that.
 
         Parameters
         ----------
@@ -144,71 +170,85 @@ class RestDepths:
         Returns
         -------
         ndarray (..)
-            [length].
+            One for both lines of each surface [length]; 0 of tails, inf where lines coincide.
         """
         q = lines[..., 0]
         p = lines[..., 1]
         with np.errstate(divide="ignore", invalid="ignore"):
             length_ratio = self.length / np.maximum(p - q, 0.0)  # l/L
-        found = np.asarray(self.size * length_ratio**2)
-        near = self._narrow(q, p)
-        if near.any():
-            ends = lines[near]
+        noise_over_epsilon = np.asarray(self.size * length_ratio**2)
+        narrow = self._narrow(q, p)
+        if narrow.any():
+            ends = lines[narrow]
             slope = np.asarray(self.profile.indenter.slope(ends.ravel()), float)
             slope = slope.reshape(ends.shape)
-            bend = np.abs(np.diff(slope) / np.diff(ends))[..., 0]
-            terms = np.abs(slope).sum(axis=-1) + np.abs(ends).max(axis=-1) * bend
-            found[near] = _ROUNDED * self.length * terms * length_ratio[near]
-        return np.asarray(EPSILON * found)
+            curvature = np.abs(np.diff(slope) / np.diff(ends))[..., 0]
+            # f' is rounded by a part of itself, and read at positions that are rounded, too.
+            terms = np.abs(slope).sum(axis=-1) + np.abs(ends).max(axis=-1) * curvature
+            noise_over_epsilon[narrow] = _ROUNDED * self.length * terms * length_ratio[narrow]
+        return np.asarray(EPSILON * noise_over_epsilon)
 
     def _narrow(self, q: Any, p: Any) -> Mask:
-        """Whether lines are close to each other, with at most one sample between, and no corner."""
+        """Whether the rise of the profile between lines q and p, in either order, is integrated.
+
+        It is where they are closer than `_NARROW`, apart, and have at most one sample strictly
+        between them. Corners stand twice among the samples, so none is between.
+        """
         low = np.minimum(q, p)
         high = np.maximum(q, p)
-        found = np.asarray((high - low < _NARROW * self.length) & (low < high))
-        if found.any():
+        narrow = np.asarray((high - low < _NARROW * self.length) & (low < high))
+        if narrow.any():
             x = self.profile.x
-            found &= np.searchsorted(x, high) - np.searchsorted(x, low, "right") <= 1
-        return found
+            samples_between = np.searchsorted(x, high) - np.searchsorted(x, low, "right")
+            narrow &= samples_between <= 1
+        return narrow
 
     def _rise(self, line: LinePosition, facing: LinePosition) -> Any:
-        """By how much the profile is higher at the facing line; of narrow gaps as ∫f' dx."""
+        """By how much the profile is higher at the facing line [length]; of narrow gaps ∫f' dx."""
         if np.min(abs(facing.x - line.x)) >= _NARROW * self.length:
             return facing.f - line.f
-        found = np.asarray(facing.f - line.f, float)
-        near = self._narrow(line.x, facing.x)
-        if near.any():
-            start, end = (part[near] for part in np.broadcast_arrays(line.x, facing.x))
-            found[near] = self._integrated(start, end)
-        return found[()]
+        rise = np.asarray(facing.f - line.f, float)
+        narrow = self._narrow(line.x, facing.x)
+        if narrow.any():
+            start, end = (part[narrow] for part in np.broadcast_arrays(line.x, facing.x))
+            rise[narrow] = self._integrated(start, end)
+        return rise[()]
 
     def _integrated(self, start: Array, end: Array) -> Array:
-        """∫f' dx (m,) between places with at most one sample in between, on both sides of that."""
+        """∫f' dx (m,) from `start` to `end`, with at most one sample of the profile in between.
+
+        The interval is cut at that sample, since f'' may jump there, and each of the two parts is
+        integrated by Gauss quadrature. Without a sample in between one part has no width.
+        """
         x = self.profile.x
         low = np.minimum(start, end)
         high = np.maximum(start, end)
+        # Beyond the last sample the index wraps around; any place is good, as it is clipped.
         next_sample = x[np.searchsorted(x, low, "right") % x.size]
-        knot = np.clip(next_sample, low, high)
-        begin = np.array([start, knot])
-        width = np.array([knot - start, end - knot])
+        cut = np.clip(next_sample, low, high)
+        begin = np.array([start, cut])
+        width = np.array([cut - start, end - cut])
         places = begin[..., None] + width[..., None] * (1 + _POINTS) / 2
         slope = np.asarray(self.profile.indenter.slope(places), float)
-        integrals = width * (slope @ _WEIGHTS)
-        return np.asarray(integrals.sum(axis=0) / 2)
+        integrals = width / 2 * (slope @ _WEIGHTS)
+        return np.asarray(integrals.sum(axis=0))
 
     def rest_depth(
         self, side: Any, x: Any, f: Any, f1: Any, facing: LinePosition | None, w: Any
     ) -> Any:
-        """Depth D at which lines rest; of a gap, heights count from that of the line.
+        """Depth D at which lines rest.
+
+        In gaps heights are counted from that of the line, so that the rise to the facing line,
+        which may be known better than both heights, is not lost in these.
 
         Parameters
         ----------
         side : {1, -1}, or ndarray (n,)
             1 for a line whose contact is on its left.
         x, f, f1 : float or ndarray (n,)
-            Positions of the lines [length], and height and slope of the profile there.
+            Positions of the lines [length], and height and slope f' of the profile there.
         facing : LinePosition or None
-            The lines on the other side of the free surfaces.
+            The lines at the other end of the free surfaces, None for tails.
         w : float or ndarray (n,)
             Work of adhesion, where a pattern does not change it [energy/area].
 
@@ -221,11 +261,12 @@ class RestDepths:
             w = w * self.scene.pattern.factor(x)
         if facing is None:
             return self.surfaces.rest_depth(side, x, f, f1, None, w)
-        beyond = LinePosition(facing.x, self._rise(LinePosition(x, f), facing))
-        return f + self.surfaces.rest_depth(side, x, f - f, f1, beyond, w)
+        zero = f - f  # the height of the line itself, in the shape of f
+        facing_from_line = LinePosition(facing.x, self._rise(LinePosition(x, f), facing))
+        return f + self.surfaces.rest_depth(side, x, zero, f1, facing_from_line, w)
 
     def at(self, x: Any) -> LinePosition | None:
-        """Lines with the heights of the profile there.
+        """Lines at positions, with the heights of the profile there.
 
         Parameters
         ----------
@@ -235,7 +276,7 @@ class RestDepths:
         Returns
         -------
         LinePosition or None
-            None at infinity.
+            None if one of the positions is infinite: there is no line.
         """
         return LinePosition(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
 
@@ -259,9 +300,11 @@ class RestDepths:
         return np.where(np.greater(direction, 0), closing, opening)[()]
 
     def between_corners(self, lines: Array, direction: int) -> Array:
-        """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
+        """Between which places lines may move without passing a corner, where D may jump.
 
-        A line at a corner is on that side of it to which it moves.
+        That is between the neighbouring joints of the profile: corners, edges of a pattern and
+        ends of the window. Four roundings are kept from them. A line at a joint itself is on that
+        side of it to which it moves.
 
         Parameters
         ----------
@@ -273,24 +316,30 @@ class RestDepths:
         Returns
         -------
         ndarray (2, n, 2)
-            Least and largest positions [length].
+            Least and largest positions [length]; lines at infinity stay there.
         """
-        known = self.profile.joints
-        after = known.searchsorted(lines, "right")
-        least = ULPS * self._spacing(known)
-        at = np.where(SIDES * direction > 0, after, known.searchsorted(lines))
-        at = np.minimum(np.maximum(at, 1), known.size - 1)
-        found = np.array([(known + least)[at - 1], (known - least)[at]])
+        joints = self.profile.joints
+        margin = ULPS * self._spacing(joints)
+        moves_right = SIDES * direction > 0
+        # The number of the joint that ends the interval: of a line at a joint the next one if it
+        # moves to the right, and that joint itself if it moves to the left.
+        end = np.where(moves_right, joints.searchsorted(lines, "right"), joints.searchsorted(lines))
+        end = np.minimum(np.maximum(end, 1), joints.size - 1)
+        found = np.array([(joints + margin)[end - 1], (joints - margin)[end]])
         return np.where(np.isfinite(lines), found, lines)
 
     def _spacing(self, x: Array) -> Array:
-        """Rounding of positions, at 0 of a small part of l: an indenter may divide them by that."""
+        """Rounding of positions [length]; next to 0 that of a small part of l.
+
+        An indenter may divide x by a length of the size of l, so its rounding does not vanish at 0.
+        """
         return np.spacing(np.maximum(np.abs(x), DIFFERENCES.least_position * self.length))
 
     def _of(self, side: Any, x: Array, f: Array, f1: Array, facing: LinePosition, w: Any) -> Array:
-        """D of lines with heights and slopes that face others, infinite if there is none.
+        """D of lines of gaps and of tails, in the shape of x.
 
-        D of a line at infinity is ∞.
+        `side` and `w` broadcast with x. A facing line at infinity stands for none: the surface is a
+        tail. D of a line that is itself at infinity is inf; f and f1 are not used there.
         """
         one = np.ones(x.shape)
         side = side * one
@@ -300,8 +349,8 @@ class RestDepths:
         faces_line = np.isfinite(facing.x)
         gaps = has_line & faces_line
         if gaps.any():
-            beyond = LinePosition(facing.x[gaps], facing.f[gaps])
-            found[gaps] = self.rest_depth(side[gaps], x[gaps], f[gaps], f1[gaps], beyond, w[gaps])
+            other = LinePosition(facing.x[gaps], facing.f[gaps])
+            found[gaps] = self.rest_depth(side[gaps], x[gaps], f[gaps], f1[gaps], other, w[gaps])
         tails = has_line & ~faces_line
         if tails.any():
             found[tails] = self.rest_depth(
@@ -312,7 +361,10 @@ class RestDepths:
     def one_sided(
         self, side: Any, x: Array, facing: Array, aside: Any, direction: Any, adheres: Any = True
     ) -> Array:
-        """Depths D of lines, read just beside them.
+        """Depths D of lines, read just outwards or just inwards of them.
+
+        The two differ at corners, where the slope jumps, at edges of a pattern, where the work of
+        adhesion does, and at edges of the body.
 
         Parameters
         ----------
@@ -332,18 +384,20 @@ class RestDepths:
         Returns
         -------
         ndarray
-            [length]. Beyond the edge of the body nothing can be touched, D = ∞, or left, D = -∞;
-            D = ∞ of a line at infinity.
+            [length], in the shape of x. Just outwards of an edge of the body D is inf, since there
+            is nothing to touch: the line never advances. Where the line is at the edge behind its
+            own contact D just inwards is -inf: it never recedes. D of a line at infinity is inf.
         """
         side = np.asarray(side)
         indenter = self.profile.indenter
         towards = side * aside  # 1 to the right, -1 to the left
-        z = np.array([x, facing])
-        known, other = np.where(np.isfinite(z), z, self.profile.x[0])
-        f, f1 = self.profile.one_sided(known, towards)
-        beyond = LinePosition(facing, np.asarray(indenter.height(other), float))
-        place = self.profile.past(x, towards)
-        rest = self._of(side, place, f, f1, beyond, self.w(direction) * adheres)
+        # Lines at infinity are read at the first sample, as f(inf) may be nan; `_of` drops that.
+        both = np.array([x, facing])
+        own_place, facing_place = np.where(np.isfinite(both), both, self.profile.x[0])
+        f, f1 = self.profile.one_sided(own_place, towards)
+        other = LinePosition(facing, np.asarray(indenter.height(facing_place), float))
+        beside_edge = self.profile.past(x, towards)
+        rest = self._of(side, beside_edge, f, f1, other, self.w(direction) * adheres)
         if indenter.walls:
             past = past_wall(indenter, x, side, aside)
             rest = np.where(past, np.copysign(math.inf, aside), rest)
@@ -384,32 +438,42 @@ class RestDepths:
         return self._facing(lines, lines, direction)
 
     def with_rates(self, lines: Array, room: Array, direction: int) -> tuple[Array, Array]:
-        """D of both lines (n, 2), and its changes (n, 2, 2) with both.
+        """D of both lines of free surfaces, and its derivatives by both.
 
-        By central differences, at most half-way to a corner, at which the side is not known. The
-        change of D of a line (row) with a line (column) is 0 where one of them is at infinity.
+        The derivatives are central differences, at most half-way to a corner, at which it is not
+        known on which side to read the slope.
 
         Parameters
         ----------
         lines : ndarray (n, 2)
             Positions of the left and right line [length], infinite where there is none.
         room : ndarray (2, n, 2)
-            The places between which they move without passing a corner [length].
+            The places between which they move without passing a corner, as of `between_corners`
+            [length].
         direction : {1, -1}
-            1 where contacts close, -1 where they open.
+            1 with the adhesion of a contact that closes, -1 of one that opens.
+
+        Returns
+        -------
+        depths : ndarray (n, 2)
+            D [length]; infinite of a line at infinity.
+        rates : ndarray (n, 2, 2)
+            ∂D of a line (row) by the position of a line (column), towards +x for both lines; 0
+            where one of them is at infinity, nan between two corners that leave no room.
         """
-        inner = np.isfinite(lines)
-        gaps = np.asarray(inner.all(axis=1))
+        has_line = np.isfinite(lines)
+        gaps = np.asarray(has_line.all(axis=1))
         step = self.step(lines)[:, None]
         low, high = (lines + room) / 2
         above = np.clip(lines + step, low, high)
         below = np.clip(lines - step, low, high)
+        # Five readings of D, each with lines and with lines that face those: where they are, each
+        # line moved by its step up and down, and of gaps the line that it faces moved so.
         moved = [lines, above, below]
         facing = [lines, lines, lines]
         if gaps.any():
-            # Nothing moves beside the line of a tail.
-            own = np.where(gaps[:, None], lines, math.inf)
-            moved += [own, own]
+            lines_of_gaps = np.where(gaps[:, None], lines, math.inf)
+            moved += [lines_of_gaps, lines_of_gaps]
             facing += [above, below]
         rest = self._facing(np.array(moved), np.array(facing), direction)
         rates = np.zeros((*lines.shape, 2))
@@ -418,30 +482,36 @@ class RestDepths:
             rates[:, [0, 1], [0, 1]] = (rest[1] - rest[2]) / width
             if gaps.any():
                 rates[:, [0, 1], [1, 0]] = (rest[3] - rest[4]) / width[:, ::-1]
-        paired = inner[:, :, None] & inner[:, None]
-        return rest[0], np.where(paired, rates, 0.0)
+        both_exist = has_line[:, :, None] & has_line[:, None]
+        return rest[0], np.where(both_exist, rates, 0.0)
 
     def _facing(self, lines: Array, facing: Array, direction: int) -> Array:
-        """D of lines (.., 2) each of which faces the other one of these lines (.., 2)."""
+        """D of both lines of surfaces (.., 2), in each of which the facing line may have moved.
+
+        The left line of `lines` faces the right one of `facing`, and the right line the left one.
+        Both have the shape (.., 2), columns left and right. Places at infinity are read at the
+        lowest point, as f(inf) may be nan; `_of` drops what is read there.
+        """
         indenter = self.profile.indenter
-        known = np.where(np.isfinite(lines), lines, self.profile.lowest)
-        other = np.where(np.isfinite(facing), facing, self.profile.lowest)
-        f = np.asarray(indenter.height(known), float)
-        f1 = np.asarray(indenter.slope(known), float)
-        other_f = np.asarray(indenter.height(other), float)
-        beyond = LinePosition(facing[..., ::-1], other_f[..., ::-1])
-        return self._of(SIDES, lines, f, f1, beyond, self.w(direction))
+        own_place = np.where(np.isfinite(lines), lines, self.profile.lowest)
+        facing_place = np.where(np.isfinite(facing), facing, self.profile.lowest)
+        f = np.asarray(indenter.height(own_place), float)
+        f1 = np.asarray(indenter.slope(own_place), float)
+        facing_f = np.asarray(indenter.height(facing_place), float)
+        other = LinePosition(facing[..., ::-1], facing_f[..., ::-1])
+        return self._of(SIDES, lines, f, f1, other, self.w(direction))
 
     def condition(self, rate: Array, free: Mask, *, single: bool) -> tuple[Array, Mask]:
         """How far lines move if D is off, and whether they are stable.
 
-        D of both lines may be off alike or oppositely. Where D is least, the line of a single
-        contact is found to the root of its rounding: there dD/dx may be 0 but for FLAT.
+        How far they move is linear in what D of both lines is off by; it is largest where both are
+        off by as much, with equal or opposite signs. Where D is least, the line of a single contact
+        is found to the square root of its rounding: there dD/dx may be 0 but for FLAT.
 
         Parameters
         ----------
         rate : ndarray (n, 2, 2)
-            Changes of D of both lines (rows) with both.
+            Derivatives of D of both lines (rows) by both positions (columns).
         free : ndarray of bool (n, 2)
             Which lines are not pinned.
         single : bool
@@ -455,11 +525,12 @@ class RestDepths:
             Whether both lines together are stable.
         """
         ones = np.ones(free.shape)
-        alike = np.abs(solved(rate, ones, free))
-        oppositely = np.abs(solved(rate, ones * SIDES, free))
+        off_alike = np.abs(solved(rate, ones, free))
+        off_oppositely = np.abs(solved(rate, ones * SIDES, free))
+        # dD/dx that is 0 or negative by no more than rounding counts as stable.
         steepest = np.abs(rate).max(axis=(1, 2), keepdims=True)
-        slack = np.maximum(_FALLING * steepest, single * FLAT * self.size / self.length)
-        return np.maximum(alike, oppositely), stable(rate + _GROWING * slack, free)
+        rounding = np.maximum(_FALLING * steepest, single * FLAT * self.size / self.length)
+        return np.maximum(off_alike, off_oppositely), stable(rate + _GROWING * rounding, free)
 
     def step(self, lines: Array) -> Array:
         """Steps of the central differences of D by the lines of surfaces.
@@ -492,30 +563,38 @@ class RestDepths:
 
 
 def solved(rate: Array, off: Array, free: Mask) -> Array:
-    """The solution (n, 2) of rate · step = off for the free lines of each surface, 0 of others.
+    """The solution of rate · step = off for the free lines of each surface, by Cramer's rule.
 
     Parameters
     ----------
     rate : ndarray (n, 2, 2)
-        Changes of D of both lines (rows) with both.
+        Derivatives of D of both lines (rows) by both positions (columns).
     off : ndarray (n, 2)
-        D - d [length].
+        By how much D of the left and of the right line is off, D - d [length].
     free : ndarray of bool (n, 2)
         Which lines move.
+
+    Returns
+    -------
+    ndarray (n, 2)
+        Steps of both lines towards +x [length], 0 of those that are not free; inf or nan where
+        the matrix is singular.
     """
     matrix = _of_free(rate, free)
     determinant = _determinant(matrix)
-    one, other = off.T
+    off_left, off_right = off.T
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        first = (matrix[:, 1, 1] * one - matrix[:, 0, 1] * other) / determinant
-        second = (matrix[:, 0, 0] * other - matrix[:, 1, 0] * one) / determinant
-    return np.where(free, np.stack([first, second], axis=-1), 0.0)
+        left = (matrix[:, 1, 1] * off_left - matrix[:, 0, 1] * off_right) / determinant
+        right = (matrix[:, 0, 0] * off_right - matrix[:, 1, 0] * off_left) / determinant
+    return np.where(free, np.stack([left, right], axis=-1), 0.0)
 
 
 def stable(rate: Array, free: Mask) -> Mask:
-    """Whether free lines are stable (n,); parameters as of `solved`.
+    """Whether the free lines of each surface are stable (n,); parameters as of `solved`.
 
-    D must grow outwards of every line, and with both lines free their matrix be definite.
+    D must grow outwards of every line: with x of the left one, against x of the right one. With
+    both lines free the matrix of growth outwards, diag(1, -1) · rate, must be definite: it has the
+    determinant of `rate` with the other sign, so that one must be negative.
     """
     matrix = _of_free(rate, free)
     grows = (matrix[:, 0, 0] > 0) & (matrix[:, 1, 1] < 0)
@@ -523,7 +602,10 @@ def stable(rate: Array, free: Mask) -> Mask:
 
 
 def _of_free(rate: Array, free: Mask) -> Array:
-    """The matrices (n, 2, 2) of the free lines; the rows of others are those of ±1."""
+    """The matrices (n, 2, 2) of the free lines; of a line that is not, row and column of _GROWING.
+
+    So it does not move the others, and does not make them unstable.
+    """
     both = free[:, :, None] & free[:, None]
     return np.where(both, rate, _GROWING)
 
