@@ -2,9 +2,23 @@
 
 The lines q < p are those of a gap between two contacts, or one of them is at infinity: a tail.
 Advancing (direction 1) they go to the first places where D >= d, receding (direction -1) to the
-first where D <= d, D that of ../surfaces. In a gap each feels the other: they move one after the
-other, and close to where they rest both are found at once by Newton's method, which is tried in
-every other sweep.
+first where D <= d. In a gap each feels the other: they move one after the other, and close to where
+they rest both are found at once by Newton's method, which is tried in every other sweep.
+
+Conventions
+-----------
+The depth d of the indenter and the rest depth D(x), at which a line at x would be in equilibrium,
+are positive down into the layer, heights f of the profile up, so that the displacement of a surface
+in contact is d - f. All are lengths; l is the elastocapillary length.
+
+`side` is 1 for a line whose contact is on its left, the left line q of a surface, and -1 for the
+right line p. Outwards, into the free surface, is the direction `side` along x. `direction` is 1
+where lines advance outwards (contacts close), -1 where they recede inwards (contacts open).
+
+The line that is `facing` another one is at the other end of the free surface. Where lines recede,
+the `limit` of one is the other line of its own contact, beyond which the contact is lost.
+
+`Resolved.beyond(a, b)` is the slice of the samples of the profile strictly between two places.
 """
 
 import functools
@@ -22,7 +36,9 @@ from energy.arrays import Array
 
 Pair = tuple[float, float]
 MET = 1e-9  # of l: lines closer than that have met
-PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap, and passes the certificate
+# Of a state's depths: a pull that opens no gap. It passes the certificate, whose tolerance of the
+# condition "opening" is four times as large.
+PULLED = TOLERANCE / 4
 
 
 class TurnRules(NamedTuple):
@@ -54,26 +70,45 @@ _ALONG = np.arange(1, 9) / 8  # parts of a step where it is read whether a line 
 
 @dataclass(frozen=True, eq=False)
 class EquilibriumFinder:
-    """Resting places of the lines of one free surface."""
+    """Finds where the lines of one free surface rest.
+
+    Attributes
+    ----------
+    rests : RestDepths
+        The rest depths D of the lines of the scene.
+    """
 
     rests: RestDepths
 
     def closed(self, q: float, p: float, depth: float) -> bool:
-        """Whether nothing holds a gap open: without adhesion, that the profile would pull there."""
+        """Whether nothing holds open the gap between lines q and p, which then closes as a whole.
+
+        Without adhesion a gap is only where the profile would pull at the surface in contact. With
+        adhesion its lines decide, and a tail is never closed.
+        """
         adheres = self.rests.scene.work_of_adhesion > 0
         return not (adheres or math.isinf(q - p) or self.pulls(q, p, depth))
 
     def pulls(self, one: float, other: float, depth: float) -> bool:
         """Whether the profile pulls between two positions, so that a gap there stays open.
 
-        One closes at clearly less than opens one, or it would open and close for ever.
+        A gap closes at a pull clearly less than the one that opens it; with a single limit it could
+        open and close for ever by rounding. The cheapest evidence comes first: bounds of the pull
+        between samples, then corners, then the pull itself.
+
+        Parameters
+        ----------
+        one, other : float
+            Positions in either order [length].
+        depth : float
+            d [length].
         """
         profile = self.rests.profile
         least = _RULES.still_open * self.least_pull(depth)
         own = profile.beyond(one, other)
         least_pulls = self._bounds[0, own.start : own.stop - 1] - depth
-        between_samples = least_pulls * np.diff(profile.x[own])
-        if (between_samples > least * self.rests.length).any():
+        least_forces = least_pulls * np.diff(profile.x[own])  # of each interval, over k
+        if (least_forces > least * self.rests.length).any():
             return True
         if self.opening_corners(one, other, depth).size:
             return True
@@ -81,11 +116,18 @@ class EquilibriumFinder:
 
     @functools.cached_property
     def _bounds(self) -> Array:
-        """Safe bounds, lower and upper (2, n), of the pull at depth 0 between samples."""
+        """Safe bounds of the pull at depth 0 between neighbouring samples, over k [length].
+
+        In the first row lower, in the second upper ones; column i is between the samples i and
+        i + 1. At a depth d the pull is less by d.
+        """
         return bounds(self.rests.scene, self.rests.profile)
 
     def pull(self, one: float, other: float, depth: float) -> Pull:
-        """The largest pull in contact between two positions, in either order."""
+        """The largest pull in contact between two positions, in either order.
+
+        Where the upper bounds of the pull stay below 0 it is not looked for: `Pull()` is none.
+        """
         own = self.rests.profile.beyond(one, other)
         most = self._bounds[1, max(own.start - 1, 0) : own.stop].max(initial=-math.inf)
         if most < depth:
@@ -93,27 +135,46 @@ class EquilibriumFinder:
         return pull(self.rests.scene, self.rests.profile, one, other, depth)
 
     def least_pull(self, depth: float) -> float:
-        """The least pull at which a contact that does not adhere opens, over kl [length].
+        """The least force at which a contact that does not adhere opens, over kl [length].
 
-        Gaps close continuously with it, and D is known the less the narrower they are.
+        It is not 0: as the pull vanishes so does the width of the gap, and D of the lines of a
+        narrow gap is the less known the narrower it is.
         """
         return PULLED * displacement_scale(self.rests.scene, depth, self.rests.size)
 
     def opening_corners(self, one: float, other: float, depth: float, holds: Any = 0.0) -> Array:
-        """The corners between two positions at which the slope falls by more than `holds` holds.
+        """The corners between two positions at which a contact opens by itself.
 
-        Pressed by kg, a gap of width s opens at a fall of 2 g s/l²; none is shorter than MET.
+        The slope falls there by more than the adhesion holds, and than the pressure does: pressed
+        by kg, a gap of width s opens at a fall of 2 g s/l², and none is shorter than MET. Corners
+        within twice that of the ends do not count, as a gap at one would meet these.
+
+        Parameters
+        ----------
+        one, other : float
+            Positions in either order [length].
+        depth : float
+            d [length].
+        holds : float or ndarray (n,)
+            The falls of the slope that adhesion holds, of all corners of the profile; angles with
+            finite slopes.
+
+        Returns
+        -------
+        ndarray (m,)
+            Positions of the corners, increasing [length].
         """
         profile = self.rests.profile
         length = self.rests.length
-        aside = 2 * MET * length
+        least_distance = 2 * MET * length
         x = profile.corners
         if not x.size:
             return x
         g = np.maximum(depth - np.asarray(profile.indenter.height(x), float), 0.0)
         falls = profile.falls(self.rests.scene.slopes) - MET * g / length
-        inside = (x > min(one, other) + aside) & (x < max(one, other) - aside)
-        return np.asarray(x[inside & (falls > holds)])
+        after_first = x > min(one, other) + least_distance
+        before_last = x < max(one, other) - least_distance
+        return np.asarray(x[after_first & before_last & (falls > holds)])
 
     def advance(self, q: float, p: float, depth: float) -> Pair | None:
         """Both lines of a free surface advance to the first places where they rest.
@@ -153,7 +214,8 @@ class EquilibriumFinder:
         Returns
         -------
         tuple of float
-            [length]. A line that rests nowhere before the other one of its contact is just beyond.
+            [length]. A line that rests nowhere before the other one of its contact is one rounding
+            beyond that: the contact is lost.
 
         Raises
         ------
@@ -167,44 +229,70 @@ class EquilibriumFinder:
     def _alternated(
         self, q: float, p: float, limits: Pair, depth: float, direction: int
     ) -> Pair | None:
-        """Both lines move in turns until they rest; limits: of lines that recede."""
+        """Both lines move in turns until they rest.
+
+        Parameters
+        ----------
+        q, p : float
+            The left and the right line [length], infinite where there is none.
+        limits : tuple of float
+            How far the left and the right line may recede: the other lines of their contacts,
+            (-inf, inf) where lines advance [length].
+        depth : float
+            d [length].
+        direction : {1, -1}
+            1 where they advance, -1 where they recede.
+
+        Returns
+        -------
+        tuple of float or None
+            [length]. None if lines that advance meet or one of them rests nowhere; a line that
+            recedes and rests nowhere is beyond its limit.
+        """
         least, most = limits
         for sweep in range(_RULES.most_sweeps):
             if direction > 0 and p - q <= 2 * MET * self.rests.length:
                 return None
-            try_newton = not (math.isinf(q - p) or sweep % 2)
-            if try_newton:
-                ends = self._one_after_the_other(q, p, limits, depth, direction, exact=False)
-                if ends is None:
+            is_gap = math.isfinite(q - p)
+            if is_gap and sweep % 2 == 0:
+                # Newton's method starts from the samples just before the places where both rest.
+                before = self._one_after_the_other(q, p, limits, depth, direction, exact=False)
+                if before is None:
                     return None
-                lost = ends[0] < least or ends[1] > most
-                near = None if lost else self._nearby(ends, depth, direction)
-                if near is not None and near[0] >= least and near[1] <= most:
-                    return near
-            ends = self._one_after_the_other(q, p, limits, depth, direction, exact=True)
-            if ends is None:
+                lost = before[0] < least or before[1] > most
+                at_rest = None if lost else self._nearby(before, depth, direction)
+                if at_rest is not None and at_rest[0] >= least and at_rest[1] <= most:
+                    return at_rest
+            moved = self._one_after_the_other(q, p, limits, depth, direction, exact=True)
+            if moved is None:
                 return None
-            a, b = ends
-            lost = a < least or b > most
-            # where an equilibrium is about to disappear lines tremble for ever: more is rounding
-            least_step = _RULES.still * (1 + sweep * sweep)
-            rests = abs(a - q) <= least_step * abs(q) and abs(b - p) <= least_step * abs(p)
-            if rests or math.isinf(a - b) or lost:
-                return ends
-            further = self._further(a, b, (a - q, b - p), depth, direction)
+            new_q, new_p = moved
+            lost = new_q < least or new_p > most
+            # Where an equilibrium is about to disappear lines move on by roundings for ever; so
+            # what counts as rounding grows with the sweeps.
+            still = _RULES.still * (1 + sweep * sweep)
+            rests = abs(new_q - q) <= still * abs(q) and abs(new_p - p) <= still * abs(p)
+            # The line of a tail has no other one that could move it again.
+            if rests or not is_gap or lost:
+                return moved
+            further = self._further(new_q, new_p, (new_q - q, new_p - p), depth, direction)
             within = further[0] >= least and further[1] <= most
-            q, p = further if within else ends
+            q, p = further if within else moved
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _one_after_the_other(
         self, q: float, p: float, limits: Pair, depth: float, direction: int, *, exact: bool
     ) -> Pair | None:
-        """The left line moves until it rests, then the right one; None if one rests nowhere."""
-        a = self.line(1, q, limits[0], p, depth, direction, exact)
-        if a is None:
+        """The left line q moves until it rests, then the right one p beside it.
+
+        Parameters as of `_alternated`, `exact` and what is returned as of `line`; None if one line
+        rests nowhere.
+        """
+        new_q = self.line(1, q, limits[0], p, depth, direction, exact)
+        if new_q is None:
             return None
-        b = self.line(-1, p, limits[1], a, depth, direction, exact)
-        return None if b is None else (a, b)
+        new_p = self.line(-1, p, limits[1], new_q, depth, direction, exact)
+        return None if new_p is None else (new_q, new_p)
 
     def line(
         self,
@@ -216,7 +304,7 @@ class EquilibriumFinder:
         direction: int,
         exact: bool,
     ) -> float | None:
-        """Where one line rests beside the other.
+        """Where one line of a free surface comes to rest while the other one stays.
 
         Parameters
         ----------
@@ -225,7 +313,8 @@ class EquilibriumFinder:
         x : float
             Where it is [length].
         limit : float
-            The other line of its contact, as far as which it may recede [length].
+            The other line of its contact, as far as which it may recede; not used where it advances
+            [length].
         facing : float
             The line beyond its free surface, infinite if there is none [length].
         depth : float
@@ -249,9 +338,10 @@ class EquilibriumFinder:
             return found
         if direction < 0:
             return math.nextafter(limit, -side * math.inf)
-        edge = float(self.rests.profile.x[-1 if side > 0 else 0])
-        ends_there = math.isinf(facing) and edge in self.rests.profile.indenter.walls
-        return edge if ends_there else None
+        # An advancing line of a tail stops at the edge of the body, if the profile ends with one.
+        last_sample = float(self.rests.profile.x[-1 if side > 0 else 0])
+        ends_there = math.isinf(facing) and last_sample in self.rests.profile.indenter.walls
+        return last_sample if ends_there else None
 
     def _first_zero(
         self,
@@ -263,29 +353,34 @@ class EquilibriumFinder:
         direction: int,
         exact: bool,
     ) -> float | None:
-        """The first place in this direction at which a line rests; if it recedes also the limit.
+        """The first place between x and a limit at which a line rests, None if there is none.
 
-        Or if that need not be exact, one just before it.
+        Parameters as of `line`, but that `limit` is where the search ends in either direction. It
+        counts as a place where the line may rest only if it recedes: there an advancing line would
+        meet the other one. If the place need not be exact, it is one just before it.
         """
-        beyond = self.rests.at(facing)
+        other = self.rests.at(facing)
         w = self.rests.w(direction)
         indenter = self.rests.profile.indenter
 
         def h(x: Any, f: Any = None, f1: Any = None) -> Any:
+            """direction (D - d): negative where the line moves on."""
             if f is None:
                 f = indenter.height(x)
                 f1 = indenter.slope(x)
-            return direction * (self.rests.rest_depth(side, x, f, f1, beyond, w) - depth)
+            return direction * (self.rests.rest_depth(side, x, f, f1, other, w) - depth)
 
         recedes = direction < 0
         closed = recedes and math.isfinite(limit)
+        # A line that rests up to rounding of D does not recede from where it has advanced to.
         tie = TIE * self.rests.size if recedes else 0.0
         return first_zero(self.rests.profile, h, (x, limit), closed, exact, tie)
 
     def _nearby(self, start: Pair, depth: float, direction: int) -> Pair | None:
-        """Both lines of a gap in stable equilibrium beyond a start, by Newton's method.
+        """Both lines of a gap in stable equilibrium, found by Newton's method from a start.
 
-        None where a sample lies in between, they are not stable, or it fails.
+        None if the method fails, or if a sample of the profile lies between the start and where
+        they rest: lines are to stop at the first equilibrium, and there may be one before it.
         """
         found = gap_at_rest(self.rests, np.array(start), depth, direction)
         if found is None:
@@ -300,8 +395,25 @@ class EquilibriumFinder:
     def _further(self, q: float, p: float, step: Pair, depth: float, direction: int) -> Pair:
         """The lines of a gap further on in the same direction, in growing steps of the faster one.
 
-        Where an equilibrium has just disappeared they would pass its place by ever smaller ones.
-        The other line is at rest meanwhile, and no step leaves the first beyond where it rests.
+        Where an equilibrium has just disappeared, lines that move in turns would pass its place by
+        very many small steps. Here the faster line steps on, each time `further` times as far, and
+        the other line comes to rest beside it. It ends before a step that would pass a sample or
+        the other line, on which the faster line would rest, or beside which the other one rests
+        nowhere.
+
+        Parameters
+        ----------
+        q, p : float
+            The left and the right line [length].
+        step : tuple of float
+            How far each has just moved towards +x [length].
+        depth, direction
+            As of `_alternated`.
+
+        Returns
+        -------
+        tuple of float
+            The left and the right line [length]; q and p themselves if no step was possible.
         """
         side = 1 if abs(step[0]) >= abs(step[1]) else -1
         own, other = (q, p) if side > 0 else (p, q)
@@ -312,6 +424,7 @@ class EquilibriumFinder:
             passed = self.rests.profile.beyond(own, x)
             if passed.stop > passed.start or side * (other - x) <= 0:
                 break
+            # As far as which the other line may move: to the first one, or away from it.
             limit = x if direction > 0 else side * math.inf
             stop = self._first_zero(-side, other, limit, x, depth, direction, exact=True)
             if stop is None or self._rests_on_step(side, (own, x), (other, stop), depth, direction):
@@ -323,7 +436,11 @@ class EquilibriumFinder:
     def _rests_on_step(
         self, side: int, line: Pair, other: Pair, depth: float, direction: int
     ) -> bool:
-        """Whether a line rests on a step, with the other line moving with it; both from and to."""
+        """Whether the line on this side would rest somewhere on a step of both lines.
+
+        `line` and `other` are where it and the facing line step from and to; both are read at the
+        same parts of their steps.
+        """
         x = line[0] + (line[1] - line[0]) * _ALONG
         facing = self.rests.at(other[0] + (other[1] - other[0]) * _ALONG)
         f = self.rests.profile.indenter.height(x)

@@ -2,9 +2,26 @@
 
 The first place along the profile where a function is no longer negative: it is read at the
 samples of the resolved profile, at corners on either side, until it is. Between samples a maximum
-is looked for wherever one could reach 0, so that a stop is not missed next to where it disappears.
+is looked for wherever one could reach 0, so that a zero is not missed next to where it disappears.
 
 The lines of a gap, each of which feels the other one, are found by Newton's method.
+
+Conventions
+-----------
+D is the depth at which a contact line would be in equilibrium, d the depth of the indenter, both
+positive down into the layer [length]. A line advances, outwards of its contact and into the free
+surface, where D < d, and recedes where D > d. `direction` is 1 where lines advance, -1 where they
+recede; so `direction · (D - d)` is negative while a line moves, and not negative where it stops.
+
+Here `side` is the sense of the search along x: 1 towards larger x, -1 towards smaller x. The lines
+of a gap are an array (2,): the left line, whose contact is on its left and which advances towards
++x, and the right one, which advances towards -x; `SIDES` is (1, -1), their directions of advance.
+
+`Resolved` is the profile with samples between which nothing is missed; a corner stands twice among
+them, first with the slope on its left. Its `one_sided(x, side)` gives height and slope, at a corner
+those on the right (1) or on the left (-1); `past(x, side)` moves a place at the edge of a pattern
+of adhesion by one rounding to that side. `RestDepths` gives D of lines, `ahead` just ahead of them
+in the direction in which they move; `noise` is what D may be off by; `size` is that of depths.
 """
 
 from __future__ import annotations
@@ -22,7 +39,9 @@ from discretization.profile import Resolved
 from discretization.roots import bracketed, bracketed_minimum
 from energy.arrays import Array, Mask
 
-Function = Callable[..., Any]  # of x, numbers or arrays, and f(x) and f'(x) if they are known
+# h(x, f, f1) or h(x): values at places x, numbers or arrays; with the height f and the slope f1 of
+# the profile there where they are known, as at a corner; otherwise h reads them itself.
+Function = Callable[..., Any]
 
 
 class SearchRules(NamedTuple):
@@ -93,7 +112,7 @@ _NEWTON = NewtonRules()
 
 
 class Samples(NamedTuple):
-    """Places (n,) in the order in which they are passed, corners twice, and the function there.
+    """Places in the order in which the search passes them, corners twice, and the function there.
 
     Attributes
     ----------
@@ -105,7 +124,7 @@ class Samples(NamedTuple):
     values: Array
 
     def followed_by(self, x: Any, values: Any) -> Samples:
-        """These and further ones."""
+        """These samples and the ones that are passed after them."""
         return Samples(np.append(self.x, x), np.append(self.values, values))
 
 
@@ -121,13 +140,14 @@ def first_zero(
         h(x, f, f1): its values at places with these heights and slopes of the profile, which h(x)
         reads itself.
     ends : tuple of float
-        Start and limit of the search, in this order [length].
+        Start and limit of the search, in this order, which gives its sense [length]. The start is
+        finite; the limit may be infinite.
     closed : bool
         Whether the limit itself is searched, too; it is not where another line is.
     exact : bool
         Whether the zero itself is needed; otherwise it is a place just before it.
     tie : float
-        What h may be less than 0 by at the start.
+        What h may be less than 0 by at the start, where it counts as 0 all the same.
 
     Returns
     -------
@@ -136,10 +156,12 @@ def first_zero(
     """
     start, limit = ends
     side = 1 if limit > start else -1
+    # The start is read on the side that is searched, the limit on the side it is reached from.
     value = float(h(profile.past(start, side), *profile.one_sided(np.array(start), side)))
     if value >= -tie:
         return start
     samples = _samples(profile, start, limit, side)
+    # The first entry is no sample: it says that the start is one, see `_peaks`.
     last_read = Samples(np.array([start, start]), np.array([-math.inf, value]))
     first = 0
     size = _SEARCH.block
@@ -159,9 +181,19 @@ def first_zero(
 
 
 def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
-    """x, f and f' (3, n) of the samples strictly between, in the order in which they are passed.
+    """x, f and f' (3, n) of places strictly between, in the order in which they are passed.
 
-    There are some more where these are few, and next to the limit.
+    They are the samples of the profile. Where the limit is finite, another line may be there,
+    beside which D varies more than the profile does: there are further places between the last
+    sample and the limit, ever closer to it, and evenly spaced ones where the samples are few.
+
+    Parameters
+    ----------
+    profile : Resolved
+    start, limit : float
+        Ends of the search [length].
+    side : {1, -1}
+        1 where it goes towards larger x.
     """
     own = profile.beyond(start, limit)
     found = np.array([profile.x[own], profile.f[own], profile.slope[own]])[:, ::side]
@@ -181,26 +213,34 @@ def _samples(profile: Resolved, start: float, limit: float, side: int) -> Array:
 
 
 def _among(h: Function, samples: Samples, exact: bool) -> float | None:
-    """The stop among samples, the first of which is negative, or a place before it."""
+    """The first zero among samples, or a place just before it; None if h does not reach 0.
+
+    h is negative at the first sample. It reaches 0 between two samples of different signs, or
+    before them next to a sample that is higher than its neighbours.
+    """
     x, values = samples
-    stops = np.flatnonzero(values >= 0)
-    end = int(stops[0]) if stops.size else values.size
+    not_negative = np.flatnonzero(values >= 0)
+    end = int(not_negative[0]) if not_negative.size else values.size
     for i in _peaks(x[: end + 1], values[: end + 1]):
         found = _beside_peak(h, x[i - 1 : i + 2].tolist(), exact)
         if found is not None:
             return found
-    if not stops.size:
+    if not not_negative.size:
         return None
     inside, outside = x[end - 1 : end + 1].tolist()
-    if inside == outside or not exact:
+    if inside == outside or not exact:  # between both sides of a corner lies no other place
         return inside
-    # at a corner h is known on the side that belongs to this interval
+    # At a corner the samples have h on the side of this interval, which h(x) may not have.
     known = {inside: float(values[end - 1]), outside: float(values[end])}
     return bracketed(lambda z: known[z] if z in known else float(h(z)), inside, outside)
 
 
 def _beside_peak(h: Function, places: list[float], exact: bool) -> float | None:
-    """The stop around a sample that is higher than both others, if h reaches 0 there."""
+    """The zero around a sample at which h is higher than beside it; None if h stays negative.
+
+    `places` are three neighbouring samples in the order in which they are passed, the highest of
+    them the middle one. Its zero is the one before the maximum, at which the search comes by first.
+    """
     before, middle, beyond = places
     # Between samples on both sides of an edge of a pattern lies no maximum.
     if abs(beyond - before) <= ULPS * math.ulp(before):
@@ -208,6 +248,8 @@ def _beside_peak(h: Function, places: list[float], exact: bool) -> float | None:
     top, lowest = bracketed_minimum(lambda z: -h(z), before, beyond, 0.0, reach=_SEARCH.may_rise)
     if lowest > 0:
         return None
+    # h is negative at all three places, so that the zero lies between the last of them before the
+    # top and the top.
     inside = middle if abs(top - before) > abs(middle - before) else before
     return bracketed(h, inside, top) if exact else inside
 
@@ -216,11 +258,22 @@ def _peaks(x: Array, values: Array) -> list[int]:
     """Numbers of samples not less than their neighbours, beside which a maximum could reach 0.
 
     It could where the value at the sample, raised by `may_rise` times the change to the next ones,
-    is not negative. The first sample is a start, before which the value is -∞; it may be as high as
-    the second one, so that the change after that counts, too.
+    is not negative. Before the start of the search the value is -∞. The start may be as high as the
+    sample after it, with the maximum between them; so the change after that one counts, too.
+
+    Parameters
+    ----------
+    x, values : ndarray (n,)
+        Places in the order in which they are passed, and values there.
+
+    Returns
+    -------
+    list of int
+        Between 1 and n - 2: a sample with both neighbours.
     """
     steps = np.abs(np.diff(values))
     steps[~np.isfinite(steps)] = 0.0
+    # The largest change of the two intervals at each inner sample, and of the one after these.
     change = np.maximum(steps[:-1], steps[1:])
     change[:-1] = np.maximum(change[:-1], steps[2:])
     before = values[:-2]
@@ -228,8 +281,10 @@ def _peaks(x: Array, values: Array) -> list[int]:
     after = values[2:]
     reaches_zero = (middle < 0) & (middle + _SEARCH.may_rise * change >= 0)
     top = (middle >= before) & (middle >= after) & reaches_zero
+    # Of the two samples at a corner neither is a top: nothing lies between them, and towards the
+    # other interval h continues from a value of its own.
     is_start = np.isinf(before)
-    corner = np.diff(x) == 0  # nothing lies between its two sides
+    corner = np.diff(x) == 0
     top &= (is_start | ~corner[:-1]) & ~corner[1:]
     return (np.flatnonzero(top) + 1).tolist()
 
@@ -245,7 +300,7 @@ def gap_at_rest(rests: RestDepths, lines: Array, depth: float, direction: int) -
     lines : ndarray (2,)
         Where the left and the right line are [length].
     depth : float
-        [length].
+        d, at which they are to rest [length].
     direction : {1, -1}
         1 where lines advance, -1 where they recede.
 
@@ -255,10 +310,10 @@ def gap_at_rest(rests: RestDepths, lines: Array, depth: float, direction: int) -
         [length]. None if the method fails, the lines are not stable, one of them moves back by more
         than rounding, or one that has stayed would have to move in the end.
     """
-    free = direction * (rests.ahead(lines[None], direction)[0] - depth) < 0
-    if not free.any():
+    moves = direction * (rests.ahead(lines[None], direction)[0] - depth) < 0
+    if not moves.any():
         return lines
-    newton = _GapNewton.of(rests, lines, depth, direction, free)
+    newton = _GapNewton.of(rests, lines, depth, direction, moves)
     outcome = Step.MOVES
     for _ in range(_NEWTON.most_steps):
         outcome = newton.step()
@@ -269,13 +324,16 @@ def gap_at_rest(rests: RestDepths, lines: Array, depth: float, direction: int) -
     x = newton.x
     noise = float(rests.noise(x[None])[0])
 
+    # How far a line may move since D is off by `noise`; one at which D is flat says nothing.
     with np.errstate(divide="ignore", invalid="ignore"):
-        uncertain = noise / np.abs(np.diagonal(newton.rates)).min()
-    back = direction * (lines - x) * SIDES
-    if (back > _NEWTON.back * newton.size + np.nan_to_num(uncertain, posinf=0.0)).any():
+        off_by_noise = noise / np.abs(np.diagonal(newton.rates)).min()
+    back = direction * (lines - x) * SIDES  # how far each has moved against the direction
+    if (back > _NEWTON.back * newton.size + np.nan_to_num(off_by_noise, posinf=0.0)).any():
         return None
+    # A line that has stayed rests beside the other one's new place only if D >= d there, too (or
+    # D <= d where lines recede).
     missing = direction * (depth - rests.ahead(x[None], direction)[0])
-    if (~free & (missing > _NEWTON.even * rests.size + noise)).any():
+    if (~moves & (missing > _NEWTON.even * rests.size + noise)).any():
         return None
     return x
 
@@ -295,27 +353,28 @@ class _GapNewton:
     Attributes
     ----------
     rests : RestDepths
-        What knows D.
+        Gives D of both lines and its derivatives.
     depth : float
-        The depth at which they are to rest [length].
+        d, the depth at which they are to rest [length].
     direction : {1, -1}
         1 where lines advance, -1 where they recede.
     free : ndarray of bool (2,)
         Which lines move.
     room : ndarray (2, 2)
-        Between which places the lines move: the least ones, and the largest ones.
+        Between which places the lines move without passing a corner: in the first row the least
+        places of both, in the second one the largest [length].
     size : float
-        Of positions [length].
+        Of positions, of which their rounding is a part: both distances from 0, and l [length].
     x : ndarray (2,)
-        Where the lines are.
+        Where the lines are [length].
     rates : ndarray (2, 2)
-        Changes of D of both lines with both.
+        Derivatives of D of the left and the right line (rows) by both positions (columns).
     last : float
-        The last step.
+        The last step, the larger one of both lines; inf before the first [length].
     slow : int
         How many steps have shrunk too little.
     near : bool
-        Whether D changes with the lines as it did at the step before.
+        Whether the rates may be kept for the next step, since the lines hardly moved.
     """
 
     rests: RestDepths
@@ -334,25 +393,25 @@ class _GapNewton:
     def of(
         cls, rests: RestDepths, lines: Array, depth: float, direction: int, free: Mask
     ) -> _GapNewton:
-        """From these lines on."""
+        """The method before its first step from these lines, each moved into its room."""
         room = rests.between_corners(lines[None], direction)[:, 0]
         x = np.where(free, np.clip(lines, *room), lines)
         size = float(np.abs(lines).sum() + rests.length)
         return cls(rests, depth, direction, free, room, size, x, np.zeros((2, 2)))
 
     def step(self) -> Step:
-        """One step of both lines.
+        """One step of both lines, at most to the ends of their room.
 
-        It fails if the lines meet, are not stable, want to pass a corner at which they already
-        are, or if too many steps have shrunk too little.
+        It fails if the lines meet, are not stable, would pass a corner at which they already are,
+        or if too many steps have shrunk too little.
         """
-        excess = np.where(self.free, self._read() - self.depth, 0.0)
+        excess = np.where(self.free, self._read() - self.depth, 0.0)  # D - d
         target = self.x - solved(self.rates[None], excess[None], self.free[None])[0]
         new = np.where(self.free, np.clip(target, *self.room), self.x)
         with np.errstate(invalid="ignore"):
             step = float(np.where(self.free, np.abs(new - self.x), 0.0).max())
 
-        # A line that would pass a corner does not rest there, unless its D is off by rounding.
+        # A line that would pass a corner does not rest there, unless D - d is rounding.
         noise = self.rests.noise(self.x[None])[0]
         is_exact = np.abs(excess) <= _NEWTON.even * self.rests.size + noise
         beyond_room = (target < self.room[0]) | (target > self.room[1])
@@ -364,10 +423,13 @@ class _GapNewton:
         self.slow += step > _NEWTON.shrinks * self.last
         is_too_slow = not rests and self.slow > _NEWTON.patience
         fails = is_stuck or is_too_slow or not math.isfinite(step) or not new[0] < new[1]
-        if not fails:  # only where lines are stable at every step do they lead to this equilibrium
+        if not fails:
+            # Lines that pass places where they are not stable have passed another equilibrium.
             fails = not stable(self.rates[None], self.free[None])[0]
 
         width = float(new[1] - new[0])
+        # Rates are kept after a step that is small, and so much less than the one before that the
+        # method converges without new ones.
         self.near = step <= min(_NEWTON.local * min(self.size, width), self.last / 8)
         self.last = step
         self.x = new
@@ -376,7 +438,7 @@ class _GapNewton:
         return Step.RESTS if rests else Step.MOVES
 
     def _read(self) -> Array:
-        """D of both lines; its changes are read, too, where they may have changed."""
+        """D of both lines (2,) [length]; sets `rates` as well, unless the last ones are kept."""
         lines = self.x[None]
         if self.near:
             return self.rests.depths(lines, self.direction)[0]
@@ -387,16 +449,17 @@ class _GapNewton:
     def _converged(self, step: float, *, is_rounding: bool) -> bool:
         """Whether this step, after others, is rounding, or the next one will be.
 
-        That is so if the step is at most `still`; if it may be rounding, and is more than half of
-        the last one, so that steps shrink no more; or if step²/(last step), which is the next step
-        of a method that converges quadratically, is at most `still`.
+        That is so if the step is at most `still`; if it may be rounding, and is at least half of
+        the last one, so that steps shrink no more; or if step²/(last step), which is above the next
+        step of a method that converges quadratically, is at most `still`. Every step that has
+        shrunk too little makes four times as much count as what may be rounding.
 
         Parameters
         ----------
         step : float
-            [length].
+            The larger one of both lines [length].
         is_rounding : bool
-            Whether D - d of both lines is, and the step not wider than the gap.
+            Whether D - d of both lines is rounding, and the step not wider than the gap.
 
         Returns
         -------
