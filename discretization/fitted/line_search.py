@@ -35,7 +35,9 @@ from discretization.fitted.zeros import first_zero, gap_at_rest
 from energy.arrays import Array
 
 Pair = tuple[float, float]
-MET = 1e-9  # of l: lines closer than that have met
+# Of l: half the width of the narrowest gap. A gap opens at a corner with its lines so far on both
+# sides of it, and lines of a gap closer than twice that have met.
+MET = 1e-9
 # Of a state's depths: a pull that opens no gap. It passes the certificate, whose tolerance of the
 # condition "opening" is four times as large.
 PULLED = TOLERANCE / 4
@@ -146,8 +148,9 @@ class EquilibriumFinder:
         """The corners between two positions at which a contact opens by itself.
 
         The slope falls there by more than the adhesion holds, and than the pressure does: pressed
-        by kg, a gap of width s opens at a fall of 2 g s/l², and none is shorter than MET. Corners
-        within twice that of the ends do not count, as a gap at one would meet these.
+        by kg, a gap of half-width s is kept open by a fall of 2 g s/l². No s is as small as MET/2
+        of l, for which that is MET g/l. Corners within 2 MET of the ends do not count, as a gap at
+        one would come next to these.
 
         Parameters
         ----------

@@ -6,6 +6,24 @@ once, in any order, if v >= 0 at the end and nothing touched ahead of a line tha
 there a line without adhesion would rest, D₀(z) <= d, before the line itself came by. Else smaller
 steps are tried, until the surface just touches, where a contact begins, or until lines jump at a
 fixed depth: then they are followed from sample to sample.
+
+Conventions
+-----------
+The depth d of the indenter, the rest depth D(x), at which a line at x would be in equilibrium, and
+the displacement u of the surface are positive down into the layer; heights f of the profile count
+upwards. The profile stands at g = d - f, and in contact u = g. The clearance v = u - g is negative
+where the profile has penetrated the surface. All are lengths; δ₀ = √(2w/k) is
+`Scene.critical_separation`.
+
+A free surface is given by its left and right line (q, p), with -inf and inf where it has none. The
+result of pressing is a flat tuple (left, right, left, right, ...) of the lines of all surfaces that
+are left, in the order of x. `side` is 1 for the left line, which advances towards +x, and -1 for
+the right one, which advances towards -x. Only direction 1, advancing, occurs here.
+
+`EquilibriumFinder.advance` moves both lines to the first places where they rest at a depth, None if
+they meet; its `line` moves one of them. `RestDepths.rest_depth` is D; `RestDepths.at` is a line
+with the height of the profile there, None at infinity; `Resolved.beyond(a, b)` is the slice of the
+samples of the profile strictly between two places.
 """
 
 import math
@@ -61,14 +79,15 @@ MOST_CHANGES = 100_000
 
 
 class Advance(NamedTuple):
-    """What a free surface is at a depth to which it was pressed.
+    """What has become of a free surface that was pressed, up to the first event.
 
     Attributes
     ----------
     parts : list of pairs of float
-        The lines of the surfaces it has fallen into [length]; empty if it has closed.
+        The left and the right line of each surface that it has become, from left to right [length]:
+        one if nothing has happened, two where a contact has begun, none if it has closed.
     depth : float
-        Where they are so [length].
+        The depth that was reached [length].
     rests : bool
         Whether that is the depth to which it was to be pressed.
     """
@@ -82,22 +101,24 @@ class Advance(NamedTuple):
 class _Steps:
     """Which depth is tried next between one that was reached and one that was not.
 
-    The clearance is followed to where it is -`touched`/2, at which a contact begins. As far as it
-    is known at both depths, the next one is the zero of the straight line through both, with the
-    Illinois rule: a value that stays is halved when its end stays for a second time (M. Dowell, P.
-    Jarratt, BIT 11 (1971) 168). Else the interval is halved. After `try_again` steps in a row that
-    passed, the larger depth itself is tried again.
+    The clearance is followed to where it is -`touched`/2 of the size of depths, in the middle of
+    the range in which a contact begins. As far as it is known at both depths, the next one is the
+    zero of the straight line through both, with the Illinois rule: a value that stays is halved
+    when its end stays for a second time (M. Dowell, P. Jarratt, BIT 11 (1971) 168). Else the
+    interval is halved. After `try_again` steps in a row that passed, the larger depth itself is
+    tried again, unless something is known to happen before it.
 
     Attributes
     ----------
     size, end : float
         Size of depths, and the depth that is to be reached [length].
     low, high : float
-        The depths that was and was not reached [length]: between them something happens, or a
-        step so long is not conclusive.
+        The depth that was reached and the one that was not [length]: between them something
+        happens, or a step so long is not conclusive.
     room, dip : float
-        The clearances at `low` and `high` above that at which a contact begins [length]; nan where
-        it is not known. Halved by the Illinois rule.
+        The clearances at `low`, where it is positive, and at `high`, where it is negative or nan
+        where it is not known [length]; that of `low` counts from the one at which a contact begins.
+        Halved by the Illinois rule.
     run : int
         How many steps in a row have passed or, if negative, have not.
     """
@@ -111,7 +132,11 @@ class _Steps:
     run: int = _RULES.try_again
 
     def passed(self, depth: float, clearance: float) -> None:
-        """Record that nothing has happened up to this depth, where the clearance is this."""
+        """Record that nothing has happened up to this depth, where the clearance is this.
+
+        It is then the lower end of the interval. Where the higher end stays for a second time, its
+        value is halved.
+        """
         self.room = clearance + _RULES.touched / 2 * self.size
         if self.run > 0:
             self.dip /= 2
@@ -119,7 +144,11 @@ class _Steps:
         self.run = max(self.run, 0) + 1
 
     def failed(self, depth: float, clearance: float) -> None:
-        """Record that something has happened before this depth, or may have."""
+        """Record that something has happened before this depth, or may have.
+
+        It is then the higher end of the interval; the clearance is nan where the lines do not say.
+        Where the lower end stays for a second time, its value is halved.
+        """
         if self.run < 0:
             self.room /= 2
         self.dip = clearance
@@ -128,7 +157,7 @@ class _Steps:
 
     def following(self) -> float:
         """The depth to try next."""
-        if self.low == self.high:
+        if self.low == self.high:  # the higher end has been reached: go for the whole rest
             self.high = self.end
             self.dip = math.nan
             self.run = _RULES.try_again
@@ -136,18 +165,19 @@ class _Steps:
         try_again = math.isnan(self.dip) and self.run >= _RULES.try_again
         if try_again or self.high - self.low <= _RULES.least_step * self.size:
             return self.high  # a step from so near may be conclusive
+        # The zero of the straight line, the middle where a clearance is not known.
         part = float(np.nan_to_num(self.room / (self.room - self.dip), nan=0.5))
         return self.low + (self.high - self.low) * part
 
 
 @dataclass(frozen=True, eq=False)
 class PressedSurface:
-    """What moves the lines of a free surface as the indenter is pressed.
+    """Moves the lines of one free surface as the indenter is pressed.
 
     Attributes
     ----------
     search : EquilibriumFinder
-        Where its lines come to rest at a depth.
+        Finds where its lines come to rest at a depth.
     """
 
     search: EquilibriumFinder
@@ -165,7 +195,7 @@ class PressedSurface:
         Returns
         -------
         tuple of float
-            [length], two for each surface that is left.
+            Two for each surface that is left, (left, right, left, right, ...) [length].
 
         Raises
         ------
@@ -174,6 +204,7 @@ class PressedSurface:
         ValueError
             If a line leaves the known profile.
         """
+        # Surfaces are worked off from left to right, as the last one of `todo` comes next.
         done: list[float] = []
         todo = [(left, right, start)]
         for _ in range(MOST_CHANGES):
@@ -192,13 +223,25 @@ class PressedSurface:
         It has passed a depth if its lines have come to rest there, nothing was overtaken, and it
         clears the indenter. It has touched where the penetration is at most `touched` of the size
         of depths. Once steps are as short as `least_step`, lines jump or meet at that depth.
+
+        Parameters
+        ----------
+        q, p : float
+            The left and the right line, at rest at the depth `start` [length].
+        start, end : float
+            Depths [length].
+
+        Raises
+        ------
+        UnknownProfile, a ValueError
+            If the line of a tail leaves the known profile.
         """
         size = self.search.rests.size
         steps = _Steps(size, end, low=start, high=end)
         depth = start
         for _ in range(MOST_CHANGES):
             moved = self.search.advance(q, p, depth)
-            clearance = math.nan
+            clearance = math.nan  # where lines meet, or may have come too late for a touch
             place = math.nan
             if moved and not self.overtakes(q, p, moved, steps.low, depth):
                 clearance, place = self.least_clearance(moved, depth)
@@ -211,7 +254,7 @@ class PressedSurface:
                 touched = [(moved[0], place), (place, moved[1])]
                 return Advance(touched, depth, rests=False)
             elif depth - steps.low <= _RULES.least_step * size:
-                if moved is None and math.isinf(q - p):
+                if moved is None and math.isinf(q - p):  # a tail whose line rests nowhere
                     edge = float(self.search.rests.profile.x[0 if math.isinf(q) else -1])
                     raise unknown(depth, edge)
                 return Advance(pairs(self._creeping(q, p, depth, moved)), depth, rests=False)
@@ -225,8 +268,10 @@ class PressedSurface:
 
         It has touched at z before the line came by if D₀(z), the rest depth without adhesion, is
         not more than the depth at which the line passed z. Of the other line's places, before and
-        now, that is taken which lets this happen earlier. Without adhesion the state does not
-        depend on the path: then the criterion is whether the profile pulls there at the end.
+        now, the one is taken with which this is the more likely: contact lowers the depths at which
+        others begin, so D of the line is greater beside the old place, and D₀ less beside the new
+        one. Without adhesion the state does not depend on the path: then the criterion is whether
+        the profile pulls there at the end.
 
         Parameters
         ----------
@@ -247,7 +292,10 @@ class PressedSurface:
         )
 
     def _passes_touch(self, side: int, line: Pair, other: Pair, low: float, high: float) -> bool:
-        """`overtakes` for one line, which moves from and to the places in `line`."""
+        """`overtakes` for the line on this side.
+
+        `line` and `other` are where it and the other line of the surface move from and to.
+        """
         rests = self.search.rests
         profile = rests.profile
         own = profile.beyond(*line)
@@ -260,17 +308,33 @@ class PressedSurface:
         f1 = profile.slope[own][::side]
         before, now = other
         resting = rests.rest_depth(side, x, f, f1, rests.at(before), rests.w(1))
+        # A line comes by a sample once it has passed all before it: at the largest of their D, and
+        # no earlier than the depth from which it moves.
         comes_by = np.maximum.accumulate(np.append(low, resting))[:-1]
-        touches = rests.surfaces.rest_depth(side, x, f, f1, rests.at(now), 0.0)
-        return bool((touches <= np.minimum(comes_by, high) - TIE * rests.size).any())
+        touches_at = rests.surfaces.rest_depth(side, x, f, f1, rests.at(now), 0.0)  # D₀
+        return bool((touches_at <= np.minimum(comes_by, high) - TIE * rests.size).any())
 
     def _creeping(self, q: float, p: float, depth: float, end: Pair | None) -> Lines:
         """The lines of a surface after a jump at a depth: they advance until the surface touches.
 
-        Lines stand on samples in turn, so that a touch in between is not missed; `end` is where
-        they rest if there is none, None if they meet.
+        Lines stand on samples in turn, so that a touch in between is not missed.
+
+        Parameters
+        ----------
+        q, p : float
+            The lines before the jump [length].
+        depth : float
+            d [length].
+        end : tuple of float or None
+            Where they rest after it if the surface does not touch, None if they meet.
+
+        Returns
+        -------
+        tuple of float
+            Lines of the surfaces that are left [length]: four if it has touched, with both new ones
+            at the place where it has; two if not; () if it has closed.
         """
-        if end == (q, p):  # nothing moves: it has touched a little before
+        if end == (q, p):  # nothing moves: the surface has touched a little before this depth
             place = self.least_clearance(end, depth)[1]
             return q, place, place, p
         goal = end or (p, q)
@@ -285,16 +349,32 @@ class PressedSurface:
         return end or ()
 
     def _next_places(self, q: float, p: float, goal: Pair, depth: float) -> list[Pair]:
-        """Where the lines stand next as they move to a goal from sample to sample.
+        """Where both lines stand next, one after the other, as they jump to a goal.
 
-        The left one goes as far as it does beside the other; where it does not, the right one; and
-        both to the next sample where neither does.
+        The left line moves from sample to sample as far as it does while the right one stays. If it
+        does not reach its next sample, the right line does likewise; and if neither does, both go
+        to their next samples, which they can only pass together.
+
+        Parameters
+        ----------
+        q, p : float
+            The left and the right line [length].
+        goal : tuple of float
+            Where both end, or (p, q) where they meet [length].
+        depth : float
+            d [length].
+
+        Returns
+        -------
+        list of pairs of float
+            Left and right lines, at least one pair [length].
         """
         profile = self.search.rests.profile
         lefts = profile.x[profile.beyond(q, goal[0])].tolist()
         lefts.append(goal[0])
         rights = profile.x[profile.beyond(p, goal[1])].tolist()[::-1]
         rights.append(goal[1])
+        # An advancing line has no limit but the facing one; None: it rests nowhere before that.
         left_stop = self.search.line(1, q, -math.inf, p, depth, 1, True)
         furthest = math.inf if left_stop is None else left_stop
         steps = [(x, p) for x in lefts if q < x <= furthest]
@@ -322,12 +402,13 @@ class PressedSurface:
         depth : float
             [length].
         exact : bool
-            Whether the value itself is needed.
+            Whether the value itself is needed; otherwise its sign, and its place where negative.
 
         Returns
         -------
         clearance, place : float
-            [length]; ∞ and nan if there is no minimum.
+            v [length], negative where the profile penetrates the surface, and x [length]; inf and
+            nan if there is no minimum.
         """
         rests = self.search.rests
         height = rests.profile.indenter.height
@@ -340,35 +421,56 @@ class PressedSurface:
         x, f, f1 = samples
 
         def surface(z: Array) -> tuple[Array, Array]:
+            """u and u' at places."""
             return rests.surfaces.shape(z, left, right, depth)
 
         u, u1 = surface(x)
         v = u - depth + f
         v1 = u1 + f1
-        v1[0] = max(v1[0], _RULES.tiny) if left else -1.0  # an end without a line may be a minimum
+        # Only the signs of v' at both ends matter, for whether they are minima: at a line v grows
+        # from 0, which is none; an end without a line, the outermost sample, may be one.
+        v1[0] = max(v1[0], _RULES.tiny) if left else -1.0
         v1[-1] = min(v1[-1], -_RULES.tiny) if right else 1.0
         lo, hi, at, bend, clearance, off = minima(x, v, v1)
         may_be_least = clearance - off <= min(0.0, (clearance + off).min(initial=0.0))
-        near = may_be_least & (lo < hi) & (exact | (clearance + off >= 0))
-        if near.any():
-            level = _RULES.level * float(((hi[near] - lo[near]) * bend[near]).min())
-            at[near] = crossings(
+        # Solved for is what is no corner (lo < hi), and of a sign that is not certain.
+        unsolved = may_be_least & (lo < hi) & (exact | (clearance + off >= 0))
+        if unsolved.any():
+            level = _RULES.level * float(((hi[unsolved] - lo[unsolved]) * bend[unsolved]).min())
+            at[unsolved] = crossings(
                 lambda z, _: surface(z)[1] + slope(z),
-                lo[near],
-                hi[near],
-                at[near],
-                bend[near],
+                lo[unsolved],
+                hi[unsolved],
+                at[unsolved],
+                bend[unsolved],
                 level,
             )
-            clearance[near] = surface(at[near])[0] - depth
-            clearance[near] += height(at[near])
+            clearance[unsolved] = surface(at[unsolved])[0] - depth
+            clearance[unsolved] += height(at[unsolved])
         found = zip(clearance.tolist(), at.tolist(), strict=True)
         return min(found, default=(math.inf, math.nan))
 
     def _samples_near(
         self, lines: Pair, left: LinePosition | None, right: LinePosition | None, depth: float
     ) -> Array | None:
-        """x, f and f' (3, n) of samples that the surface may touch, and of both ends; or none."""
+        """Samples that the surface may touch, with those beside them, and both ends.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            The left and the right line, infinite where there is none [length].
+        left, right : LinePosition or None
+            The same with the heights of the profile there.
+        depth : float
+            d [length].
+
+        Returns
+        -------
+        ndarray (3, n) or None
+            x, f and f' from left to right. The first and the last column are the lines, with f' on
+            the side of the surface; without a line the outermost sample a second time. None if no
+            sample is low enough.
+        """
         rests = self.search.rests
         profile = rests.profile
         own = profile.beyond(*lines)
@@ -376,7 +478,7 @@ class PressedSurface:
         low = profile.f[own] <= level + _RULES.higher * rests.scene.opened.critical_separation
         if not low.any():
             return None
-        low[1:] |= low[:-1]  # and the samples beside those
+        low[1:] |= low[:-1]  # and the samples beside those, as the surface may touch in between
         low[:-1] |= low[1:]
         inner = np.array([profile.x[own][low], profile.f[own][low], profile.slope[own][low]])
         ends = np.where(np.isfinite(lines), lines, inner[0, [0, -1]])
@@ -385,5 +487,5 @@ class PressedSurface:
 
 
 def pairs(lines: Sequence[float]) -> list[Pair]:
-    """Lines two by two."""
+    """Lines in a row as pairs: of a surface or of a contact, as the first one is."""
     return list(zip(lines[::2], lines[1::2], strict=True))
