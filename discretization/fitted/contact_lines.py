@@ -6,6 +6,27 @@ neighbouring contacts) do not feel each other, and each is followed by itself. P
 (pressed_surface.py), lines advance to the first place where they rest, a contact begins where the
 free surface touches the profile, and lines that meet close their gap. Retracted, lines recede to
 the first place where they rest, and contacts whose lines meet are gone.
+
+Conventions
+-----------
+The depth d of the indenter, the rest depth D(x), at which a line at x would be in equilibrium, and
+the displacement u of the surface are positive down into the layer, heights f of the profile upwards
+[length]. A line advances where D < d and recedes where D > d.
+
+Lines stand in three layouts. `Lines`, the state, is flat: both ends of every contact, from left to
+right. `free_surface_lines` turns it into pairs of the lines of every free surface, from left to
+right: (-inf, left end of the first contact), (right end of the first, left end of the second), ...,
+(right end of the last, inf). As an array (n, 2) these have the left lines of surfaces in column 0,
+whose contact is on their left and whose `SIDES` is 1, and the right ones in column 1, with -1.
+
+About an axis x is the radius; the left end of a contact around the axis is 0, which is no line.
+
+`RestDepths.ahead(lines, direction)` is D just ahead of lines, with 1 outwards of the contact with
+the adhesion of a contact that closes, with -1 inwards with that of one that opens;
+`RestDepths.noise` is what D may be off by. `EquilibriumFinder.recede` moves both lines of a surface
+to the first places where they rest at a depth; a line that rests nowhere before the other one of
+its contact is then beyond that. `Pull` has the place and the force of where the profile would pull
+at the surface in contact. `LineState` is the evidence of one line for the certificate.
 """
 
 from __future__ import annotations
@@ -30,14 +51,24 @@ from energy.arrays import Array, Mask
 
 
 class LineStateRows(NamedTuple):
-    """Evidence for the certificate, of the lines of free surfaces, as of one line in `LineState`.
+    """Evidence for the certificate, of the left and right lines (columns) of n free surfaces.
+
+    The meaning is that of the attributes of `LineState`, which has one line.
 
     Attributes
     ----------
     free : ndarray of bool (n, 2)
-    closing, bare, opening, moved : ndarray (n, 2)
+        Whether a line is not pinned.
+    closing : ndarray (n, 2)
+        D just outside, of a contact that closes [length].
+    bare : ndarray (n, 2)
+        The same without adhesion.
+    opening : ndarray (n, 2)
+        D just inside, of a contact that opens; -inf for a contact of one point [length].
+    moved : ndarray (n, 2)
+        How far a line moves over what D of both lines is off by.
     stable : ndarray of bool (n,)
-        Of both lines together.
+        Whether D grows outwards, of both lines together.
     """
 
     free: Mask
@@ -50,17 +81,17 @@ class LineStateRows(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ContactLines:
-    """What moves the contact lines of a scene.
+    """Moves the contact lines of a scene as the depth changes.
 
     Attributes
     ----------
     scene : Scene
     profile : Resolved
-        Its profile.
+        Its profile, with the samples that resolve it.
     surfaces : Surfaces
-        Its free surfaces.
+        Its free surfaces, of which lines give energy, forces and shape.
     rests : RestDepths
-        Where lines rest.
+        The depths at which lines rest.
     """
 
     scene: Scene
@@ -70,7 +101,7 @@ class ContactLines:
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, depth: float) -> ContactLines:
-        """What moves the lines of a scene, for depths up to one.
+        """The lines of a scene, for depths up to one.
 
         Parameters
         ----------
@@ -86,7 +117,7 @@ class ContactLines:
         """
         surfaces = surfaces_of(scene)
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
-        size = size or scene.layer.h  # of no adhesion at touching itself
+        size = size or scene.layer.h  # without adhesion, at the depth 0 of first touch
         return cls(scene, profile, surfaces, RestDepths(scene, profile, surfaces, size))
 
     @property
@@ -97,7 +128,7 @@ class ContactLines:
 
     @functools.cached_property
     def pressed_surface(self) -> PressedSurface:
-        """What moves the lines of one free surface."""
+        """Moves the lines of one free surface as the indenter is pressed."""
         return PressedSurface(EquilibriumFinder(self.rests))
 
     def adhered(self, depth: float) -> Lines:
@@ -127,7 +158,7 @@ class ContactLines:
         return self.pressed(lines, touch, depth) if depth >= touch else self.relaxed(lines, depth)
 
     def settled(self, lines: Lines, depth: float) -> Lines:
-        """Lines that are near a state at rest, moved to it.
+        """Lines that are near a state at rest, moved to it: first they recede, then they advance.
 
         Parameters
         ----------
@@ -199,26 +230,26 @@ class ContactLines:
         points = np.isin(x, [left for left, right in pairs(lines) if left == right])
         single = len(lines) == 2 and self.scene.indenter.convex
         found = self.line_state_rows(x, points, single=single)
-        size = np.full_like(x, self.rests.size)
-        stable = np.broadcast_to(found.stable[:, None], x.shape)
-        columns = (
-            x,
-            found.free,
-            found.closing,
-            found.bare,
-            found.opening,
-            size,
-            found.moved,
-            stable,
-        )
-        rows = zip(*(column.ravel().tolist() for column in columns), strict=True)
-        return [LineState(*row) for row in rows if math.isfinite(row[0])]
+        return [
+            LineState(
+                x=float(x[i, j]),
+                free=bool(found.free[i, j]),
+                closing=float(found.closing[i, j]),
+                bare=float(found.bare[i, j]),
+                opening=float(found.opening[i, j]),
+                size=self.rests.size,
+                moved=float(found.moved[i, j]),
+                stable=bool(found.stable[i]),
+            )
+            for i, j in np.argwhere(np.isfinite(x)).tolist()
+        ]
 
     def line_state_rows(self, x: Array, points: Mask, *, single: bool = False) -> LineStateRows:
         """Evidence of the lines of free surfaces.
 
-        D of free lines is off by the rounding of their places, and by that of narrow gaps. Pinned
-        are lines at corners, edges of the body, and beside those of a pattern.
+        A free line is found to a few roundings of its place, and D of the lines of narrow gaps is
+        off by `noise`; both are granted: D is read so far outside of the line and so far inside of
+        it. Pinned are lines at corners, at edges of the body, and at or beside those of a pattern.
 
         Parameters
         ----------
@@ -231,13 +262,13 @@ class ContactLines:
 
         Returns
         -------
-        FeltRows
+        LineStateRows
         """
         rests = self.rests
         free = self._free(x)
         with np.errstate(invalid="ignore"):
             rounding = np.where(free, ULPS * np.spacing(np.abs(x)), 0.0) * SIDES
-        # A contact next to an end of the profile may be narrower than these roundings.
+        # Beyond the known profile nothing can be read; a line may rest within roundings of its end.
         known = self.scene.indenter.extent
         outside = np.where(free, np.clip(x + rounding, *known), x)
         inside = np.where(free, np.clip(x - rounding, *known), x)
@@ -245,14 +276,14 @@ class ContactLines:
         closing = rests.ahead(outside, 1) + noise
         bare = rests.one_sided(SIDES, outside, outside[:, ::-1], 1, 1, adheres=False) + noise
         opening = rests.ahead(inside, -1) - noise
-        opening[points] = -math.inf
+        opening[points] = -math.inf  # a point cannot recede any further
         rates = rests.with_rates(x, rests.between_corners(x, 1), 1)[1]
         rates = np.where(np.isfinite(rates), rates, 0.0)
         moved, stable = rests.condition(rates, free, single=single)
         return LineStateRows(free, closing, bare, opening, moved, stable)
 
     def _free(self, x: Array) -> Mask:
-        """Which lines (n, 2) are not pinned."""
+        """Which lines (n, 2) exist and are not pinned."""
         edges = self.profile.edges
         beside_edges = np.nextafter(edges, -math.inf)
         walls = self.profile.indenter.walls
@@ -260,7 +291,10 @@ class ContactLines:
         return np.isfinite(x) & ~np.isin(x, pinning)
 
     def forces_opening_corners(self, corners: Array) -> Array:
-        """Forces that would open contacts at corners, beyond what lines hold there.
+        """Forces that would open contacts at corners, beyond what adhesion holds there.
+
+        A gap opens where the slope falls by more than the kinks of its two lines hold; γ₁ times a
+        slope is a force per length.
 
         Parameters
         ----------
@@ -275,7 +309,7 @@ class ContactLines:
         return self.scene.gamma1 * (self.profile.falls(self.scene.slopes) - self.holds(corners))
 
     def opening(self, lines: Lines, depth: float) -> list[float]:
-        """Forces that would open contacts: where they do not adhere, and at corners.
+        """Forces that would open contacts: where they do not adhere, and at corners inside them.
 
         Parameters
         ----------
@@ -287,7 +321,7 @@ class ContactLines:
         Returns
         -------
         list of float
-            [force/length].
+            [force/length]; 0 or negative where nothing opens.
         """
         scene = self.scene
         search = self.pressed_surface.search
@@ -297,14 +331,14 @@ class ContactLines:
         forces = [unit * search.pull(*part, depth).force for part in without_adhesion]
         corners = self.profile.corners
         if corners.size and not scene.indenter.convex:
-            # Inside a contact, not at its end, is a corner with odd numbers of lines to its left,
-            # lines at the corner itself counted or not.
+            # A corner is inside a contact, and not at its end, if the number of lines to its left
+            # is odd, whether lines at the corner itself are counted or not.
             inside = np.searchsorted(ends, corners) & np.searchsorted(ends, corners, "right")
             forces += self.forces_opening_corners(corners)[inside % 2 == 1].tolist()
         return forces
 
     def first(self) -> Lines:
-        """The state at first touch."""
+        """The state at first touch, where the first contact has spread from the lowest point."""
         touch = self.profile.touch
         lowest = self.profile.lowest
         return self.pressed((lowest, lowest), touch, touch)
@@ -312,19 +346,45 @@ class ContactLines:
     def pressed(self, lines: Lines, start: float, end: float) -> Lines:
         """Lines at rest at the depth `start`, taken to the depth `end` >= start.
 
-        Where a contact begins is known to a tolerance (pressed_surface.py): lines that went too far
-        for it recede.
+        The depth at which a contact begins is known to a tolerance (pressed_surface.py). Lines that
+        have advanced a little too far since it began too early recede in the end.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of every contact [length].
+        start, end : float
+            [length].
+
+        Returns
+        -------
+        tuple of float
+            [length].
         """
         found: list[float] = []
         for pair in free_surface_lines(lines):
             found += self.pressed_surface.advance(*pair, start, end)
-        return self.relaxed(tuple(found[1:-1]), end)
+        of_contacts = found[1:-1]  # without the lines of the tails at infinity
+        return self.relaxed(tuple(of_contacts), end)
 
     def relaxed(self, lines: Lines, depth: float) -> Lines:
         """Lines that recede as far as they must, and gaps that open.
 
         Gaps open inside contacts without a barrier: at a corner at which the slope falls by more
-        than two lines hold, and without adhesion where the profile would pull at the surface.
+        than two lines hold, and without adhesion where the profile would pull at the surface. Each
+        that opens may let others open; it ends where none does.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Both ends of every contact [length].
+        depth : float
+            d [length].
+
+        Returns
+        -------
+        tuple of float
+            [length].
         """
         lines = self.retracted(lines, depth)
         for _ in range(MOST_CHANGES):
@@ -338,7 +398,11 @@ class ContactLines:
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _opening_gap(self, left: float, right: float, depth: float) -> Lines:
-        """The lines of a gap that opens in a contact by itself; () if nowhere."""
+        """The left and the right line of a gap that opens in a contact by itself; () if none does.
+
+        The contact has its ends at `left` and `right`. Of several gaps it is one; the others follow
+        when the parts of the contact are looked at again.
+        """
         search = self.pressed_surface.search
         torn = search.opening_corners(left, right, depth, self.holds(self.profile.corners))
         if torn.size:
@@ -352,8 +416,10 @@ class ContactLines:
         return ()
 
     def holds(self, x: Array) -> Array:
-        """The kinks that both lines of a closed gap hold: 2 √(2w/γ₁), or as angles with finite
-        slopes.
+        """By how much the slope may fall at a corner in contact before a gap opens there.
+
+        Each of the two lines that would begin there holds a kink √(2w/γ₁) against opening, so it is
+        2 √(2w/γ₁); with finite slopes an angle β with 2γ₁ sin²(β/2) = w, 2 · 2 arcsin √(w/2γ₁).
 
         Parameters
         ----------
@@ -363,6 +429,7 @@ class ContactLines:
         Returns
         -------
         ndarray (n,)
+            Differences of slopes, or angles [rad].
         """
         w = self.scene.opened.work_of_adhesion
         pattern = self.scene.pattern
@@ -371,8 +438,9 @@ class ContactLines:
             on_left = pattern.factor(np.nextafter(x, -math.inf))
             on_right = pattern.factor(np.nextafter(x, math.inf))
             least = np.minimum(on_left, on_right)
-        half = np.sqrt(w * least / (2 * self.scene.gamma1))
-        return 4 * half if self.scene.slopes == "small" else 4 * np.arcsin(half)
+        # √(2w/γ₁) = 2 sine, with the sine of β/2.
+        sine = np.sqrt(w * least / (2 * self.scene.gamma1))
+        return 4 * sine if self.scene.slopes == "small" else 4 * np.arcsin(sine)
 
     def bare(self, contacts: Array) -> list[Pair]:
         """The parts of contacts that do not adhere: all where w = 0, or bare patches of a pattern.
@@ -404,7 +472,10 @@ class ContactLines:
         return found
 
     def retracted(self, lines: Lines, depth: float) -> Lines:
-        """Lines taken to a smaller depth, without the contacts that are lost.
+        """Lines that have receded as far as they must at a depth, without the contacts lost.
+
+        A contact that is lost changes the free surfaces beside it, so that others may have to
+        recede further; it ends where none is lost any more.
 
         Parameters
         ----------
@@ -427,7 +498,11 @@ class ContactLines:
         return lines
 
     def _receded(self, lines: Lines, depth: float) -> Lines:
-        """Lines after each has receded as far as it must; those of a contact may cross."""
+        """Lines after those of each surface have receded as far as they must; same layout.
+
+        Where no line of a surface has to recede both stay as they are, to the last bit. Lines of a
+        contact that is lost have crossed: its left one is then greater than its right one.
+        """
         surfaces = np.array(free_surface_lines(lines))
         contacts = free_surface_lines((-math.inf, *lines, math.inf))
         behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
@@ -440,7 +515,11 @@ class ContactLines:
         return tuple(surfaces.ravel().tolist()[1:-1])
 
     def _closed(self, lines: Lines) -> Lines:
-        """Lines of contacts that are left: those at a corner remain there where they cross."""
+        """Lines without contacts whose lines have crossed.
+
+        Where one of these lines is at a corner or an edge of the body, a contact of that point is
+        left, as D jumps there and may hold it; `unpulled` judges whether it does.
+        """
         sharp = [*self.profile.corners, *self.profile.indenter.walls]
         kept: list[float] = []
         for left, right in pairs(lines):
@@ -473,7 +552,18 @@ class ContactLines:
         return tuple(kept)
 
     def _pulled(self, x: float, beside: Pair, depth: float) -> bool:
-        """Whether a contact of one point is pulled: the surface without it is clear there."""
+        """Whether a contact of one point is pulled: the surface without it is clear there.
+
+        Parameters
+        ----------
+        x : float
+            Where it is [length].
+        beside : tuple of float
+            The lines of the surface without it: the next ones on its left and on its right,
+            infinite where there is none [length].
+        depth : float
+            d [length].
+        """
         left, right = (self.rests.at(end) for end in beside)
         u, _ = self.rests.surfaces.shape(np.array(x), left, right, depth)
         f = float(self.profile.indenter.height(x))

@@ -15,6 +15,19 @@ Beside an apex that is all but a tip, f = c |x|ⁿ with n next to 1, a line may 
 There it is looked for in log |x|. Nearer than doubles resolve D jumps past d at the apex itself:
 the contact is that one point, P = 2kl (d - f), and holds like a wider one as long as D there, where
 f' = 0, is less than d.
+
+Conventions
+-----------
+The depth d, the rest depth D and the displacement u of the surface are positive down into the
+layer, heights f of the profile upwards [length]; P is the force per length of a line contact, or
+the force about an axis, positive where the indenter is pressed. l is the elastocapillary length,
+δ₀ = √(2w/k) the critical separation.
+
+`side` is 1 for the right line of the contact, whose contact is on its left, and -1 for the left
+one; outwards is the direction `side` along x. About an axis x is the radius, and the right line is
+the only one. `beside` says where the slope at x is read: 1 just outwards of the contact, -1 just
+inwards, 0 or None at x itself. `Surfaces.rest_depth` is D of lines with given heights and slopes;
+`past_wall` is whether lines are at the edge of the body, so that there is nothing `beside` them.
 """
 
 from __future__ import annotations
@@ -96,12 +109,12 @@ DEEPEST_POWER = 30.0
 # turn over at once, and a state without contact is not known to exist.
 UNDECIDED = 1e-7
 
-Excess = Callable[[float], float]  # D - d of a line at a position
+Excess = Callable[[float], float]  # D - d of a line at a position: positive where it would recede
 
 
 @dataclass(frozen=True, eq=False)
 class SingleContact:
-    """The one contact of a scene.
+    """Finds the lines of the one contact of a scene.
 
     Attributes
     ----------
@@ -137,7 +150,7 @@ class SingleContact:
 
     @property
     def sides(self) -> tuple[int, ...]:
-        """-1 for the left line and 1 for the right one; about an axis there is only one line."""
+        """-1 for the left line and 1 for the right one; about an axis only the right one."""
         return (1,) if self.scene.axisymmetric else (-1, 1)
 
     def size(self, *depths: float) -> float:
@@ -176,7 +189,7 @@ class SingleContact:
         return np.where(past_wall(indenter, x, side, beside), np.copysign(math.inf, beside), found)
 
     def solve(self, side: int, x: float, depth: float) -> Free:
-        """The free surface beyond a line.
+        """The tail of the free surface beyond the line on this side, at x [length].
 
         Raises
         ------
@@ -225,10 +238,12 @@ class SingleContact:
 
     @functools.cached_property
     def tip(self) -> float:
-        """Least distance of a line from the apex that is distinct from 0; 0 where lines get there.
+        """Least distance of a line from the apex that is distinct from 0 [length].
 
-        Lines get to a corner, to an axis, and to an apex beside which the slope does not change, as
-        at a kink nobody declared.
+        It is 0 where lines get to the apex itself: at a corner, at an end of the profile, at an
+        axis, and where the slope does not fall towards 0 beside the apex, as at a kink that nobody
+        declared. The slope is compared at the least distance and half of the orders of magnitude
+        further out, up to the radius nearer than which D is looked for by logarithms.
         """
         scene = self.scene
         indenter = scene.indenter
@@ -261,17 +276,17 @@ class SingleContact:
             Pinned are lines at corners, and at the axis.
         """
         start, end = lines
-        of_sides = lines[-len(self.sides) :]
+        of_sides = lines[-len(self.sides) :]  # about an axis only the right one
         return [
             self._line_state(side, x, end - start, depth)
             for side, x in zip(self.sides, of_sides, strict=True)
         ]
 
     def _line_state(self, side: int, x: float, width: float, depth: float) -> LineState:
-        """Evidence of one line, on this side of a contact of this width.
+        """Evidence of one line at x, on this side of a contact of this width [length].
 
-        Depths D at which it would advance and recede, the size of the terms they consist of, and
-        dD/dx outwards, which says how firmly it rests.
+        It consists of the depths D at which the line would advance and recede, the size of the
+        terms they consist of, and of dD/dx outwards: whether and how firmly it rests.
         """
         scene = self.scene
         point_contact = width == 0
@@ -286,7 +301,7 @@ class SingleContact:
         inside = self._within(x - rounding)
         low, high = self._difference(x, width)
         w = scene.work_of_adhesion
-        readings = [
+        readings = [  # of D: where, on which side of that, and with which work of adhesion
             (outside, 1, w),
             (outside, 1, 0.0),
             (inside, -1, scene.opened.work_of_adhesion),
@@ -295,7 +310,8 @@ class SingleContact:
             (high, 0, w),
             (low, 0, w),
         ]
-        found = self.rest_depth(side, *map(np.array, zip(*readings, strict=True)))
+        places, beside, works = map(np.array, zip(*readings, strict=True))
+        found = self.rest_depth(side, places, beside, works)
         closing, without_adhesion, opening, resting, resting_bare, at_high, at_low = found.tolist()
         if point_contact:
             opening = -math.inf  # a point cannot open further
@@ -304,7 +320,7 @@ class SingleContact:
         height = float(scene.indenter.height(x))
         size = abs(depth) + abs(height) + abs(resting_bare - height) + abs(resting_bare - resting)
 
-        rate = side * (at_high - at_low) / (high - low) if high > low else 0.0
+        rate = side * (at_high - at_low) / (high - low) if high > low else 0.0  # outwards
         stable = pinned or rate + FLAT * size / self._span(x) > 0
         sensitivity = 1 / abs(rate) if rate else math.inf
         return LineState(
@@ -319,10 +335,10 @@ class SingleContact:
         )
 
     def _difference(self, x: float, width: float) -> Pair:
-        """Places on both sides of a line, for dD/dx by a difference of D there.
+        """Places on the left and on the right of a line at x, for dD/dx by a difference of D there.
 
         They are a step away, but at most half of the distance to a corner, and in a narrow contact
-        to the apex. So neither is crossed.
+        to the apex. So neither is crossed. `width` is that of the contact [length].
         """
         corners = self.scene.indenter.corners
         step = max(DIFFERENCES.step * self._span(x), DIFFERENCES.least_ulps * math.ulp(x))
@@ -337,7 +353,7 @@ class SingleContact:
         return low, high
 
     def _span(self, x: float) -> float:
-        """The length over which D of a line varies: l, or about an axis a smaller radius."""
+        """The length over which D of a line at x varies: l, or about an axis its radius if less."""
         length = self.scene.elastocapillary_length
         return (
             min(max(x, DIFFERENCES.least_radius * length), length)
@@ -346,7 +362,7 @@ class SingleContact:
         )
 
     def _within(self, x: float) -> float:
-        """The position, or the end of the known profile if that is nearer."""
+        """The position x, or the end of the known profile that it is beyond."""
         start, end = self.scene.indenter.extent
         return min(max(x, start), end)
 
@@ -366,7 +382,8 @@ class SingleContact:
         Returns
         -------
         list of float
-            [force/length]; [] where it adheres.
+            At the left and at the right end, negative where it is pressed [force/length]; [] where
+            the contact adheres.
         """
         scene = self.scene
         if scene.opened.work_of_adhesion:
@@ -376,8 +393,10 @@ class SingleContact:
         return (unit * (f - depth)).tolist()
 
     def penetration(self, lines: tuple[float, ...], depth: float) -> float:
-        """How far the profile sticks through the surface; never beside a contact, as u' + f' grows
-        outwards.
+        """How far the profile sticks through the surface at most.
+
+        It does not beside a contact: the slope u' + f' of the clearance, outwards, is positive at
+        the line and grows. Without contact the surface is flat, u = 0.
 
         Parameters
         ----------
@@ -389,7 +408,7 @@ class SingleContact:
         Returns
         -------
         float
-            [length].
+            [length]; 0 if it does not.
         """
         return 0.0 if lines else max(0.0, depth - self.touch)
 
@@ -398,7 +417,14 @@ class SingleContact:
         """The innermost place where a line may rest, and D there: at that depth contact is lost.
 
         In a line contact it is the apex. About an axis it is the radius of the least D, looked for
-        in log r between the line at the depth of touching and the axis.
+        in log r between the line at the depth of touching and the axis: D(r) falls from the depth
+        of touching at r = 0 and passes it again, growing, at the line at that depth. Where this is
+        at r = 0, D nowhere falls below it.
+
+        Returns
+        -------
+        place, depth : float
+            [length].
         """
         if not self.scene.axisymmetric:
             ahead = self.rest_depth(np.array(self.sides), self.apex, 1)
@@ -408,6 +434,7 @@ class SingleContact:
             return 0.0, self.touch
 
         def inwards(powers: Array) -> Array:
+            """D at the radii e⁻ᵗ of the outer one, for powers t (n,)."""
             return np.asarray(self.rest_depth(1, outer * np.exp(-powers)))
 
         depth_at_outer = float(self.rest_depth(1, outer, -1))
@@ -417,10 +444,11 @@ class SingleContact:
         return min(places, key=lambda place: place[1])
 
     def find(self, side: int, depth: float) -> float:
-        """A line outwards of the innermost place, which it is itself where nothing beyond holds.
+        """Where the line on one side rests.
 
-        A line rests at the first corner just outwards of which D exceeds the depth, or before it
-        where D reaches the depth.
+        D grows outwards of the innermost place. So a line rests at the first corner just outwards
+        of which D exceeds the depth, or, if D reaches the depth before that corner, where it does.
+        If D exceeds the depth just outwards of the innermost place already, it rests there.
 
         Parameters
         ----------
@@ -447,6 +475,7 @@ class SingleContact:
 
         @functools.cache
         def excess(x: float, beside: int | None = None) -> float:
+            """D - d at x; of a corner just outwards (beside 1) or inwards (-1) of it."""
             return float(self.rest_depth(side, x, beside)) - depth
 
         outer_corners = [float(x) for x in self.scene.indenter.corners if side * x > side * start]
@@ -454,7 +483,7 @@ class SingleContact:
         positions = np.array(places) if outer_corners else start
         ahead = np.atleast_1d(self.rest_depth(side, positions, 1) - depth)
         tie = ROUNDING * self.size(depth, self.touch)
-        inside = start
+        inside = start  # the last place just outwards of which D is not more than the depth
         for x, excess_ahead in zip(places, ahead.tolist(), strict=True):
             if excess_ahead > tie:
                 rests_before = x != inside and excess(x, -1) > tie
@@ -470,6 +499,17 @@ class SingleContact:
 
         Next to the apex the root finder may stop before D is d. Then the line is looked for again,
         by the logarithm of its distance from the apex.
+
+        Parameters
+        ----------
+        excess : callable
+            D - d of this line at a position.
+        side : {1, -1}
+            1 for the right line.
+        last : float
+            The last corner, or the innermost place, where D <= d just outwards [length].
+        depth : float
+            d [length].
         """
         found = bracketed(excess, *self._around(excess, side, last, depth))
         near = DIFFERENCES.least_radius * self.scene.elastocapillary_length
@@ -483,8 +523,9 @@ class SingleContact:
     def _beside_apex(self, excess: Excess, side: int, found: float) -> float:
         """A line so near to the apex that its distance is found by its logarithm.
 
-        It is the apex if D already exceeds the depth at the least distance, and `found`, which is
-        what the distance itself has given, if lines may get to the apex.
+        It is the apex if D is not less than the depth at the least distance already. It is `found`,
+        the position that a search by the distance itself has given, if lines may get to the apex,
+        so that there is no least distance.
         """
         apex = self.apex
         tip = _APEX.tip if self.scene.axisymmetric else self.tip
@@ -503,8 +544,13 @@ class SingleContact:
     def _around(self, excess: Excess, side: int, start: float, depth: float) -> Pair:
         """Places on both sides of a line: D <= d at the inner one, D > d at the outer one.
 
-        ValueError where the known profile ends before the line, or where the surface turns over
-        beside a place that the line would pass.
+        They are found by going outwards from `start` by l, 4 l, 16 l, ...
+
+        Raises
+        ------
+        ValueError
+            If the known profile ends before the line, or the surface would turn over beside a place
+            that the line would pass.
         """
         scene = self.scene
         limit = scene.indenter.extent[0 if side < 0 else 1]
@@ -512,14 +558,19 @@ class SingleContact:
         for inside, x in _further(start, side * scene.elastocapillary_length, limit):
             if excess(x) > 0:
                 return inside, x
-            pulled_up = depth < scene.indenter.height(x)  # and further out even more
+            # The surface is pulled up by f - d, which grows outwards, and turns over at some value
+            # of it; from there on D has no meaning.
+            pulled_up = depth < scene.indenter.height(x)
             if scene.slopes == "finite" and pulled_up:
                 self.solve(side, x, depth)  # for its error alone
         raise unknown(depth, x)
 
 
 def _further(start: float, step: float, limit: float) -> Iterator[Pair]:
-    """Intervals from a place on, each to four times as far from it, up to a limit."""
+    """Intervals (inner end, outer end) that follow each other from a place on, up to a limit.
+
+    Their outer ends are `step`, whose sign is the direction, 4, 16, ... times it from the place.
+    """
     side = math.copysign(1.0, step)
     x = start
     while x != limit and math.isfinite(step):
@@ -530,7 +581,7 @@ def _further(start: float, step: float, limit: float) -> Iterator[Pair]:
 
 
 def lowest_point(indenter: Indenter, size: float) -> float:
-    """Where a convex profile is lowest: its slope changes sign, or its extent ends.
+    """Where a convex profile is lowest: where its slope changes sign, or its extent ends.
 
     Parameters
     ----------
@@ -553,6 +604,7 @@ def lowest_point(indenter: Indenter, size: float) -> float:
     limit = indenter.extent[0 if side < 0 else 1]
 
     def rise(z: float) -> float:
+        """The slope in the direction of the search, downhill from the start: negative there."""
         return side * float(indenter.slope(z))
 
     x = start
@@ -564,4 +616,5 @@ def lowest_point(indenter: Indenter, size: float) -> float:
         x = bracketed(rise, start, x)
     corners = np.asarray(indenter.corners, float)
     near = corners[np.abs(corners - x) <= _LOWEST.at_corner * size].tolist()
+    # The first of equal heights counts, so a corner goes before a place found beside it.
     return min([*near, x], key=lambda z: float(indenter.height(z)))
