@@ -3,6 +3,23 @@
 The search is that of one state (single_contact.py): a line rests where D = d, or is pinned at the
 corner at which D jumps past d. D is the rest depth of the same free surfaces (../surfaces), read
 for arrays of states; every state has its own l, w/γ₁ and depth.
+
+Conventions
+-----------
+Depths d and D are positive down into the layer, heights f of the profile upwards [length]. D grows
+outwards of a line that rests: where D < d a line advances, where D > d it recedes. About an axis x
+is the radius, and there are right lines only.
+
+`side` is 1 for the right line of a contact, whose contact is on its left, and -1 for the left one;
+outwards is the direction `side` along x, and `inner`, `outer` are places nearer to and further from
+the apex, where the profile is lowest. `beside` says where the slope of the profile is read: 1 just
+outwards of the contact, -1 just inwards, 0 at x itself.
+
+Arrays have one entry a state. `own` are the numbers of the states to which the other arguments of a
+method belong, in the arrays of the object; it is what fancy indexing takes.
+
+`Surfaces.at_rest` is D - f in units of l; `past_wall` is whether lines are at the edge of the body,
+so that there is nothing `beside` them; `crossings` finds zeros of many functions between brackets.
 """
 
 from __future__ import annotations
@@ -44,7 +61,7 @@ _BRACKET = BracketRules()
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Parameters of many states.
+    """The depth and the material of each of many states.
 
     Attributes
     ----------
@@ -64,7 +81,7 @@ class States:
     stiffness: Array
 
     def of(self, own: Any) -> States:
-        """Those of these numbers."""
+        """The states with these numbers."""
         return States(self.depth[own], self.work[own], self.gamma1[own], self.stiffness[own])
 
     def parameters(self, i: int) -> tuple[float, float, float, float]:
@@ -84,6 +101,31 @@ class States:
         return np.sqrt(2 * self.work / self.stiffness)
 
 
+class Brackets(NamedTuple):
+    """Places on both sides of where lines rest, at which (D - d)/size has different signs.
+
+    Attributes
+    ----------
+    inner, outer : ndarray (n,)
+        Places nearer to the apex, where D <= d, and further from it, where D > d [length].
+    at_inner, at_outer : ndarray (n,)
+        (D - d)/size there.
+    """
+
+    inner: Array
+    outer: Array
+    at_inner: Array
+    at_outer: Array
+
+    def of(self, own: Any) -> Brackets:
+        """Those with these numbers."""
+        return Brackets(*(values[own] for values in self))
+
+    def copied(self) -> Brackets:
+        """The same in arrays of their own, to be changed in place."""
+        return Brackets(*(values.copy() for values in self))
+
+
 @dataclass(frozen=True, eq=False)
 class ManyLines:
     """Contact lines of many states.
@@ -100,7 +142,7 @@ class ManyLines:
     ratio : ndarray (n,)
         w/γ₁.
     size : ndarray (n,)
-        Of displacements [length].
+        Of displacements, to which D - goal is compared [length].
     step : ndarray (n,)
         A first distance in which a line is looked for [length].
     lowest : ndarray (n,)
@@ -132,7 +174,10 @@ class ManyLines:
     def slack(cls, contact: SingleContact, states: States) -> ManyLines:
         """Lines of states without tension: springs are in contact up to a level of the profile.
 
-        Each attaches on touching and lets go at u = -δ₀: the level is min(max(d, min f), d + δ₀).
+        Each attaches on touching, at f = d, and lets go where it is stretched by δ₀, f = d + δ₀.
+        The adhered state has touched at max(d, min f) before it was retracted to d: so the level is
+        min(max(d, min f), d + δ₀). Lines rest where f is the level; if that is below min f by more
+        than rounding, nowhere.
         """
         depth = states.depth
         separation = states.separation
@@ -147,7 +192,7 @@ class ManyLines:
         return cls(contact, goal, none, none, size, step, lowest)
 
     def of(self, own: Indices) -> ManyLines:
-        """The lines of these numbers."""
+        """The lines of the states with these numbers."""
         arrays = (self.goal, self.length, self.ratio, self.size, self.step, self.lowest)
         return ManyLines(self.contact, *(values[own] for values in arrays))
 
@@ -191,7 +236,10 @@ class ManyLines:
         return found
 
     def off(self, side: int, x: Array, own: Any, beside: int = 0) -> Array:
-        """(D - goal)/size: a line recedes where this is positive, and advances where negative."""
+        """(D - goal)/size: a line recedes where this is positive, and advances where negative.
+
+        Parameters as of `rest_depth`.
+        """
         rest = self.rest_depth(side, x, own, beside)
         goal = self.goal[own]
         size = self.size[own]
@@ -214,6 +262,9 @@ class ManyLines:
             [length], nan where a line rests nowhere.
         lost : ndarray of bool (n,)
             Which lines leave the known profile.
+
+        About an axis a line at a depth less than that of touching is pulled: it is searched for in
+        another way, as D does not grow from the apex on there.
         """
         count = self.goal.size
         found = np.full(count, math.nan)
@@ -228,14 +279,18 @@ class ManyLines:
         return found, lost
 
     def _places(self, side: int) -> Array:
-        """The apex and the corners outwards of it."""
+        """The apex and the corners outwards of it, in this order [length]."""
         apex = self.contact.apex
         corners = np.asarray(self.contact.scene.indenter.corners, float)
         outer = corners[side * corners > side * apex]
         return np.append(apex, outer[::side])
 
     def _advanced(self, side: int, own: Indices) -> tuple[Array, Mask]:
-        """Lines outwards of the apex, at which they are themselves where nothing beyond holds."""
+        """Lines where D grows from the apex on; which of them leave the known profile.
+
+        A line rests at the first of the apex and the corners just outwards of which D exceeds d,
+        or before it, if D reaches d before that; or beyond the last corner.
+        """
         places = self._places(side)
         first = self._first_pinning(side, own, places)
         x = places[np.minimum(first, places.size - 1)]
@@ -253,36 +308,40 @@ class ManyLines:
     def _between_corners(self, side: int, own: Indices, inner: Array, outer: Array) -> Array:
         """Lines that rest between two corners or at one of them.
 
-        They are free where D just inside the outer one is already more than d.
+        D just outwards of the inner corner is not more than d, up to rounding, and D just outwards
+        of the outer one is. A line is pinned at the outer corner unless D just inwards of that is
+        more than d, too: then it rests before, at the inner one if D there is d up to rounding.
         """
         x = outer.copy()
         behind = self.off(side, outer, own, -1)
         free = np.flatnonzero(behind > ROUNDING)
         x[free] = inner[free]
         ahead = self.off(side, inner[free], own[free], 1)
-        free = free[ahead < 0]
+        free = free[ahead < 0]  # D grows from less than d to more between both corners
         x[free] = self._root(side, own[free], inner[free], outer[free])
         return x
 
     def _beyond_corners(self, side: int, own: Indices, last: float) -> tuple[Array, Mask]:
-        """Lines that rest at the last corner or beyond it; which leave the known profile."""
+        """Lines that rest at the last corner or beyond it; which leave the known profile.
+
+        last: the last corner, or the apex if there is none [length].
+        """
         x = np.full(own.size, last)
         lost = np.zeros(own.size, bool)
         ahead = self.off(side, x, own, 1)
         free = np.flatnonzero(ahead < 0)
         goal = self.goal[own[free]]
-        inner, outer, low, high, gone = self._outwards(side, own[free], x[free], goal, ahead[free])
+        brackets, gone = self._outwards(side, own[free], x[free], goal, ahead[free])
         lost[free] = gone
-        kept = ~gone
-        free = free[kept]
-        values = low[kept], high[kept]
-        x[free] = self._root(side, own[free], inner[kept], outer[kept], values)
+        free = free[~gone]
+        x[free] = self._root_between(side, own[free], brackets.of(~gone))
         return x, lost
 
     def _first_pinning(self, side: int, own: Indices, places: Array) -> Indices:
-        """The number of the first place just outwards of which D > d, by bisection; or how many.
+        """The number of the first of the places just outwards of which D > d, for every state.
 
-        D grows outwards: of a convex profile everywhere, about an axis from where it exceeds d on.
+        It is the number of places where there is none. D grows outwards: of a convex profile
+        everywhere, about an axis from where it exceeds d on; so bisection finds it.
         """
         low = np.zeros(own.size, int)
         high = np.full(own.size, places.size)
@@ -295,10 +354,26 @@ class ManyLines:
 
     def _outwards(
         self, side: int, own: Indices, start: Array, level: Array, value: Array
-    ) -> tuple[Array, Array, Array, Array, Mask]:
-        """Places on both sides of where D is `level`, from `start` on, and (D - level)/size there.
+    ) -> tuple[Brackets, Mask]:
+        """Brackets of where D is a level, found by going outwards in growing steps.
 
-        value: that at the start; the last: where the known profile ends before.
+        Parameters
+        ----------
+        side : {1, -1}
+            1 for right lines.
+        own : ndarray of int (m,)
+            Numbers of their states.
+        start, level : ndarray (m,)
+            Where to begin, and the depths that D is to reach [length].
+        value : ndarray (m,)
+            (D - level)/size at the start, not positive.
+
+        Returns
+        -------
+        brackets : Brackets (m,)
+            With (D - level)/size.
+        gone : ndarray of bool (m,)
+            Where the known profile ends before.
         """
         inner = start.copy()
         outer = start.copy()
@@ -314,7 +389,7 @@ class ManyLines:
             found = (rest - level[left]) / self.size[own[left]]
             outer[left] = x
             high[left] = found
-            below = ~(found > 0)
+            below = ~(found > 0)  # nan, beyond what a profile gives, counts as not reached
             left = left[below]
             x = x[below]
             inner[left] = x
@@ -323,26 +398,26 @@ class ManyLines:
             ended = (x == limit) | ~np.isfinite(span[left])
             gone[left[ended]] = True
             left = left[~ended]
-        return inner, outer, low, high, gone
+        return Brackets(inner, outer, low, high), gone
 
-    def _root(
-        self,
-        side: int,
-        own: Indices,
-        inner: Array,
-        outer: Array,
-        values: tuple[Array, Array] | None = None,
-    ) -> Array:
-        """Where D = d between two places; values: (D - d)/size there, where they are known."""
+    def _root(self, side: int, own: Indices, inner: Array, outer: Array) -> Array:
+        """Where D = d between two places (m,), D < d at the inner one and D > d at the outer."""
         if not own.size:
             return inner
-        if values is None:
-            values = (self.off(side, inner, own), self.off(side, outer, own))
-        inner, outer, low, high = self._narrowed(side, own, inner, outer, *values)
+        at_inner = self.off(side, inner, own)
+        at_outer = self.off(side, outer, own)
+        return self._root_between(side, own, Brackets(inner, outer, at_inner, at_outer))
+
+    def _root_between(self, side: int, own: Indices, brackets: Brackets) -> Array:
+        """Where D = d in brackets of the states `own`, (m,) [length]."""
+        if not own.size:
+            return brackets.inner
+        inner, outer, low, high = self._narrowed(side, own, brackets)
         width = outer - inner
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             rise = (high - low) / width
             guess = inner - low / rise
+        # The first guess is the zero of the secant; where that is no place between, the middle.
         usable = np.isfinite(rise) & (rise * side > 0)
         usable &= (side * guess > side * inner) & (side * guess < side * outer)
         guess = np.where(usable, guess, (inner + outer) / 2)
@@ -350,23 +425,20 @@ class ManyLines:
             rise = np.where(usable, rise, side / np.abs(width))
 
         def off(x: Array, which: Indices) -> Array:
+            """(D - d)/size at x for these numbers of `own`."""
             return self.off(side, x, own[which])
 
         first = np.minimum(inner, outer)
         last = np.maximum(inner, outer)
         return crossings(off, first, last, guess, rise, 0.0)
 
-    def _narrowed(
-        self, side: int, own: Indices, inner: Array, outer: Array, low: Array, high: Array
-    ) -> tuple[Array, Array, Array, Array]:
+    def _narrowed(self, side: int, own: Indices, brackets: Brackets) -> Brackets:
         """Brackets halved until D is of the size of depths at both ends.
 
         Secants from where a profile such as x¹⁰⁰ has risen by orders of magnitude would not move.
         """
-        inner = inner.copy()
-        outer = outer.copy()
-        low = low.copy()
-        high = high.copy()
+        narrowed = brackets.copied()
+        inner, outer, low, high = narrowed
         steep = np.flatnonzero(~(high <= _BRACKET.steep))
         for _ in range(MOST_STEPS):
             if not steep.size:
@@ -379,13 +451,22 @@ class ManyLines:
             inner[steep[~above]] = middle[~above]
             low[steep[~above]] = value[~above]
             steep = steep[~(high[steep] <= _BRACKET.steep)]
-        return inner, outer, low, high
+        return narrowed
 
     def _pulled(self, side: int, own: Indices) -> tuple[Array, Mask]:
         """Lines about an axis at depths less than that of touching, nan where contact is lost.
 
         D falls from the depth of touching at the axis to its least and grows from there on: the
-        line rests in the growing part. At an edge of the body it is pinned.
+        line rests in the growing part. At an edge of the body it is pinned. The search goes
+        outwards to where D exceeds the depth of touching, and from there inwards to where it is
+        less than d.
+
+        Returns
+        -------
+        x : ndarray (m,)
+            Radii [length].
+        lost : ndarray of bool (m,)
+            Which lines leave the known profile.
         """
         found = np.full(own.size, math.nan)
         edges = self._places(side)[1:]
@@ -397,24 +478,33 @@ class ManyLines:
         touch = np.full(own.size, self.contact.touch)
         axis = np.zeros(own.size)
         at_axis = np.zeros(own.size)  # D is the depth of touching there
-        _, outer, _, high, lost = self._outwards(side, own, axis, touch, at_axis)
-        high = high + (touch - self.goal[own]) / self.size[own]
-        inner, outer, low, high = self._below(side, own, outer, high)
-        rests = ~np.isnan(inner) & ~lost
-        flat = rests & (low > 0)  # the least D, to rounding
-        found[flat] = inner[flat]
-        free = np.flatnonzero(rests & ~flat)
-        values = low[free], high[free]
-        found[free] = self._root(side, own[free], inner[free], outer[free], values)
+        above_touch, lost = self._outwards(side, own, axis, touch, at_axis)
+        # (D - d)/size where (D - touch)/size is known.
+        high = above_touch.at_outer + (touch - self.goal[own]) / self.size[own]
+        brackets = self._below(side, own, above_touch.outer, high)
+        rests = ~np.isnan(brackets.inner) & ~lost
+        at_least = rests & (brackets.at_inner > 0)  # the least D is d, to rounding
+        found[at_least] = brackets.inner[at_least]
+        free = np.flatnonzero(rests & ~at_least)
+        found[free] = self._root_between(side, own[free], brackets.of(free))
         return found, lost
 
-    def _below(
-        self, side: int, own: Indices, outer: Array, high: Array
-    ) -> tuple[Array, Array, Array, Array]:
-        """Places on both sides of the line, and (D - d)/size there; the inner is nan without one.
+    def _below(self, side: int, own: Indices, outer: Array, high: Array) -> Brackets:
+        """Brackets of pulled lines about an axis, from outer radii inwards.
 
-        outer: where D exceeds the depth of touching. In log r, at ever closer places around the
-        least D (as `roots.bracketed_minimum` does), until one of them is below d.
+        D is read in log r, at ever closer places around its least value (as
+        `roots.bracketed_minimum` does), until D at one of them is not more than d.
+
+        Parameters
+        ----------
+        outer, high : ndarray (m,)
+            Where D exceeds the depth of touching [length], and (D - d)/size there.
+
+        Returns
+        -------
+        Brackets (m,)
+            The inner place is nan where D is nowhere as little as d: contact is lost. (D - d)/size
+            there is positive, by no more than rounding, where d is the least D.
         """
         inner = np.full(own.size, math.nan)
         low = np.full(own.size, math.nan)
@@ -428,6 +518,7 @@ class ManyLines:
             least = value.argmin(axis=1)
             lowest = value[np.arange(left.size), least]
             below = lowest <= ROUNDING
+            # The outermost place with D <= d, or that of the least D where this is d to rounding.
             reached = np.where(lowest <= 0, (value <= 0).argmax(axis=1), least)
 
             # The place before the one that was reached is on the other side of the line.
@@ -443,19 +534,19 @@ class ManyLines:
             if not left.size:
                 break
             search.narrow(left, powers[~below], x[~below], value[~below])
-        return inner, outer, low, high
+        return Brackets(inner, outer, low, high)
 
 
 @dataclass(eq=False)
 class _LeastSearch:
-    """Where the least D about an axis is looked for, in powers of e inwards of a radius.
+    """Where the least D about an axis is looked for, at radii e⁻ᵗ of a given one, t the power.
 
     Attributes
     ----------
     start : ndarray (n,)
-        The radii [length].
+        The given radii, at t = 0 [length].
     first, last : ndarray (n,)
-        The powers between which it is.
+        The powers t between which it is; larger ones are nearer to the axis.
     outer, at_outer : ndarray (n,)
         The place of the first power, and (D - d)/size there.
     """
@@ -468,19 +559,22 @@ class _LeastSearch:
 
     @classmethod
     def inwards(cls, start: Array, value: Array) -> _LeastSearch:
-        """From radii with these (D - d)/size almost to the axis."""
+        """The search from radii with these (D - d)/size almost to the axis."""
         first = np.zeros(start.size)
         last = np.full(start.size, DEEPEST_POWER)
         return cls(start, first, last, start.copy(), value.copy())
 
     def places(self, own: Indices) -> tuple[Array, Array]:
-        """Powers and radii (m, 7) inside of where these are looked for."""
+        """Seven evenly spaced powers between `first` and `last`, and their radii, both (m, 7)."""
         first = self.first[own, None]
         powers = first + (self.last - self.first)[own, None] * EIGHTHS
         return powers, self.start[own, None] * np.exp(-powers)
 
     def narrow(self, own: Indices, powers: Array, x: Array, value: Array) -> None:
-        """Keep what is beside the least of these values (m, 7) at places inside."""
+        """Keep the interval between both neighbours of the place of the least value.
+
+        own: numbers of the searches; powers, x and value (m, 7): as of `places`, with (D - d)/size.
+        """
         least = value.argmin(axis=1)
         rows = np.arange(own.size)
         before = np.maximum(least - 1, 0)
