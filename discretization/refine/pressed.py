@@ -8,10 +8,10 @@ first that holds it, found in an array, as long as the surface stays clear of th
 Conventions
 -----------
 The depth grows as the indenter goes down. Nodes are counted from 0 on the left. A contact is the
-pair of its first and last node. A free surface is the pair (left, right) of the contact nodes at its
-two ends, which are its contact lines; None stands where there is no contact on that side. `side` is
-1 for a line with its free surface on the right, which advances towards higher node numbers, and -1
-for one with its free surface on the left.
+pair of its first and last node. A free surface is the pair (left, right) of the contact nodes at
+its two ends, which are its contact lines; None stands where there is no contact on that side.
+`side` is 1 for a line with its free surface on the right, which advances towards higher node
+numbers, and -1 for one with its free surface on the left.
 
 `Walk` has the nodes (`row`), the thresholds for contacts that close (`closing`), and `rise`: the
 first change of one free surface as the depth grows, with the depth at which it happens and the ends
@@ -97,10 +97,8 @@ def _advanced(rules: Thresholds, line: End, side: int, facing: End, depth: float
     """
     if line is None:
         return None
-    if facing is not None:
-        furthest = facing - 2 * side
-    else:
-        furthest = rules.f.size - 1 if side > 0 else 0
+    end_of_row = rules.f.size - 1 if side > 0 else 0
+    furthest = end_of_row if facing is None else facing - 2 * side
     count = _passed(rules, line, side, side * (furthest - line), facing, depth)
     # Where the surface would be in the indenter a node further away touches first. Fewer links are
     # passed then: any number will do after which the surface is clear, since the line is moved

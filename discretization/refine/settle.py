@@ -5,6 +5,21 @@ profile, at an edge of the body and, with two works of adhesion, where it stands
 pressed against a corner beyond which F still has the same sign passes it. Which lines are free is
 found along with where they rest (an active-set method, as in J. Nocedal, S. Wright, Numerical
 Optimization, 2nd ed., ch. 16.5, with one bound on either side of every line).
+
+Conventions
+-----------
+A row is a free surface: its left line in column 0 and its right line in column 1, -inf or inf where
+a tail has none. Positions grow to the right. The left line of a free surface is the right end of a
+contact, so that it advances to the right, the right line to the left: OUTWARDS = (1, -1).
+
+F (`Equations.values`) has the sign of D - d, D the depth at which the line would rest: where F < 0
+the line advances, so that the contact grows; where F > 0 it recedes. D rises outwards of a contact
+where a rest is stable. Directions are 1 where the depth grows, with the work of adhesion of
+closing, and -1 where it falls, with that of opening.
+
+Joints are the places where F may jump, the ends of the profile among them. A room is a piece of the
+profile between two neighbouring joints; `Equations.rooms` has the lower and upper ends of all of
+them, some roundings inside of the joints, so that F there is that of the room.
 """
 
 from __future__ import annotations
@@ -88,7 +103,23 @@ class Settled(NamedTuple):
 
 @dataclass(eq=False)
 class _Rows:
-    """Free surfaces in motion, rows of arrays: lines, rooms (n, 2), and what is known of each."""
+    """Free surfaces in motion, one in each row.
+
+    Attributes
+    ----------
+    lines : ndarray (n, 2)
+        Where they are now [length].
+    rooms : ndarray of int (n, 2)
+        The rooms in which the lines are; of a tail's missing line any.
+    depths, directions : ndarray (n,)
+        Depths at which they are to rest [length], and 1 or -1 (see the module).
+    has_line : ndarray of bool (n, 2)
+        Whether there is such a line: not that of a tail far away.
+    start : ndarray (n, 2)
+        Where the lines began [length].
+    kept : ndarray (n, 2) or None
+        With two works of adhesion: where lines stand until they move in their direction [length].
+    """
 
     lines: Array
     rooms: Nodes
@@ -97,12 +128,9 @@ class _Rows:
     has_line: Mask
     start: Array
     kept: Array | None
-    fixed: Mask | None
 
     def of(self, own: Indices) -> _Rows:
-        """Some of the rows."""
-        kept = None if self.kept is None else self.kept[own]
-        fixed = None if self.fixed is None else self.fixed[own]
+        """Copies of some of the rows."""
         return _Rows(
             self.lines[own],
             self.rooms[own],
@@ -110,9 +138,38 @@ class _Rows:
             self.directions[own],
             self.has_line[own],
             self.start[own],
-            kept,
-            fixed,
+            None if self.kept is None else self.kept[own],
         )
+
+
+class _Round(NamedTuple):
+    """Free surfaces after one round.
+
+    Attributes
+    ----------
+    lines : ndarray (n, 2)
+        After the step [length].
+    pinned : ndarray of bool (n, 2)
+        Lines that were pinned and took no step.
+    fell : ndarray of bool (n,)
+        Whether a line has passed a joint over which F falls.
+    rates : ndarray (n, 2, 2)
+        ∂F_i/∂x_j before the step [1/length].
+    moved : ndarray (n,)
+        How long the step was, that of the line which moved further [length].
+    resting : ndarray of bool (n,)
+        Whether the step was so short that the lines are at rest.
+    lost : ndarray of bool (n,)
+        Whether the surface is given up.
+    """
+
+    lines: Array
+    pinned: Mask
+    fell: Mask
+    rates: Array
+    moved: Array
+    resting: Mask
+    lost: Mask
 
 
 def settle(
@@ -122,7 +179,6 @@ def settle(
     directions: Array,
     *,
     kept: Array | None = None,
-    fixed: Mask | None = None,
     reach: float = math.inf,
     rounds: int = ROUNDS,
     downhill: bool = False,
@@ -142,13 +198,11 @@ def settle(
     ----------
     equations : Equations
     lines : ndarray (n, 2)
-        Where to begin, near to where they rest.
+        Where to begin, near to where they rest [length].
     depths, directions : ndarray (n,)
         As in equations.py.
     kept : ndarray (n, 2), optional
-        With two works of adhesion: where lines stand until they move in their direction.
-    fixed : ndarray of bool (n, 2), optional
-        Lines that are left where they are.
+        With two works of adhesion: where lines stand until they move in their direction [length].
     reach : float
         How far lines may move [length]; surfaces with one that goes further are not at rest.
     rounds : int
@@ -162,52 +216,64 @@ def settle(
     """
     count = len(lines)
     rows = _Rows(
-        lines.copy(), equations.rooms_of(lines), depths, directions, np.isfinite(lines),
-        lines, kept, fixed,
-    )  # fmt: skip
+        lines.copy(), equations.rooms_of(lines), depths, directions, np.isfinite(lines), lines, kept
+    )
     pinned = np.zeros((count, 2), bool)
     jumped = np.zeros(count, bool)
     at_rest = np.zeros(count, bool)
     rates = np.zeros((count, 2, 2))
-    last = np.full(count, math.inf)
-    active = np.arange(count)
+    moved = np.full(count, math.inf)
+    active = np.arange(count)  # surfaces that are neither at rest nor given up
     for _ in range(rounds):
         if not active.size:
             break
         own = rows.of(active)
-        own.lines = _inside(equations, own.lines, own)
-        on_profile = equations.on_profile(own.lines)
-        values = equations.values(own.lines, own.depths, own.directions, on_profile)
-        stopped, passed, fell = _against_joints(equations, own, values)
-        if passed.any():  # the lines are elsewhere
-            on_profile = equations.on_profile(own.lines)
-        if own.kept is not None:
-            stays = own.has_line & (own.lines == own.kept)
-            stopped |= stays & (own.directions[:, None] * values > 0)
-        if own.fixed is not None:
-            stopped = (stopped & ~own.fixed) | own.fixed
-        changed = equations.rates(own.lines, own.depths, own.rooms, on_profile)
-        free = own.has_line & ~stopped
-        step = _limited_step(equations, changed, values, free, downhill=downhill)
-        new = _inside(equations, own.lines + step, own)
-        cut = (own.has_line & (new != own.lines + step)).any(axis=1)
-        new = _not_behind(new, own, free)
-        moved = _distance(new, own.lines, own.has_line)
-        gone = _distance(new, own.start, own.has_line) > reach
-        crossed = own.has_line.all(axis=1) & (new[:, 0] >= new[:, 1])
-        resting = _rests(equations, new, moved, last[active], passed, cut)
-        rows.lines[active] = new
+        found = _one_round(equations, own, moved[active], reach, downhill=downhill)
+        rows.lines[active] = found.lines
         rows.rooms[active] = own.rooms
-        pinned[active] = stopped
-        jumped[active] |= fell
-        rates[active] = changed
-        last[active] = moved
-        lost = crossed | gone | ~np.isfinite(moved)
-        at_rest[active] = resting & ~lost
-        active = active[~(resting | lost)]
-    free = rows.has_line & ~pinned
-    at_rest &= stable(rates, free)
+        pinned[active] = found.pinned
+        jumped[active] |= found.fell
+        rates[active] = found.rates
+        moved[active] = found.moved
+        at_rest[active] = found.resting & ~found.lost
+        active = active[~(found.resting | found.lost)]
+    at_rest &= stable(rates, rows.has_line & ~pinned)
     return Settled(equations.snapped(rows.lines), at_rest, pinned & rows.has_line, jumped)
+
+
+def _one_round(
+    equations: Equations, rows: _Rows, last_moved: Array, reach: float, *, downhill: bool
+) -> _Round:
+    """Find which lines are pinned and take one step of Newton's method with the others.
+
+    last_moved: how long the last step of each surface was (n,), infinite before the first. Lines
+    that go on beyond a joint are put there in `rows`; the step is only in what is returned.
+    """
+    rows.lines = _inside(equations, rows.lines, rows)
+    on_profile = equations.on_profile(rows.lines)
+    values = equations.values(rows.lines, rows.depths, rows.directions, on_profile)
+    joints = _against_joints(equations, rows, values)
+    if joints.passed.any():  # the lines are elsewhere
+        on_profile = equations.on_profile(rows.lines)
+    pinned = joints.pinned
+    if rows.kept is not None:
+        # Where it stands a line moves in the direction of its path or not at all: pressed it may
+        # only advance (F < 0), retracted only recede (F > 0).
+        stands = rows.has_line & (rows.lines == rows.kept)
+        pinned |= stands & (rows.directions[:, None] * values > 0)
+    free = rows.has_line & ~pinned
+    rates = equations.rates(rows.lines, rows.depths, rows.rooms, on_profile)
+    step = _limited_step(equations, rates, values, free, downhill=downhill)
+    new = _inside(equations, rows.lines + step, rows)
+    cut = (rows.has_line & (new != rows.lines + step)).any(axis=1)
+    new = _not_behind(new, rows, free)
+    moved = _distance(new, rows.lines, rows.has_line)
+    too_far = _distance(new, rows.start, rows.has_line) > reach
+    crossed = rows.has_line.all(axis=1) & (new[:, 0] >= new[:, 1])
+    # A step that a joint has cut short or led beyond it says nothing about convergence.
+    resting = _converged(equations, new, moved, last_moved) & ~cut & ~joints.passed
+    lost = crossed | too_far | ~np.isfinite(moved)
+    return _Round(new, pinned, joints.fell, rates, moved, resting, lost)
 
 
 def _limited_step(
@@ -215,22 +281,24 @@ def _limited_step(
 ) -> Array:
     """The step (n, 2) of Newton's method, or of the longest length in the direction of the forces.
 
-    The latter where F does not change, and `downhill` where the equilibrium ahead is not stable.
+    The latter where F does not change, and `downhill` where the equilibrium ahead is not stable:
+    Newton's method would go there nevertheless. Both lines of a surface are shortened alike, so
+    that the direction of Newton's step is kept.
     """
     longest = _NEWTON.longest * equations.length
     step = _newton_step(rates, values, free)
-    pushed = -np.sign(values) * OUTWARDS * longest
+    pushed = -np.sign(values) * OUTWARDS * longest  # outwards of the contact where F < 0
     astray = ~np.isfinite(step)
     if downhill:
         astray |= ~stable(rates, free)[:, None]
     step = np.where(free & astray, pushed, step)
     length = np.asarray(np.abs(step).max(axis=1))
-    shortened = np.minimum(1.0, longest / np.maximum(length, 1e-300))
+    shortened = np.minimum(1.0, longest / np.maximum(length, 1e-300))  # no division by 0
     return np.asarray(step * shortened[:, None])
 
 
 def _distance(lines: Array, others: Array, has_line: Mask) -> Array:
-    """How far apart the lines of surfaces are (n,), the further one of each."""
+    """How far lines (n, 2) are from others of the same surfaces (n, 2): the larger of both (n,)."""
     apart = np.subtract(lines, others, out=np.zeros_like(lines), where=has_line)
     return np.asarray(np.abs(apart).max(axis=1))
 
@@ -238,16 +306,22 @@ def _distance(lines: Array, others: Array, has_line: Mask) -> Array:
 def stable(rates: Array, free: Mask) -> Mask:
     """Whether free lines are in stable equilibrium: the matrix of ∂²U/∂x_i∂x_j is positive.
 
+    F has the sign of the change of U as a line advances, which a left line does to the right and a
+    right one to the left. So at rest the rows of the matrix have the signs of ∂F_0/∂x_j and of
+    -∂F_1/∂x_j.
+
     Parameters
     ----------
     rates : ndarray (n, 2, 2)
-        ∂F_i/∂x_j [1/length].
+        ∂F_i/∂x_j [1/length], i and j 0 for the left and 1 for the right line.
     free : ndarray of bool (n, 2)
+        Lines that are not pinned; the others do not move and make nothing unstable.
 
     Returns
     -------
     ndarray of bool (n,)
     """
+    # Both diagonal elements and the determinant have to be positive.
     left = np.where(free[:, 0], rates[:, 0, 0], 1.0)
     right = np.where(free[:, 1], rates[:, 1, 1], -1.0)
     both = free.all(axis=1)
@@ -288,95 +362,135 @@ def _newton_step(rates: Array, values: Array, free: Mask) -> Array:
 
 
 def _inside(equations: Equations, lines: Array, rows: _Rows) -> Array:
-    """Lines not beyond their rooms."""
+    """Lines (n, 2), those beyond an end of their room put on that end."""
     lower, upper = equations.rooms
-    kept = np.clip(lines, lower[rows.rooms], upper[rows.rooms])
-    if rows.fixed is not None:
-        kept = np.where(rows.fixed, lines, kept)
-    return np.where(rows.has_line, kept, lines)
+    bounded = np.clip(lines, lower[rows.rooms], upper[rows.rooms])
+    return np.where(rows.has_line, bounded, lines)
 
 
 def _not_behind(new: Array, rows: _Rows, free: Mask) -> Array:
-    """With two works of adhesion: free lines not behind where they stood."""
+    """Lines (n, 2); with two works of adhesion free ones are not behind where they stood.
+
+    Pressed lines only advance, left ones to the right; retracted lines only recede.
+    """
     if rows.kept is None:
         return new
-    forwards = rows.directions[:, None] * OUTWARDS > 0
-    bounded = np.where(forwards, np.maximum(new, rows.kept), np.minimum(new, rows.kept))
+    to_the_right = rows.directions[:, None] * OUTWARDS > 0
+    bounded = np.where(to_the_right, np.maximum(new, rows.kept), np.minimum(new, rows.kept))
     return np.where(free, bounded, new)
 
 
-def _against_joints(equations: Equations, rows: _Rows, values: Array) -> tuple[Mask, Mask, Mask]:
-    """Lines at an end of their room that would move on: pinned there, or put beyond the joint.
+@dataclass(eq=False)
+class _AtJoints:
+    """What becomes of lines that would move on at an end of their room.
 
-    Which lines are pinned (n, 2), which surfaces have a line that has passed (n,), and which one
-    over which F falls (n,). Lines and rooms of rows that pass are changed in place; of a surface
-    one line at a time.
+    Attributes
+    ----------
+    pinned : ndarray of bool (n, 2)
+        Lines that stay at the joint.
+    passed : ndarray of bool (n,)
+        Whether a line of the surface has passed the joint.
+    fell : ndarray of bool (n,)
+        Whether F falls outwards of the contact over a joint that a line has passed, which has no
+        rest there.
+    """
+
+    pinned: Mask
+    passed: Mask
+    fell: Mask
+
+
+def _against_joints(equations: Equations, rows: _Rows, values: Array) -> _AtJoints:
+    """Pin lines that are at an end of their room and would move on, or put them beyond the joint.
+
+    Lines and rooms of `rows`, and their F, `values` (n, 2), change in place where lines pass. Of a
+    surface one line passes at a time, as F of the other one changes with it.
     """
     lower, upper = equations.rooms
-    stopped = np.zeros_like(rows.has_line)
-    passed = np.zeros(len(values), bool)
-    fell = np.zeros(len(values), bool)
-    for outwards in (1, -1):
-        heading = outwards * OUTWARDS
-        end = np.where(heading > 0, upper[rows.rooms], lower[rows.rooms])
-        blocked = rows.has_line & (rows.lines == end) & (outwards * values < 0)
-        if rows.fixed is not None:
-            blocked &= ~rows.fixed
-        if not blocked.any():
-            continue
-        next_room = rows.rooms + heading.astype(int)
-        exists = (next_room >= 0) & (next_room < lower.size)
-        next_room = np.clip(next_room, 0, lower.size - 1)
-        beyond = np.where(heading > 0, lower[next_room], upper[next_room])
+    none = np.zeros(len(values), bool)
+    found = _AtJoints(np.zeros_like(rows.has_line), none, none.copy())
+    for motion in (1, -1):  # lines that would advance (F < 0), then those that would recede (F > 0)
+        to_the_right = motion * OUTWARDS > 0
+        end = np.where(to_the_right, upper[rows.rooms], lower[rows.rooms])
+        blocked = rows.has_line & (rows.lines == end) & (motion * values < 0)
         for column in (0, 1):
-            at_end = blocked[:, column] & ~passed
-            if not at_end.any():
-                continue
-            trial = rows.lines.copy()
-            trial[at_end, column] = beyond[at_end, column]
-            there = equations.values(trial, rows.depths, rows.directions)[:, column]
-            goes_on = at_end & exists[:, column] & (outwards * there < 0)
-            stopped[at_end & ~goes_on, column] = True
-            fall = outwards * (values[:, column] - there)
-            fell |= goes_on & (fall > _NEWTON.falls * np.maximum(1.0, np.abs(values[:, column])))
-            rows.lines[goes_on, column] = beyond[goes_on, column]
-            rows.rooms[goes_on, column] = next_room[goes_on, column]
-            for row in np.flatnonzero(goes_on).tolist():
-                fell[row] |= _through_narrow_rooms(equations, rows, row, column, outwards)
-            values[goes_on] = equations.values(rows.lines, rows.depths, rows.directions)[goes_on]
-            passed |= goes_on
-    return stopped, passed, fell
+            at_end = blocked[:, column] & ~found.passed
+            if at_end.any():
+                _tried_beyond(equations, rows, values, found, at_end, column, motion)
+    return found
+
+
+def _tried_beyond(
+    equations: Equations,
+    rows: _Rows,
+    values: Array,
+    found: _AtJoints,
+    at_end: Mask,
+    column: int,
+    motion: int,
+) -> None:
+    """Put lines beyond the joint that they are at if they would go on from there; else pin them.
+
+    at_end: surfaces (n,) whose line in this column is at the end of its room; motion: 1 where it
+    advances, -1 where it recedes. Written into `rows`, `values` and `found`.
+    """
+    lower, upper = equations.rooms
+    step = int(motion * OUTWARDS[column])  # 1: to the right
+    next_room = rows.rooms[:, column] + step
+    exists = (next_room >= 0) & (next_room < lower.size)
+    next_room = np.clip(next_room, 0, lower.size - 1)
+    beyond = lower[next_room] if step > 0 else upper[next_room]
+    trial = rows.lines.copy()
+    trial[at_end, column] = beyond[at_end]
+    value = values[:, column]
+    value_beyond = equations.values(trial, rows.depths, rows.directions)[:, column]
+    goes_on = at_end & exists & (motion * value_beyond < 0)
+    found.pinned[at_end & ~goes_on, column] = True
+    # Outwards of the contact: from here to beyond for an advancing line, else the other way round.
+    fall = motion * (value - value_beyond)
+    found.fell |= goes_on & (fall > _NEWTON.falls * np.maximum(1.0, np.abs(value)))
+    rows.lines[goes_on, column] = beyond[goes_on]
+    rows.rooms[goes_on, column] = next_room[goes_on]
+    for row in np.flatnonzero(goes_on).tolist():
+        found.fell[row] |= _through_narrow_rooms(equations, rows, row, column, motion)
+    values[goes_on] = equations.values(rows.lines, rows.depths, rows.directions)[goes_on]
+    found.passed |= goes_on
 
 
 def _through_narrow_rooms(
-    equations: Equations, rows: _Rows, row: int, column: int, outwards: int
+    equations: Equations, rows: _Rows, row: int, column: int, motion: int
 ) -> bool:
     """Put a line at the far end of the last narrow room that it passes; whether F falls in between.
 
-    outwards: 1 where it advances, -1 where it recedes. Between corners that are close to each other
-    F hardly changes, so that no line rests within a room at both ends of which it goes on.
+    The line, of one surface and in one column, is at the near end of a room; motion is 1 where it
+    advances, -1 where it recedes. Between corners that are close to each other F hardly changes, so
+    that no line rests within a room at both ends of which it goes on.
     """
     lower, upper = equations.rooms
-    step = int(outwards * OUTWARDS[column])
+    step = int(motion * OUTWARDS[column])  # 1: to the right
     first = int(rows.rooms[row, column])
     line = rows.lines[row, column]
     room = np.arange(first, first + step * _NEWTON.most_rooms, step)
     room = room[(room >= 0) & (room < lower.size)]
     near, far = (lower[room], upper[room]) if step > 0 else (upper[room], lower[room])
-    narrow = np.abs(far - near) <= _NEWTON.narrow_room * equations.length
-    within = np.abs(far - line) <= _NEWTON.longest * equations.length
+
+    # Rooms up to the first that is wide, too far away, or beyond the line on the other side.
     facing = rows.lines[row, 1 - column]
-    apart = (facing - far) * OUTWARDS[column] > 0 if np.isfinite(facing) else True
-    usable = narrow & within & apart
+    usable = np.abs(far - near) <= _NEWTON.narrow_room * equations.length
+    usable &= np.abs(far - line) <= _NEWTON.longest * equations.length
+    if np.isfinite(facing):
+        usable &= (facing - far) * OUTWARDS[column] > 0
     count = int(usable.size if usable.all() else usable.argmin())
     if not count:
         return False
+
+    # F of the line at both ends of these rooms, with the sign that is negative where it goes on.
     trial = np.repeat(rows.lines[row][None], 2 * count, axis=0)
     trial[:count, column] = near[:count]
     trial[count:, column] = far[:count]
     depths = np.full(2 * count, rows.depths[row])
     directions = np.full(2 * count, rows.directions[row])
-    values = outwards * equations.values(trial, depths, directions)[:, column]
+    values = motion * equations.values(trial, depths, directions)[:, column]
     at_near, at_far = values[:count], values[count:]
     passes = (at_near < 0) & (at_far < 0)
     passed = int(count if passes.all() else passes.argmin())
@@ -389,20 +503,21 @@ def _through_narrow_rooms(
     return bool((falls > least).any())
 
 
-def _rests(
-    equations: Equations, lines: Array, moved: Array, before: Array, passed: Mask, cut: Mask
-) -> Mask:
-    """Whether Newton's method has come to rest (n,), after steps of this length and the last."""
+def _converged(equations: Equations, lines: Array, moved: Array, last_moved: Array) -> Mask:
+    """Whether Newton's method has converged (n,): the three conditions that `settle` states.
+
+    lines (n, 2) are those after the step, moved and last_moved (n,) how long this step and the one
+    before it were.
+    """
     length = equations.length
     furthest = np.abs(np.where(np.isfinite(lines), lines, 0.0)).max(axis=1)
     rounding = _NEWTON.still * np.spacing(length + furthest)
     still = moved <= rounding
-    squared = (moved < _NEWTON.near * length) & (
-        moved * moved <= _NEWTON.quadratic * length * before
-    )
+    quadratic = moved < _NEWTON.near * length
+    quadratic &= moved * moved <= _NEWTON.quadratic * length * last_moved
     with np.errstate(invalid="ignore", divide="ignore"):
-        narrow = _NEWTON.narrow * length / (lines[:, 1] - lines[:, 0])
-    trembles = _NEWTON.trembling * length * np.maximum(1.0, np.where(narrow > 0, narrow, 0.0) ** 2)
-    trembling = (moved < trembles) & (before < 100 * trembles)
-    trembling &= moved > before / 2
-    return np.asarray((still | squared | trembling) & ~cut & ~passed)
+        narrower = _NEWTON.narrow * length / (lines[:, 1] - lines[:, 0])  # 0 of tails
+    widened = np.maximum(1.0, np.where(narrower > 0, narrower, 0.0) ** 2)
+    trembling = moved < _NEWTON.trembling * length * widened
+    trembling &= moved > last_moved / 2  # quadratic convergence would more than halve it
+    return np.asarray(still | quadratic | trembling)
