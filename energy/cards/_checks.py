@@ -1,4 +1,8 @@
-"""Argument checks shared by the cards: a refusal names argument, value and remedy."""
+"""Argument checks shared by the cards: a refusal names argument, value and remedy.
+
+Conventions: arguments are numbers or arrays of float64 of shapes that broadcast; what a function
+returns for numbers is a number (`unwrap`), not an array of shape ().
+"""
 
 from typing import Any
 
@@ -7,6 +11,10 @@ from numpy.typing import ArrayLike
 
 from energy.arrays import Array
 
+# Slack of `excess`, in roundings of the terms: a bound such as -√(2w/k) is computed by the caller
+# and by the card, in four operations each.
+_ROUNDINGS = 8
+# What an argument of a name is, for messages.
 _MEANING = {
     "E": "the elastic modulus E",
     "K": "the machine stiffness K per length, or use load_control",
@@ -62,10 +70,12 @@ def excess(
 ) -> Array:
     """value − bound >= 0; a shortfall of a few roundings counts as 0, a larger one is refused.
 
-    `scale` is the size of the terms that cancel in `bound`, where there are such.
+    `name` and `remedy` are for the message, `scale` is the size of the terms that cancel in
+    `bound`, where there are such.
     """
     over = value - bound
-    slack = 8 * np.finfo(np.float64).eps * (np.abs(value) + np.abs(bound) + scale)
+    rounding = np.finfo(np.float64).eps * (np.abs(value) + np.abs(bound) + scale)
+    slack = _ROUNDINGS * rounding
     limit = unwrap(np.asarray(bound, dtype=np.float64))
     refuse(name, value, over < -slack, f"is below {limit}: {remedy}")
     clipped: Array = np.maximum(over, 0.0)
@@ -73,10 +83,15 @@ def excess(
 
 
 def refuse(name: str, value: Array, bad: Any, remedy: str) -> None:
-    """Raise ValueError with the first bad entry, if there is one."""
+    """Raise ValueError with the first entry of `value` at which `bad` is true, if there is one."""
     if np.any(bad):
         values, flags = np.broadcast_arrays(value, bad)
         raise ValueError(f"{name} = {float(values[flags][0])!r} {remedy}")
+
+
+def not_zero(numbers: Array) -> Array:
+    """The numbers, with 1 in place of 0: divisors of terms that are 0 there, too."""
+    return unwrap(np.where(numbers == 0.0, 1.0, numbers))
 
 
 def unwrap(numbers: Array) -> Array:

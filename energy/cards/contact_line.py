@@ -3,6 +3,10 @@
 Within the small-slope energy Eq. (16) is exact for every γ₁ >= 0, γ₁ = 0 included: it is the
 condition that the energy be stationary in the half-width. Section 6 of the paper limits it to
 2w ≪ γ₁ because the slope √(2w/γ₁) at the line has to be small for that energy to apply.
+
+Conventions: the contact is on the left of its line at x = a > 0. Heights f are positive upwards,
+the depth d of the level f = 0 and displacements u downwards, so that u_a = d − f(a) at the line. θ
+is the angle in the outer medium, π where the surface is smooth. l = √(γ₁/k), δ₀ = √(2w/k).
 """
 
 import numpy as np
@@ -63,6 +67,7 @@ def angle(gamma1: ArrayLike, gamma2: ArrayLike, gamma12: ArrayLike) -> Values:
     """
     gamma1 = positive("gamma1", gamma1)
     w = np.asarray(work_of_adhesion(gamma1, gamma2, gamma12))
+    # w is a sum of three terms that cancel, each of them rounded by whoever computed it.
     roundings = 8 * np.finfo(np.float64).eps * (gamma1 + np.abs(gamma2) + np.abs(gamma12))
     refuse("w = gamma1 + gamma2 - gamma12", w, w < -roundings, "must be >= 0: lower gamma12")
     above = w > 2.0 * gamma1 + roundings
@@ -171,7 +176,8 @@ def boundary_residual(
     ValueError
         For k <= 0 or γ₁ <= 0.
     """
-    kink = finite("slope_a", slope_a) + slope_at_line(u_a, k=k, gamma1=gamma1)
+    slope_of_surface = slope_at_line(u_a, k=k, gamma1=gamma1)  # u'(a + 0) = −u_a/l
+    kink = finite("slope_a", slope_a) + slope_of_surface
     return kink + (finite("theta", theta) - np.pi)
 
 

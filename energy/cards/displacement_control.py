@@ -119,7 +119,8 @@ def flat_punch_global_pull_off(
     """
     depth = flat_punch.global_pull_off_depth(a=a, k=k, gamma1=gamma1, w=w)
     force = flat_punch.force(depth, a=a, k=k, gamma1=gamma1)
-    return PullOff(*Jump.of(force, depth, a, 0.0)[:3])
+    state = Jump.of(force, depth, a, 0.0)  # all of one shape
+    return PullOff(state.force, state.depth, state.half_width)
 
 
 def flat_punch_barrier(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:

@@ -1,11 +1,15 @@
 """Finite slopes: the true surface length, Young's law exactly. Beyond the paper.
 
-The free surface has the first integral k u²/2 = γ₁ (1 − cos φ), φ its inclination. At the line
-φ = β − (π − θ) in magnitude, β = atan f'(a); with Young's angle θ of Eq. (8), (16) becomes
+The free surface has the first integral k u²/2 = γ₁ (1 − cos φ), φ its inclination, or
+u = 2l sin(φ/2), with l = √(γ₁/k) and u positive downwards: φ > 0 where the surface rises away from
+the line, φ < 0 where it is pulled up at the line. There φ = β − (π − θ), β = atan f'(a); with
+Young's angle θ of Eq. (8), and u = d − f(a), (16) becomes
 
     f(a) = d + 2l sin((π − θ − β)/2).
 
-Range: surfaces that are graphs, |φ| < π/2, that is |u(a)| < √2 l; w <= 2γ₁.
+Range: surfaces that are graphs, |φ| < π/2, that is |u(a)| < √2 l; w <= 2γ₁. Heights f are positive
+upwards, depths d downwards, forces where they press the indenter up. Positions are on the right of
+a contact whose lines are at ±a. `angle_deficit(w, gamma1)` is π − θ.
 """
 
 import numpy as np
@@ -45,18 +49,17 @@ def depth(
     """
     f = finite("f_a", f_a)
     beta = np.arctan(finite("slope_a", slope_a))
-    lift = np.asarray(angle_deficit(w, gamma1)) - beta
-    refuse(
-        "inclination", lift, abs(lift) >= np.pi / 2, "makes it overhang: pass a smaller w or slope"
-    )
+    pulled_up = np.asarray(angle_deficit(w, gamma1)) - beta  # −φ at the line
+    overhanging = abs(pulled_up) >= np.pi / 2
+    refuse("inclination", pulled_up, overhanging, "makes it overhang: pass a smaller w or slope")
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
-    return unwrap(f - 2 * ell * np.sin(lift / 2))
+    return unwrap(f - 2 * ell * np.sin(pulled_up / 2))
 
 
 def inclination(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """Inclination of the free surface at the line.
 
-    φ = 2 asin(u(a)/2l).
+    φ = 2 asin(u(a)/2l), of the sign of u(a).
 
     Parameters
     ----------
@@ -83,7 +86,7 @@ def inclination(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
 def surface_force(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """Vertical force of both free surfaces on the indenter.
 
-    2γ₁ sin φ, Eq. (10).
+    2γ₁ sin φ, Eq. (10): negative, a pull downwards, where the surface is lifted, u(a) < 0.
 
     Parameters
     ----------
@@ -130,7 +133,7 @@ def tail_energy(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
 def meniscus(u: ArrayLike, *, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """Distance from the line at which the free surface has come down to a displacement.
 
-    x − a = l [ln(tan(φ_a/4)/tan(φ/4)) + 2 cos(φ_a/2) − 2 cos(φ/2)], sin(φ/2) = u/2l.
+    x − a = l [ln(tan(φ_a/4)/tan(φ/4)) + 2 cos(φ_a/2) − 2 cos(φ/2)], sin(φ/2) = |u|/2l.
 
     Parameters
     ----------
@@ -144,22 +147,36 @@ def meniscus(u: ArrayLike, *, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -
     Returns
     -------
     float or ndarray
-        x − a [m].
+        x − a [m], >= 0.
+
+    Raises
+    ------
+    ValueError
+        For u that is not between 0 and u_a, and for |u_a| >= √2 l.
+
+    Notes
+    -----
+    Along the surface d|u|/dx = −tan φ, and |u| = 2l sin(φ/2) makes d|u| = l cos(φ/2) dφ, so that
+
+        dx = −l cos(φ/2)/tan φ dφ = −l (1/(2 sin(φ/2)) − sin(φ/2)) dφ,
+
+    which is minus the differential of l [ln tan(φ/4) + 2 cos(φ/2)].
     """
     ratio = finite("u", u) / finite("u_a", u_a)
-    outside = (ratio <= 0) | (ratio > 1)
-    refuse("u/u_a", ratio, outside, "must lie in (0, 1]: pass u between 0 and u_a")
+    not_between = (ratio <= 0) | (ratio > 1)
+    refuse("u/u_a", ratio, not_between, "must lie in (0, 1]: pass u between 0 and u_a")
     phi = np.abs(np.asarray(inclination(u, k=k, gamma1=gamma1)))
-    start = np.abs(np.asarray(inclination(u_a, k=k, gamma1=gamma1)))
+    phi_a = np.abs(np.asarray(inclination(u_a, k=k, gamma1=gamma1)))
     ell = elastocapillary_length(k, gamma1)
-    fall = np.log(np.tan(start / 4) / np.tan(phi / 4))
-    return unwrap(ell * (fall + 2 * np.cos(start / 2) - 2 * np.cos(phi / 2)))
+    logarithm = np.log(np.tan(phi_a / 4) / np.tan(phi / 4))
+    return unwrap(ell * (logarithm + 2 * np.cos(phi_a / 2) - 2 * np.cos(phi / 2)))
 
 
 def punch_surface_force_at_detachment(*, gamma1: ArrayLike, w: ArrayLike) -> Values:
     """Force of both free surfaces on a flat punch as it detaches.
 
-    2√(w(2γ₁ − w)) at d = −δ₀, which stays the critical depth at any slope; w < γ₁.
+    2√(w(2γ₁ − w)) at d = −δ₀, which stays the critical depth at any slope; w < γ₁. This is
+    `surface_force` there in magnitude: a pull on the punch.
 
     Parameters
     ----------
@@ -173,5 +190,6 @@ def punch_surface_force_at_detachment(*, gamma1: ArrayLike, w: ArrayLike) -> Val
     """
     tension = positive("gamma1", gamma1)
     work = non_negative("w", w)
+    # At u = −δ₀ = −√(2w/k) the inclination has 1 − cos φ = w/γ₁, and is π/2 for w = γ₁.
     refuse("w", work, work >= tension, "makes the surface overhang: pass w < gamma1")
     return unwrap(2 * np.sqrt(work * (2 * tension - work)))

@@ -3,6 +3,10 @@
 The contact line is pinned at the edge for d > −δ₀; at d = −δ₀ every contact width is neutral
 and the punch lets go at once. That is the end of the *metastable* branch: the detached state
 has the lower energy already at the shallower `global_pull_off_depth`.
+
+Conventions: the depth d of the face and displacements u are positive into the layer, forces P per
+length where the punch is pressed; l = √(γ₁/k), δ₀ = √(2w/k), and `critical_depth` is −δ₀.
+Arguments out of range raise ValueError.
 """
 
 import numpy as np
@@ -45,7 +49,7 @@ def displacement(
     """
     x = finite("x", x)
     a = positive("a", a)
-    u_a = np.asarray(critical_depth(k, w))
+    u_a = np.asarray(critical_depth(k, w))  # under the whole face, its edges included
     return joined(x, a, u_a, u_a, np.asarray(elastocapillary_length(k, gamma1)))
 
 

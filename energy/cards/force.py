@@ -1,4 +1,9 @@
-"""Force on the indenter for an arbitrary profile, Eqs. (9)-(11)."""
+"""Force on the indenter for an arbitrary profile, Eqs. (9)-(11).
+
+Conventions: the contact reaches from -a to a. Heights f are positive upwards, the depth d of the
+level f = 0 and displacements u downwards, so that u = d - f in contact; forces are per length and
+positive where they press against the indenter. u_a is u at the lines, l = √(γ₁/k).
+"""
 
 import functools
 from collections.abc import Callable
@@ -10,7 +15,7 @@ from numpy.typing import ArrayLike
 from energy.cards._checks import Array, finite, non_negative, positive
 from energy.cards._types import Values
 
-_rule = functools.cache(np.polynomial.legendre.leggauss)
+_rule = functools.cache(np.polynomial.legendre.leggauss)  # nodes and weights on (-1, 1)
 Profile = Callable[[Array], Any]
 
 
@@ -49,10 +54,10 @@ def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int 
     a = non_negative("a", a)
     k = positive("k", k)
     nodes, weights = _rule(order)
-    x = np.asarray(a)[..., None] * (0.5 + 0.5 * nodes)
+    x = np.asarray(a)[..., None] * (0.5 + 0.5 * nodes)  # on (0, a), along the last axis
     heights = finite("f(x)", f(x)) + finite("f(-x)", f(-x))
-    gap = 2.0 * np.asarray(d)[..., None] - heights
-    total: Values = k * a * (gap * (0.5 * weights)).sum(axis=-1)
+    both_sides = 2.0 * np.asarray(d)[..., None] - heights  # u(x) + u(-x)
+    total: Values = k * a * (both_sides * (0.5 * weights)).sum(axis=-1)
     return total
 
 

@@ -11,6 +11,12 @@ it is Hertz's. The thin incompressible layer flows: what is displaced inside r l
     -h³/(3G) p' 2πr = ∫₀ʳ u dA,    p(a) = 0,    w = h³/(6G) p'(a)²,
 
 so that the displaced volume over the length of the line is -μ, μ = √(2wh³/(3G)), G = E/3.
+
+Conventions: a is the radius of the contact under a sphere, its half-width under a cylinder;
+profiles f are positive upwards, the depth d of their lowest point and the displacement u = d - f in
+contact downwards; p is the pressure on the layer, p' = dp/dr, and P the force on the indenter,
+positive pressed. l = √(γ₁/k) with the stiffness k of the springs (`stiffness`), δ₀ = √(2w/k), and
+c₂ is that of k(q) = k (1 - c₂q²h² + ...) of the layer (`second_order`).
 """
 
 import numpy as np
@@ -128,10 +134,10 @@ def _state(force: ArrayLike, d: ArrayLike, a: ArrayLike) -> PullOff:
 
 
 def _flow(E: ArrayLike, h: ArrayLike, w: ArrayLike) -> tuple[Array, Array]:
-    """G/h³ and μ of an incompressible layer."""
-    compliance = np.asarray(positive("h", h)) ** 3 / (positive("E", E) / 3)
-    mu = np.sqrt(2 / 3 * non_negative("w", w) * compliance)
-    return unwrap(1 / compliance), unwrap(mu)
+    """G/h³ [N/m⁵] and μ = √(2wh³/(3G)) [m²] of an incompressible layer, G = E/3."""
+    h3_over_G = np.asarray(positive("h", h)) ** 3 / (positive("E", E) / 3)
+    mu = np.sqrt(2 / 3 * non_negative("w", w) * h3_over_G)
+    return unwrap(1 / h3_over_G), unwrap(mu)
 
 
 def incompressible_depth(
@@ -181,8 +187,8 @@ def incompressible_force(
     """
     a = positive("a", a)
     R = positive("R", R)
-    stiff, mu = _flow(E, h, w)
-    return np.pi * stiff / (32 * R) * (a**6 - 24 * R * mu * a**3)
+    G_over_h3, mu = _flow(E, h, w)
+    return np.pi * G_over_h3 / (32 * R) * (a**6 - 24 * R * mu * a**3)
 
 
 def incompressible_pull_off(*, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike) -> PullOff:
@@ -255,9 +261,10 @@ def incompressible_cylinder_pull_off(
     """
     R = positive("R", R)
     w = positive("w", w)
-    stiff, mu = _flow(E, h, w)
+    G_over_h3, mu = _flow(E, h, w)
     a = np.cbrt(6 * R * mu)
-    return _state(-1.2 * stiff * mu * a**2, 0.0, a)
+    force = -1.2 * G_over_h3 * mu * a**2  # 2a⁵/(15R) - 2μa² with a³ = 6Rμ
+    return _state(force, 0.0, a)
 
 
 def tension_force(a: ArrayLike, *, R: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
@@ -341,8 +348,9 @@ def depth(
     """
     k = stiffness(E, nu, h)
     ell = finite("ell", ell)
-    second = second_order(finite("nu", nu)) * np.square(h)
-    bent = (ell**2 + second - np.square(elastocapillary_length(k, gamma1))) / 2
-    of_height = _depth(f_a, 0.0, k=k, gamma1=gamma1, w=w)
+    c2_h2 = second_order(finite("nu", nu)) * np.square(h)
+    of_springs = np.square(elastocapillary_length(k, gamma1))  # l²
+    of_height = _depth(f_a, 0.0, k=k, gamma1=gamma1, w=w)  # f(a) - δ₀
     of_slope = ell * finite("slope_a", slope_a)
-    return of_height + of_slope + bent * finite("bend_a", bend_a)
+    of_bend = (ell**2 + c2_h2 - of_springs) / 2 * finite("bend_a", bend_a)
+    return of_height + of_slope + of_bend

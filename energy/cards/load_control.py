@@ -1,5 +1,9 @@
 """Loops under a dead load: jump-in at P = 0 on touching, pull-off, loop area.
 
+Conventions: d is the depth of the level f = 0, positive into the layer, P the force per length,
+positive pressed, a the half-width; k is the stiffness of the foundation [N/m³], l = √(γ₁/k),
+δ₀ = √(2w/k), α = √(2w/γ₁), and U the energy of the layer, 0 without contact.
+
 The load fixes P and the enthalpy U − P d falls. On touching, d = 0 and P = 0, the contact pulls the
 indenter in until its force is zero, U falls to U(d) < 0. Retraction follows the adhered branch
 until dP/dd = 0 or the branch ends; beyond that load there is no contact.
@@ -28,7 +32,7 @@ from energy.cards._types import Jump, Values
 flat_punch_jump_in = displacement_control.flat_punch_jump_in
 flat_punch_detachment = displacement_control.flat_punch_detachment
 flat_punch_loop_area = displacement_control.flat_punch_loop_area
-_DEAD_LOAD = np.zeros(())
+_DEAD_LOAD = np.zeros(())  # K = 0: a machine without stiffness
 
 
 def wedge_jump_in(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:

@@ -1,5 +1,9 @@
 """Loops under a machine of finite stiffness K: the drive D moves the far end of its spring.
 
+Conventions: d is the depth of the level f = 0, positive into the layer, P the force per length,
+positive pressed, a the half-width; k is the stiffness of the foundation [N/m³], l = √(γ₁/k),
+δ₀ = √(2w/k), α = √(2w/γ₁), and U the energy of the layer, 0 without contact.
+
 P = K (D − d). The indenter touches at D = 0 with the spring relaxed, jumps in at fixed D, and
 retracts along the adhered branch until dP/dd = −K or the branch ends. From the critical machine
 stiffness on the branch is followed to its end, as under displacement control:
@@ -296,6 +300,10 @@ def parabola_critical_stiffness(
 
 
 def _relaxed(detachment: Detachment, K: ArrayLike) -> Jump:
-    """The detachment with the energy of the spring that relaxes after it."""
-    force, depth, a, released = detachment.jump
-    return Jump.of(force, depth, a, released + 0.5 * detachment.spring_force**2 / positive("K", K))
+    """The detachment, with the energy P_s²/(2K) of the spring that relaxes after it as well.
+
+    P_s is the force in the spring once the line has run down the branch, `spring_force`.
+    """
+    force, depth, a, released_by_layer = detachment.jump
+    released_by_spring = 0.5 * detachment.spring_force**2 / positive("K", K)
+    return Jump.of(force, depth, a, released_by_layer + released_by_spring)

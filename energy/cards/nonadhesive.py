@@ -2,12 +2,16 @@
 
 The surface leaves the indenter without a kink. Contact exists for d >= 0 (profiles with
 f(0) = 0), and the tension makes it narrower and stiffer.
+
+Conventions: heights f are positive upwards, the depth d of the level f = 0 and displacements u
+downwards, forces P per length where the indenter is pressed. The lines are at ±a, u_a = d − f(a) is
+the displacement there, l = √(γ₁/k), and C = −u_a exp(a/l) is the constant of Eq. (13).
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energy.cards._checks import excess, finite, non_negative, positive
+from energy.cards._checks import excess, finite, non_negative, not_zero, positive
 from energy.cards._types import Values
 from energy.cards.contact_line import line_residual as _line_residual
 from energy.cards.tail import elastocapillary_length, slope_at_line
@@ -165,8 +169,8 @@ def parabola_half_width(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: Arr
     d = excess("d", finite("d", d), 0.0, _REMEDY)
     ell = elastocapillary_length(k, gamma1)
     chord = np.sqrt(2.0 * positive("R", R) * d)
-    total = ell + np.hypot(ell, chord)
-    a: Values = chord * (chord / (total + (total == 0.0)))
+    divisor = ell + np.hypot(ell, chord)  # 0 where d and l are, and a with them
+    a: Values = chord * (chord / not_zero(divisor))
     return a
 
 
@@ -199,6 +203,6 @@ def parabola_force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLik
     k = positive("k", k)
     R = positive("R", R)
     b = np.hypot(ell, np.sqrt(2.0 * R * d))
-    total = b + ell
-    force: Values = 4.0 * k * d * (b**2 + b * ell + ell**2) / (3.0 * (total + (total == 0.0)))
+    divisor = not_zero(b + ell)  # 0 where d and l are, and P with them
+    force: Values = 4.0 * k * d * (b**2 + b * ell + ell**2) / (3.0 * divisor)
     return force

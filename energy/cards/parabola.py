@@ -2,25 +2,46 @@
 
 The half-width is the free unknown on the whole metastable branch d >= −δ₀, down to a = 0. The
 force-controlled pull-off depends on Λ = l/√(R δ₀) and stops being a smooth minimum at Λ = 1.
+
+Conventions: heights f are positive upwards, the depth d of the lowest point and displacements u
+downwards, forces P per length where the indenter is pressed. The lines are at ±a, with the
+displacement u_a = d − f(a) there; l = √(γ₁/k) (`elastocapillary_length`), δ₀ = √(2w/k)
+(`critical_separation`), and `critical_depth` is −δ₀. Arguments broadcast, and raise ValueError
+where they are out of range.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energy.cards._checks import Array, excess, finite, non_negative, positive, unwrap
+from energy.cards._checks import Array, excess, finite, non_negative, not_zero, positive, unwrap
 from energy.cards._surface import joined
 from energy.cards._types import PullOff, Values
 from energy.cards.plane import critical_depth, critical_separation
 from energy.cards.tail import elastocapillary_length
 
 
-def _lengths(
-    R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
-) -> tuple[Array, Array, Array]:
-    """R, l and δ₀."""
+class _Lengths(NamedTuple):
+    """The three lengths of a parabola on the layer.
+
+    Attributes
+    ----------
+    R : ndarray
+    ell, delta0 : ndarray
+        l and δ₀.
+    """
+
+    R: Array
+    ell: Array
+    delta0: Array
+
+
+def _lengths(R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> _Lengths:
+    """The lengths from checked arguments, as numbers where these are numbers."""
     ell = elastocapillary_length(k, gamma1)
     delta0 = critical_separation(k, w)
-    return positive("R", R), unwrap(np.asarray(ell)), unwrap(np.asarray(delta0))
+    return _Lengths(positive("R", R), unwrap(np.asarray(ell)), unwrap(np.asarray(delta0)))
 
 
 def half_width(
@@ -51,8 +72,8 @@ def half_width(
     R, ell, delta0 = _lengths(R, k, gamma1, w)
     remedy = "the parabola has let go, pass d >= -sqrt(2w/k)"
     chord = np.sqrt(2.0 * R * excess("d", finite("d", d), -delta0, remedy))
-    total = ell + np.hypot(ell, chord)
-    a: Values = chord * (chord / (total + (total == 0.0)))
+    divisor = ell + np.hypot(ell, chord)  # 0 where d + δ₀ and l are, and a with them
+    a: Values = chord * (chord / not_zero(divisor))
     return a
 
 
@@ -115,7 +136,8 @@ def displacement(
     a = np.asarray(half_width(d, R=R, k=k, gamma1=gamma1, w=w))
     R, ell, delta0 = _lengths(R, k, gamma1, w)
     u_a = ell * a / R - delta0
-    return joined(x, a, u_a + (a - x) * (a + x) / (2.0 * R), u_a, ell)
+    inside = u_a + (a - x) * (a + x) / (2.0 * R)  # d − f(x) = u_a + f(a) − f(x)
+    return joined(x, a, inside, u_a, ell)
 
 
 def force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
@@ -203,10 +225,11 @@ def energy(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Ar
     """
     a = np.asarray(half_width(d, R=R, k=k, gamma1=gamma1, w=w))[()]
     R, ell, delta0 = _lengths(R, k, gamma1, w)
-    cubes = a * (a**2 + 3.0 * ell * (a + ell))
-    shape = a**2 * (2.0 * a + 10.0 * ell) + 5.0 * ell**2 * (4.0 * a + 3.0 * ell)
-    pressed = (a / R) ** 2 * shape / 15.0
-    return positive("k", k) * (pressed - 2.0 * delta0 * cubes / (3.0 * R) + ell * delta0**2)
+    difference_of_cubes = a * (a**2 + 3.0 * ell * (a + ell))  # (a + l)³ − l³
+    polynomial = a**2 * (2.0 * a + 10.0 * ell) + 5.0 * ell**2 * (4.0 * a + 3.0 * ell)
+    without_adhesion = (a / R) ** 2 * polynomial / 15.0
+    mixed = 2.0 * delta0 * difference_of_cubes / (3.0 * R)
+    return positive("k", k) * (without_adhesion - mixed + ell * delta0**2)
 
 
 def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:
@@ -229,13 +252,14 @@ def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> 
     """
     R, ell, delta0 = _lengths(R, k, gamma1, w)
     k = positive("k", k)
-    reach = np.sqrt(R) * np.sqrt(delta0)
-    smooth = reach >= ell
-    inner = -2.0 * k * (2.0 * reach * delta0 + ell**3 / R) / 3.0
-    force_min = np.where(smooth, inner, -2.0 * k * ell * delta0)
-    depth_min = np.where(smooth, -0.5 * (delta0 + ell**2 / R), -delta0)
-    a = np.maximum(reach - ell, 0.0)
-    return PullOff(unwrap(force_min), unwrap(depth_min), a)
+    root = np.sqrt(R) * np.sqrt(delta0)  # √(Rδ₀), of a + l at the minimum
+    smooth = root >= ell  # Λ <= 1
+    at_minimum = -2.0 * k * (2.0 * root * delta0 + ell**3 / R) / 3.0
+    at_zero_width = -2.0 * k * ell * delta0  # −2 √(2wγ₁)
+    force = np.where(smooth, at_minimum, at_zero_width)
+    d = np.where(smooth, -0.5 * (delta0 + ell**2 / R), -delta0)
+    a = np.maximum(root - ell, 0.0)
+    return PullOff(unwrap(force), unwrap(d), a)
 
 
 def adhesion_force(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:

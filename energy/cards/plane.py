@@ -1,4 +1,8 @@
-"""Rigid plane f = 0, Eqs. (19)-(20): one separation at which every contact size is neutral."""
+"""Rigid plane f = 0, Eqs. (19)-(20): one separation at which every contact size is neutral.
+
+A depth d is positive into the layer; a separation is positive where the plane is lifted above the
+flat surface.
+"""
 
 import numpy as np
 from numpy.typing import ArrayLike

@@ -3,22 +3,78 @@
 n = 1 is the wedge with tan δ = c, tip-pinned range included; n = 2 the parabola with
 R = 1/(2c). For n > 1 the line is free on the whole branch d >= −δ₀, if at a half-width below the
 range of float64 for n next to 1: then u_a = d and P = 2kld, as for a wedge pinned at its tip.
+
+Conventions: the depth d of the lowest point and displacements u are positive into the layer, forces
+P per length where the indenter is pressed. The lines are at ±a, with the displacement
+u_a = d − c aⁿ there; l = √(γ₁/k) (`elastocapillary_length`), δ₀ = √(2w/k) (`critical_separation`),
+both in m; q = lc − δ₀ for n = 1. All arguments but n broadcast.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energy.cards._checks import Array, excess, finite, non_negative, positive, refuse, unwrap
+from energy.cards._checks import (
+    Array,
+    excess,
+    finite,
+    non_negative,
+    not_zero,
+    positive,
+    refuse,
+    unwrap,
+)
 from energy.cards._surface import joined
 from energy.cards._types import Values
 from energy.cards.plane import critical_separation
 from energy.cards.tail import elastocapillary_length
 
+# Newton's method for the half-width ends where the logarithm of its equation is off by no more than
+# this many roundings.
+_ROUNDINGS = 8
+# It takes at most 22 steps for n from 1 + 1e-9 to 10, and ratios of l to the half-width without
+# tension from 1e-12 to 1e12.
+_MOST_STEPS = 100
 
-def _lengths(
+
+class _Parameters(NamedTuple):
+    """The checked arguments of a card.
+
+    Attributes
+    ----------
+    c : ndarray
+        Coefficient of f = c|x|ⁿ [m¹⁻ⁿ].
+    n : float
+    ell, delta0 : ndarray
+        l and δ₀ [m].
+    """
+
+    c: Array
+    n: float
+    ell: Array
+    delta0: Array
+
+
+class _Line(NamedTuple):
+    """A contact line at a depth.
+
+    Attributes
+    ----------
+    half_width : ndarray
+        a [m].
+    displacement : ndarray
+        u_a [m].
+    """
+
+    half_width: Array
+    displacement: Array
+
+
+def _parameters(
     c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
-) -> tuple[Array, float, Array, Array]:
-    """c, n, l and δ₀, checked."""
+) -> _Parameters:
+    """The arguments, checked; ValueError for n < 1, an array n, c <= 0, k <= 0, γ₁ < 0 or w < 0."""
     exponent = finite("n", n)
     refuse("n", exponent, exponent < 1.0, "must be >= 1: a cusp has no small slopes")
     if np.ndim(exponent) > 0:
@@ -27,44 +83,51 @@ def _lengths(
     delta0 = critical_separation(k, w)
     ell = np.asarray(ell)[()]
     delta0 = np.asarray(delta0)[()]
-    return positive("c", c), float(exponent), ell, delta0
+    return _Parameters(positive("c", c), float(exponent), ell, delta0)
 
 
 def _root(level: Array, n: float, ell: Array) -> Array:
-    """a >= 0 with a^(n−1) (a + nl) = level, for n > 1.
+    """Half-width a >= 0 with a^(n−1) (a + nl) = level, for n > 1: Eq. (16) of f = c|x|ⁿ.
 
-    With a = t level^(1/n) and ρ = nl/level^(1/n): t^(n−1) (t + ρ) = 1. In ln t the logarithm of
-    the left side is convex and increasing, so Newton's steps from min(1, ρ^(−1/(n−1))), which is
-    never below the root, decrease to it. An a below the range of float64 is returned as 0.
+    `level` is (d + δ₀)/c >= 0 [mⁿ]. With a = t level^(1/n) and ρ = nl/level^(1/n), t is the root
+    of t^(n−1) (t + ρ) = 1. In ln t the logarithm of the left side is convex and increasing, so
+    Newton's steps from min(1, ρ^(−1/(n−1))), which is never below the root, decrease to it. A t
+    below the range of float64 makes a = 0; RuntimeError after _MOST_STEPS.
     """
+    tolerance = _ROUNDINGS * float(np.finfo(np.float64).eps)
     with np.errstate(over="ignore", under="ignore", divide="ignore"):
-        scale = level ** (1.0 / n)
-        rho = np.where(level > 0.0, n * ell / (scale + (level == 0.0)), 0.0)
+        without_tension = level ** (1.0 / n)  # the half-width for l = 0
+        rho = np.where(level > 0.0, n * ell / not_zero(without_tension), 0.0)
         start = np.maximum(rho, 1.0) ** (-1.0 / (n - 1.0))
     vanishing = start < np.finfo(np.float64).tiny
+    # Entries that vanish are iterated with t = 1 and ρ = 0, the root of which is 1.
     t = np.where(vanishing, 1.0, start)
     rho = np.where(vanishing, 0.0, rho)
-    for _ in range(100):
-        misfit = np.log(t ** (n - 1.0) * (t + rho))
-        slope = n - 1.0 + t / (t + rho)
-        t = t * np.exp(-misfit / slope)
-        if np.all(np.abs(misfit) <= 8 * np.finfo(np.float64).eps):
-            return unwrap(np.where(vanishing, 0.0, t * scale))
-    raise RuntimeError(f"no half-width after 100 steps for n = {n}: rescale the units")
+    for _ in range(_MOST_STEPS):
+        residual = np.log(t ** (n - 1.0) * (t + rho))
+        slope = n - 1.0 + t / (t + rho)  # d(residual)/d(ln t)
+        t = t * np.exp(-residual / slope)
+        if np.all(np.abs(residual) <= tolerance):
+            return unwrap(np.where(vanishing, 0.0, t * without_tension))
+    raise RuntimeError(f"no half-width after {_MOST_STEPS} steps for n = {n}: rescale the units")
 
 
-def _state(d: ArrayLike, c: Array, n: float, ell: Array, delta0: Array) -> tuple[Array, Array]:
-    """Half-width and displacement of the contact line at depth d."""
+def _state(d: ArrayLike, c: Array, n: float, ell: Array, delta0: Array) -> _Line:
+    """The line at depth d; ValueError below `detachment_depth`.
+
+    u_a = l f'(a) − δ₀ by Eq. (16) on a free line. It is d where a = 0: pinned at the tip of a wedge
+    between d = 0 and q > 0, or at an a too small for a float.
+    """
     depth = finite("d", d)
     remedy = "the contact has let go, pass d >= detachment_depth(...)"
     if n > 1.0:
         level = excess("d", depth, -delta0, remedy) / c
         a = np.asarray(_root(level, n, ell))[()]
         free = ell * n * c * a ** (n - 1.0) - delta0
-        return a, np.where(a > 0.0, free, depth)[()]
+        return _Line(a, np.where(a > 0.0, free, depth)[()])
     q = ell * c - delta0
     excess("d", depth, np.minimum(q, 0.0), remedy, scale=ell * c)
-    return np.maximum(depth - q, 0.0) / c, np.minimum(depth, q)
+    return _Line(np.maximum(depth - q, 0.0) / c, np.minimum(depth, q))
 
 
 def half_width(
@@ -92,10 +155,10 @@ def half_width(
     Raises
     ------
     ValueError
-        Below `detachment_depth`.
+        Below `detachment_depth`, and for n < 1 and other parameters out of range.
     """
-    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
-    return _state(d, c, n, ell, delta0)[0]
+    c, n, ell, delta0 = _parameters(c, n, k, gamma1, w)
+    return _state(d, c, n, ell, delta0).half_width
 
 
 def depth(
@@ -123,9 +186,9 @@ def depth(
     Raises
     ------
     ValueError
-        For a < 0.
+        For a < 0, and parameters out of range.
     """
-    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    c, n, ell, delta0 = _parameters(c, n, k, gamma1, w)
     a = non_negative("a", a)
     return c * a ** (n - 1.0) * (a + n * ell) - delta0
 
@@ -168,7 +231,7 @@ def displacement(
     ValueError
         As `half_width`.
     """
-    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    c, n, ell, delta0 = _parameters(c, n, k, gamma1, w)
     x = finite("x", x)
     a, u_a = _state(d, c, n, ell, delta0)
     inside = finite("d", d) - c * np.abs(x) ** n
@@ -196,8 +259,13 @@ def force(
     -------
     float or ndarray
         P [N/m], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        As `half_width`.
     """
-    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    c, n, ell, delta0 = _parameters(c, n, k, gamma1, w)
     a, u_a = _state(d, c, n, ell, delta0)
     pressed = c * a ** (n + 1.0) * (n / (n + 1.0))
     return 2.0 * positive("k", k) * (pressed + (a + ell) * u_a)
@@ -210,8 +278,8 @@ def energy(
 
     U = ∫_{−a}^{a} (k/2 (d − f)² + γ₁/2 f'²) dx + k l u_a² − 2wa, in closed form.
 
-    With s = l n c a^(n−1), v = c aⁿ n: U = k (l u_a² + a s (s − 2δ₀) + 2 a u_a v/(n + 1)
-    + 2 a v²/((n + 1)(2n + 1)) + a s²/(2n − 1)). P = dU/dd.
+    With s = l f'(a) = l n c a^(n−1) and v = a f'(a) = n c aⁿ: U = k (l u_a² + a s (s − 2δ₀)
+    + 2 a u_a v/(n + 1) + 2 a v²/((n + 1)(2n + 1)) + a s²/(2n − 1)). P = dU/dd.
 
     Parameters
     ----------
@@ -233,13 +301,16 @@ def energy(
     ValueError
         As `half_width`.
     """
-    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    c, n, ell, delta0 = _parameters(c, n, k, gamma1, w)
     a, u_a = _state(d, c, n, ell, delta0)
     s = ell * n * c * a ** (n - 1.0)
     v = c * a**n * n
-    springs = 2.0 * v * (u_a + v / (2.0 * n + 1.0)) / (n + 1.0)
-    lines = s * (s - 2.0 * delta0) + s**2 / (2.0 * n - 1.0)
-    return positive("k", k) * (a * (springs + lines) + ell * u_a**2)
+    # Terms over k, and those of the contact over a: the springs' share that depends on x; the
+    # springs' share u_a² with adhesion, −δ₀², and the tension of the contact, s²/(2n − 1).
+    varying = 2.0 * v * (u_a + v / (2.0 * n + 1.0)) / (n + 1.0)
+    uniform = s * (s - 2.0 * delta0) + s**2 / (2.0 * n - 1.0)
+    free_surfaces = ell * u_a**2
+    return positive("k", k) * (a * (varying + uniform) + free_surfaces)
 
 
 def detachment_depth(
@@ -261,7 +332,12 @@ def detachment_depth(
     -------
     float or ndarray
         d [m].
+
+    Raises
+    ------
+    ValueError
+        For n < 1 and other parameters out of range.
     """
-    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    c, n, ell, delta0 = _parameters(c, n, k, gamma1, w)
     least: Values = -delta0 if n > 1.0 else np.minimum(ell * c - delta0, 0.0)
     return least

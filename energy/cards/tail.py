@@ -2,6 +2,9 @@
 
 γ₁ u'' = k u holds there; the solution that is flat far away decays over the elastocapillary
 length l and is fixed by its value u_a at the contact line.
+
+Conventions: displacements u are positive downwards, into the layer; the lines are at ±a, and
+slopes are those on the right, u'(a + 0). Arguments broadcast.
 """
 
 import numpy as np
@@ -10,6 +13,9 @@ from numpy.typing import ArrayLike
 from energy.cards._checks import excess, finite, non_negative, positive, refuse
 from energy.cards._surface import joined
 from energy.cards._types import Values
+
+# Largest a/l of `amplitude`: exp(709.8) is the largest float, and a factor of e⁹ is left for u_a.
+_LARGEST_RATIO = 700.0
 
 
 def elastocapillary_length(k: ArrayLike, gamma1: ArrayLike) -> Values:
@@ -101,7 +107,7 @@ def slope_at_line(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
 def amplitude(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
     """Amplitude of the free surface, extrapolated to x = 0.
 
-    C = −u_a exp(a/l) of Eqs. (6) and (13).
+    C = −u_a exp(a/l) of Eqs. (6) and (13): the surface is u = −C exp(−|x|/l).
 
     Parameters
     ----------
@@ -125,7 +131,8 @@ def amplitude(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) 
     u_a = finite("u_a", u_a)
     ratio = non_negative("a", a) / elastocapillary_length(k, positive("gamma1", gamma1))
     ratio = finite("a/l", ratio)
-    refuse("a/l", ratio, ratio > 700.0, "makes exp(a/l) overflow: use displacement, without C")
+    overflowing = ratio > _LARGEST_RATIO
+    refuse("a/l", ratio, overflowing, "makes exp(a/l) overflow: use displacement, without C")
     return -u_a * np.exp(ratio)
 
 

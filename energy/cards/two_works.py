@@ -1,5 +1,9 @@
 """Two works of adhesion: closing contact gains w_closing, opening it costs w >= w_closing.
 
+Conventions: the lines are at ±a; heights f are positive upwards, the depth d of the level f = 0
+downwards, forces P per length where the indenter is pressed; l = √(γ₁/k). The cards of `power_law`
+are those of a single work of adhesion.
+
 Profile f = c|x|ⁿ, n >= 1; wedge: c = tan δ, n = 1; parabola: c = 1/(2R), n = 2.
 
 The line at a advances where f + l f' <= d + δ_c and recedes where f + l f' >= d + δ₀, Eq. (16) with
@@ -15,7 +19,7 @@ springs without tension attach on touching, at f(a) = d, and let go at f(a) = d 
 is pinned at its edges under both works: its loop area is 2w (a + l) for every w_closing.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +31,21 @@ from energy.cards._types import Values
 from energy.cards.tail import energy as tail_energy
 
 
+class HalfWidths(NamedTuple):
+    """Half-widths between which a line is pinned [m].
+
+    Attributes
+    ----------
+    advancing : float or ndarray
+        That from which a narrower contact would widen; 0 where none would.
+    receding : float or ndarray
+        That to which a wider contact would shrink, >= `advancing`.
+    """
+
+    advancing: Values
+    receding: Values
+
+
 def half_widths(
     d: ArrayLike,
     *,
@@ -36,7 +55,7 @@ def half_widths(
     gamma1: ArrayLike,
     w: ArrayLike,
     w_closing: ArrayLike,
-) -> tuple[Values, Values]:
+) -> HalfWidths:
     """Half-widths between which a line is pinned at a depth.
 
     Those of an advancing and of a receding line, Eq. (16) with w_closing and with w.
@@ -56,16 +75,16 @@ def half_widths(
 
     Returns
     -------
-    tuple of two floats or ndarrays
+    HalfWidths
         a of an advancing and of a receding line [m].
     """
     closing, opening = _works(w_closing, w, gamma1)
     same: dict[str, Any] = {"c": c, "n": n, "k": k, "gamma1": gamma1}
     receding = np.asarray(power_law.half_width(d, w=opening, **same))
+    # Below the depth at which a contact of w_closing detaches no line advances: a = 0, as there.
     least = power_law.detachment_depth(w=closing, **same)
     advancing = np.asarray(power_law.half_width(np.maximum(d, least), w=closing, **same))
-    advancing, receding = np.array(np.broadcast_arrays(advancing, receding))
-    return advancing, receding
+    return HalfWidths(*np.array(np.broadcast_arrays(advancing, receding)))
 
 
 def cycle_area(
@@ -111,9 +130,9 @@ def cycle_area(
     excess("d_max", top, low, "the cycle turns back at d_max, pass d_max >= d_min")
     least = power_law.detachment_depth(w=w, **same)
     excess("d_min", low, least, "the contact lets go, use a loop_area or a larger d_min")
-    advanced, _ = half_widths(top, **same, **both)
-    _, receded = half_widths(low, **same, **both)
-    area: Array = 2.0 * (opening - closing) * np.maximum(advanced - receded, 0.0)
+    widest = half_widths(top, **same, **both).advancing
+    narrowest = half_widths(low, **same, **both).receding
+    area: Array = 2.0 * (opening - closing) * np.maximum(widest - narrowest, 0.0)
     return area
 
 
@@ -163,12 +182,13 @@ def loop_area(
     end = power_law.detachment_depth(w=opening, **same)
     of_detachment = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1))
     area = of_jump_in + of_lines + of_detachment
-    unless_at_tip: Array = np.where(widest > 0.0, area, 0.0)[()]
-    return unless_at_tip
+    # A line that never left the tip of a wedge has closed nothing, and opens nothing.
+    of_loop: Array = np.where(widest > 0.0, area, 0.0)[()]
+    return of_loop
 
 
 def _works(w_closing: ArrayLike, w: ArrayLike, gamma1: ArrayLike) -> tuple[Array, Array]:
-    """w_closing in [0, w], and w; w_closing = 0 where no tension pulls the next spring in."""
+    """w_closing and w, checked: w_closing in [0, w], and 0 where no tension pulls a spring in."""
     closing = non_negative("w_closing", w_closing)
     opening = non_negative("w", w)
     remedy = "exceeds w: closing gains at most what opening costs, pass w_closing <= w"

@@ -4,7 +4,14 @@ Eqs. (25)-(29) describe a contact line that is free to move, a > 0, that is d > 
 q = l tan δ − δ₀. Blunt wedges, tan δ <= α = √(2w/γ₁), have q <= 0 and let go at d = q, a = 0.
 Sharp wedges, tan δ > α, have q > 0: for 0 < d < q the line stays pinned at the tip, a = 0 and
 P = 2kld, where Eqs. (25)-(27) do not hold; they never pull, and let go at d = 0.
+
+Conventions: the depth d of the tip and displacements u are positive into the layer, forces P per
+length where the wedge is pressed. The lines are at ±a, with the displacement u_a = d − a tan δ
+there; l = √(γ₁/k) (`elastocapillary_length`), δ₀ = √(2w/k) (`critical_separation`). Arguments
+broadcast, and raise ValueError where they are out of range; `wedge_slope` is tan δ.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,23 +22,70 @@ from energy.cards._types import PullOff, Values
 from energy.cards.plane import critical_separation
 from energy.cards.tail import elastocapillary_length
 
+# A caller's δ = atan α makes tan δ = α, which `adhesion_force` allows, but for some roundings, and
+# q = l tan δ − δ₀ is off by these of δ₀.
+_ROUNDINGS = 32
 
-def _lengths(
-    delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
-) -> tuple[Array, Array, Array]:
-    """tan δ, l and q = l tan δ − δ₀: displacement of a free contact line, and its least depth."""
+
+class _Lengths(NamedTuple):
+    """What the formulas of a wedge are made of.
+
+    Attributes
+    ----------
+    slope : ndarray
+        tan δ [1].
+    ell : ndarray
+        l [m].
+    q : ndarray
+        l tan δ − δ₀ [m]: the displacement u_a of a free line, and its least depth.
+    """
+
+    slope: Array
+    ell: Array
+    q: Array
+
+
+class PinnedDepths(NamedTuple):
+    """Depths between which the line is pinned at the tip [m]; empty where both are 0.
+
+    Attributes
+    ----------
+    least, largest : float or ndarray
+    """
+
+    least: Values
+    largest: Values
+
+
+class _Line(NamedTuple):
+    """A contact line at a depth, free or pinned at the tip.
+
+    Attributes
+    ----------
+    half_width : ndarray
+        a [m]; 0 where it is pinned.
+    displacement : ndarray
+        u_a [m]: q of a free line, d of a pinned one.
+    """
+
+    half_width: Array
+    displacement: Array
+
+
+def _lengths(delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> _Lengths:
+    """The lengths from checked arguments."""
     slope = wedge_slope(delta)
     ell = np.asarray(elastocapillary_length(k, gamma1))
-    return slope, ell[()], ell * slope - critical_separation(k, w)
+    return _Lengths(slope, ell[()], ell * slope - critical_separation(k, w))
 
 
-def _state(d: ArrayLike, slope: Array, ell: Array, q: Array) -> tuple[Array, Array]:
-    """Half-width and displacement of the contact line at depth d, free or pinned at the tip."""
+def _state(d: ArrayLike, slope: Array, ell: Array, q: Array) -> _Line:
+    """The line at depth d; ValueError below min(q, 0), where the contact has detached."""
     depth = finite("d", d)
     least = np.minimum(q, 0.0)
     remedy = "the wedge has let go, pass d >= detachment_depth(...)"
     excess("d", depth, least, remedy, scale=ell * slope)
-    return np.maximum(depth - q, 0.0) / slope, np.minimum(depth, q)
+    return _Line(np.maximum(depth - q, 0.0) / slope, np.minimum(depth, q))
 
 
 def half_width(
@@ -60,7 +114,7 @@ def half_width(
         Below `detachment_depth`.
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
-    return _state(d, slope, ell, q)[0]
+    return _state(d, slope, ell, q).half_width
 
 
 def depth(
@@ -119,7 +173,7 @@ def displacement(
     slope, ell, q = _lengths(delta, k, gamma1, w)
     x = finite("x", x)
     a, u_a = _state(d, slope, ell, q)
-    inside = u_a + slope * (a - np.abs(x))
+    inside = u_a + slope * (a - np.abs(x))  # d − f(x) = u_a + f(a) − f(x)
     return joined(x, a, inside, u_a, ell)
 
 
@@ -245,8 +299,7 @@ def adhesion_force(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Arra
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
     delta0 = critical_separation(k, w)
-    rounding = 32 * np.finfo(np.float64).eps * delta0  # of tan δ = α, which is allowed
-    beyond = q > rounding
+    beyond = q > _ROUNDINGS * np.finfo(np.float64).eps * delta0
     remedy = "is beyond tan δ = √(2w/γ₁): Eq. (30) fails, pass a blunter wedge or use pull_off"
     refuse("delta", np.arctan(slope), beyond, remedy)
     return positive("k", k) * np.maximum(-q, 0.0) * (delta0 + ell * slope) / slope
@@ -294,13 +347,13 @@ def detachment_depth(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Ar
     float or ndarray
         d [m].
     """
-    least: Values = np.minimum(_lengths(delta, k, gamma1, w)[2], 0.0)
+    least: Values = np.minimum(_lengths(delta, k, gamma1, w).q, 0.0)
     return least
 
 
 def tip_pinned_depths(
     *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
-) -> tuple[Values, Values]:
+) -> PinnedDepths:
     """Depths between which the line is pinned at the tip.
 
     (0, l tan δ − δ₀), the depths with a = 0 pinned at the tip; (0, 0), empty, if tan δ <= α.
@@ -313,8 +366,8 @@ def tip_pinned_depths(
 
     Returns
     -------
-    tuple of two floats or ndarrays
+    PinnedDepths
         The least and the largest one [m].
     """
-    upper = np.maximum(_lengths(delta, k, gamma1, w)[2], 0.0)
-    return 0.0 * upper, upper
+    largest = np.maximum(_lengths(delta, k, gamma1, w).q, 0.0)
+    return PinnedDepths(np.zeros_like(largest)[()], largest)

@@ -19,7 +19,7 @@ def crossing(function: Callable[[Array], Array], lower: Array, upper: Array) -> 
     function : callable
         Of an array of positions; it changes from < 0 to >= 0 once.
     lower, upper : ndarray
-        Ends of the intervals, >= 0.
+        Ends of the intervals, >= 0; an interval with `upper` = 0 has the root 0.
 
     Returns
     -------
@@ -29,15 +29,16 @@ def crossing(function: Callable[[Array], Array], lower: Array, upper: Array) -> 
     """
     lower, upper = np.broadcast_arrays(np.asarray(lower, float), np.asarray(upper, float))
     floor = np.maximum(lower, _LEAST * upper)
-    some = upper > 0.0
-    log_floor = np.log(np.where(some, floor, 1.0))
-    lo = log_floor
-    hi = np.log(np.where(some, upper, 1.0))
+    wide = upper > 0.0
+    log_floor = np.log(np.where(wide, floor, 1.0))
+    log_low = log_floor
+    log_high = np.log(np.where(wide, upper, 1.0))
     for _ in range(_HALVINGS):
-        middle = 0.5 * (lo + hi)
+        middle = 0.5 * (log_low + log_high)
         below = function(np.exp(middle)) < 0.0
-        lo = np.where(below, middle, lo)
-        hi = np.where(below, hi, middle)
-    inside = hi > log_floor + _AT_THE_LOWER_END
-    found = np.where(inside, np.exp(hi), lower)
-    return unwrap(np.where(some, found, 0.0))
+        log_low = np.where(below, middle, log_low)
+        log_high = np.where(below, log_high, middle)
+    # An upper end that has come down to the floor says that the function was never negative.
+    above_floor = log_high > log_floor + _AT_THE_LOWER_END
+    root = np.where(above_floor, np.exp(log_high), lower)
+    return unwrap(np.where(wide, root, 0.0))

@@ -4,9 +4,15 @@
 
 The line is never pinned at the tip, as that of a wedge is: for t >= α the radius grows from zero at
 d = 0 and the cone does not adhere; for t < α it detaches at a > 0.
+
+Conventions: a is the radius of the contact. The depth d of the tip and displacements u are positive
+into the layer, forces P where the cone is pressed. l = √(γ₁/k), δ₀ = √(2w/k), α = √(2w/γ₁); with
+s = a/l, `decay(s)` is q = K₀(s)/K₁(s) and `growth(s)` is s² q'(s), between 0 and ½. The surface is
+displaced by −D q at the line. Arguments broadcast, and raise ValueError where out of range; those
+of `power_law` are the cards of f = c rⁿ.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,17 +25,40 @@ from energy.cards.axisymmetric._roots import crossing
 from energy.cards.plane import critical_separation
 from energy.cards.tail import elastocapillary_length
 
+# Where `pull_off` looks for a. At its root a² tan δ <= (2a + 2l + l/2) D, since q <= 1 and
+# growth <= ½. Of 2a and 5l/2 one is the larger: a <= 4D/tan δ where it is 2a, a² <= 5l D/tan δ
+# where it is 5l/2.
+_MOST_WITHOUT_TENSION = 4.0  # of D/tan δ
+_MOST_WITH_TENSION = 5.0  # of l D/tan δ, the square of a radius
 
-def _lengths(
-    delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
-) -> tuple[Array, Array, Array]:
-    """tan δ, l and D."""
+
+class _Lengths(NamedTuple):
+    """What the formulas of a cone are made of.
+
+    Attributes
+    ----------
+    slope : ndarray
+        tan δ [1].
+    ell : ndarray
+        l [m].
+    driven : ndarray
+        D = δ₀ − l tan δ [m]; negative for a cone that does not adhere.
+    """
+
+    slope: Array
+    ell: Array
+    driven: Array
+
+
+def _lengths(delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> _Lengths:
+    """The lengths from checked arguments."""
     slope = wedge_slope(delta)
     ell = np.asarray(elastocapillary_length(k, gamma1))[()]
-    return slope, ell, unwrap(critical_separation(k, w) - ell * slope)
+    return _Lengths(slope, ell, unwrap(critical_separation(k, w) - ell * slope))
 
 
 def _as_power_law(delta: ArrayLike) -> dict[str, Any]:
+    """The arguments c and n that make f = c rⁿ this cone."""
     return {"c": wedge_slope(delta), "n": 1.0}
 
 
@@ -137,7 +166,7 @@ def force(
         P [N], compressive forces positive.
     """
     a = np.asarray(radius(d, delta=delta, k=k, gamma1=gamma1, w=w))
-    return unwrap(_force(a, *_lengths(delta, k, gamma1, w), positive("k", k)))
+    return unwrap(_force(a, _lengths(delta, k, gamma1, w), positive("k", k)))
 
 
 def force_of_radius(
@@ -160,10 +189,12 @@ def force_of_radius(
     float or ndarray
         P [N], compressive forces positive.
     """
-    return unwrap(_force(positive("a", a), *_lengths(delta, k, gamma1, w), positive("k", k)))
+    return unwrap(_force(positive("a", a), _lengths(delta, k, gamma1, w), positive("k", k)))
 
 
-def _force(a: Array, slope: Array, ell: Array, driven: Array, k: Array) -> Array:
+def _force(a: Array, lengths: _Lengths, k: Array) -> Array:
+    """P [N] at a radius, the formula of the module."""
+    slope, ell, driven = lengths
     q = decay(scaled(a, ell))
     return np.pi * k * (slope * a**3 / 3.0 - a * (a * q + 2.0 * ell) * driven)
 
@@ -212,20 +243,23 @@ def pull_off(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike)
     PullOff
         P [N], d [m] and a [m].
     """
-    slope, ell, driven = _lengths(delta, k, gamma1, w)
-    pulling = np.maximum(driven, 0.0)
+    lengths = _lengths(delta, k, gamma1, w)
+    slope, ell, driven = lengths
+    pulling = np.maximum(driven, 0.0)  # 0 for a cone that does not adhere, and a with it
 
-    def rise(a: Array) -> Array:
+    def slope_of_force(a: Array) -> Array:
+        """dP/da/(πk)."""
         s = scaled(a, ell)
         steeper = ell * growth(s) + 2.0 * a * decay(s) + 2.0 * ell
         return slope * a**2 - steeper * pulling
 
-    top = np.maximum(4.0 * pulling / slope, np.sqrt(5.0 * ell * pulling / slope))
-    a = crossing(rise, np.zeros_like(top), top)
+    without_tension = _MOST_WITHOUT_TENSION * pulling / slope
+    with_tension = np.sqrt(_MOST_WITH_TENSION * ell * pulling / slope)
+    top = np.maximum(without_tension, with_tension)
+    a = crossing(slope_of_force, np.zeros_like(top), top)
     d = slope * a - driven * decay(scaled(a, ell))
-    return PullOff(
-        unwrap(_force(a, slope, ell, driven, positive("k", k))), unwrap(np.asarray(d)), a
-    )
+    force = _force(a, lengths, positive("k", k))
+    return PullOff(unwrap(force), unwrap(np.asarray(d)), a)
 
 
 def adhesion_force(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:

@@ -1,6 +1,11 @@
 """Where a contact line rests in rotational symmetry: Eq. (16) with the surfaces of `surface`.
 
 The angle law at the line is that of the line contact, f' + u' = α, Eqs. (12) and (15).
+
+Conventions: f is positive upwards, the depth d of the level f = 0 and displacements u downwards,
+slopes are d/dr. An outer line, at r = a, has the contact on its inner side; the inner line of a
+ring, at r = b, has it on its outer side, where the angle law is −f' − u' = α. l = √(γ₁/k),
+δ₀ = √(2w/k), α = δ₀/l; `decay(s)` is K₀(s)/K₁(s), `disc(s)` is I₁(s)/I₀(s).
 """
 
 from numpy.typing import ArrayLike
@@ -87,5 +92,6 @@ def inner_depth(
     """
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
     delta0 = critical_separation(k, w)
-    share = disc(scaled(positive("b", b), ell))
-    return unwrap(finite("f_b", f_b) - (delta0 + ell * finite("slope_b", slope_b)) / share)
+    i1_over_i0 = disc(scaled(positive("b", b), ell))
+    lift = (delta0 + ell * finite("slope_b", slope_b)) / i1_over_i0  # −u at the line
+    return unwrap(finite("f_b", f_b) - lift)

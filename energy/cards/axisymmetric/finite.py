@@ -14,6 +14,7 @@ from energy.cards.tail import elastocapillary_length
 
 
 def _angle(phi: ArrayLike) -> Array:
+    """φ [rad], checked to lie in (0, π/2)."""
     angle = finite("phi", phi)
     bad = (angle <= 0.0) | (angle >= np.pi / 2)
     refuse("phi", angle, bad, "must lie in (0, π/2): pass the inclination in rad")
@@ -47,8 +48,8 @@ def height_narrow(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLi
     angle = _angle(phi)
     a = positive("a", a)
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
-    far = np.log(4.0 * ell / (a * (1.0 + np.cos(angle)))) - np.euler_gamma
-    return unwrap(a * np.sin(angle) * far)
+    logarithm = np.log(4.0 * ell / (a * (1.0 + np.cos(angle))))
+    return unwrap(a * np.sin(angle) * (logarithm - np.euler_gamma))
 
 
 def height_wide(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
@@ -78,10 +79,10 @@ def height_wide(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike
     angle = _angle(phi)
     a = positive("a", a)
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
-    s = np.sin(0.5 * angle)
-    c = np.cos(0.5 * angle)
-    bend = (1.0 + c + c * c) / (1.0 + c)  # (1 − c³)/s²
-    return unwrap(2.0 * ell * s * (1.0 - ell * bend / (3.0 * a)))
+    sine = np.sin(0.5 * angle)
+    cosine = np.cos(0.5 * angle)
+    of_curvature = (1.0 + cosine + cosine * cosine) / (1.0 + cosine)  # (1 − cos³)/sin² of φ/2
+    return unwrap(2.0 * ell * sine * (1.0 - ell * of_curvature / (3.0 * a)))
 
 
 def adhesion_force_small_sphere(*, R: ArrayLike, w: ArrayLike) -> Values:

@@ -2,7 +2,14 @@
 
 The line is pinned at the edge until the surface beside it has the slope α; that is at −δ₀ q(a/l),
 a smaller lift than the δ₀ of a wide face, under imposed depth and dead load alike.
+
+Conventions: the depth d of the face and displacements u are positive into the layer, forces P where
+the cylinder is pressed. l = √(γ₁/k), δ₀ = √(2w/k), α = √(2w/γ₁); with s = a/l, `decay(s)` is
+q = K₀(s)/K₁(s) and `growth(s)` is s² q'(s) = s² (q² − 1) + sq. Arguments out of range raise
+ValueError.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,14 +22,33 @@ from energy.cards.plane import critical_separation
 from energy.cards.tail import elastocapillary_length
 
 
-def _lengths(a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> tuple[Array, Array, Array]:
-    """a, l and q(a/l)."""
+class _Lengths(NamedTuple):
+    """What the formulas of a cylinder are made of.
+
+    Attributes
+    ----------
+    a : ndarray
+        Radius of the face [m].
+    ell : ndarray
+        l [m].
+    q : ndarray
+        q(a/l) [1].
+    """
+
+    a: Array
+    ell: Array
+    q: Array
+
+
+def _lengths(a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> _Lengths:
+    """The lengths from checked arguments."""
     a = positive("a", a)
     ell = np.asarray(elastocapillary_length(k, gamma1))[()]
-    return a, ell, decay(scaled(a, ell))
+    return _Lengths(a, ell, decay(scaled(a, ell)))
 
 
 def _attached(d: ArrayLike, least: Values) -> Array:
+    """d as numbers; ValueError below the least depth of the contact."""
     excess("d", finite("d", d), least, "the punch has detached, pass d >= detachment_depth(...)")
     return finite("d", d)
 
@@ -57,7 +83,7 @@ def displacement(
     """
     d = _attached(d, detachment_depth(a=a, k=k, gamma1=gamma1, w=w))
     a, ell, _ = _lengths(a, k, gamma1)
-    return joined(finite("x", x), a, d, d, ell)
+    return joined(finite("x", x), a, d, d, ell)  # d under the face and at its edge
 
 
 def force(d: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
@@ -116,8 +142,8 @@ def energy(d: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Ar
     d = _attached(d, detachment_depth(a=a, k=k, gamma1=gamma1, w=w))
     delta0 = critical_separation(k, w)
     a, ell, q = _lengths(a, k, gamma1)
-    stored = (a + 2.0 * ell / q) * d**2 - a * delta0**2
-    return unwrap(0.5 * np.pi * positive("k", k) * a * stored)
+    difference = (a + 2.0 * ell / q) * d**2 - a * delta0**2  # of what is stored and w = kδ₀²/2
+    return unwrap(0.5 * np.pi * positive("k", k) * a * difference)
 
 
 def adhesion_force(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
@@ -159,7 +185,7 @@ def detachment_depth(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayL
     float or ndarray
         d [m].
     """
-    _, _, q = _lengths(a, k, gamma1)
+    q = _lengths(a, k, gamma1).q
     return -critical_separation(k, w) * q
 
 
@@ -182,10 +208,10 @@ def detachment(*, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -
     """
     delta0 = critical_separation(k, w)
     radius, ell, q = _lengths(a, k, gamma1)
-    # a²(q² − 1) + 2alq without cancellation
-    left = ell * (ell * growth(scaled(radius, ell)) + radius * q)
+    # a²(q² − 1) + 2alq without cancellation, by a²(q² − 1) = l² growth − alq
+    area = ell * (ell * growth(scaled(radius, ell)) + radius * q)
     force = -adhesion_force(a=a, k=k, gamma1=gamma1, w=w)
-    released = 0.5 * np.pi * positive("k", k) * delta0**2 * left
+    released = 0.5 * np.pi * positive("k", k) * delta0**2 * area
     return Jump.of(force, -delta0 * q, radius, released)
 
 

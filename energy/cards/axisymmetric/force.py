@@ -1,4 +1,10 @@
-"""Force on an indenter of any profile that is turned about its axis, Eqs. (9)-(11) with 2πr dr."""
+"""Force on an indenter of any profile that is turned about its axis, Eqs. (9)-(11) with 2πr dr.
+
+Conventions: the contact is the disc r <= a. Heights f are positive upwards, the depth d of the
+level f = 0 downwards, so that the surface is displaced by u = d − f in contact; forces are positive
+where they press against the indenter. q = K₀/K₁ of a/l, l = √(γ₁/k); `surface.force` is 2πkal
+u(a)/q.
+"""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,11 +41,11 @@ def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int 
     d = finite("d", d)
     a = non_negative("a", a)
     k = positive("k", k)
-    nodes, weights = np.polynomial.legendre.leggauss(order)
-    t = 0.5 + 0.5 * nodes  # radii over a
+    nodes, weights = np.polynomial.legendre.leggauss(order)  # on (-1, 1)
+    t = 0.5 + 0.5 * nodes  # radii over a, along the last axis
     radii = np.asarray(a)[..., None] * t
     displacement = np.asarray(d)[..., None] - finite("f(r)", f(radii))
-    integral = (displacement * (t * weights)).sum(axis=-1)
+    integral = (displacement * (t * weights)).sum(axis=-1)  # 2 ∫₀¹ u t dt
     return unwrap(np.pi * k * a**2 * integral)
 
 

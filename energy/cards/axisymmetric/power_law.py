@@ -7,6 +7,12 @@ The natural unknown is the radius a of the contact. The line rests at a at the d
 Where adhesion pulls (w > 0; for a cone c < α), d(a) falls from a = 0 to the radius at which the
 contact detaches under imposed depth, and rises from there on: the branch that is followed. A cone
 with c >= α does not adhere, and its line is never pinned at the tip: a(d) grows from d = 0 on.
+
+Conventions: the depth d of the lowest point and displacements u are positive into the layer, forces
+P where the indenter is pressed. l = √(γ₁/k), δ₀ = √(2w/k), α = √(2w/γ₁); with s = a/l, `decay(s)`
+is q and `growth(s)` is s² q'(s) = s² (q² − 1) + sq, between 0 and ½. The surface is displaced by −D
+q at the line. All arguments but n broadcast; every card raises ValueError for n < 1, an array n, c
+<= 0, k <= 0, γ₁ < 0 and w < 0. `crossing` finds where a function becomes positive between two ends.
 """
 
 import numpy as np
@@ -20,9 +26,31 @@ from energy.cards.axisymmetric._surface import joined
 from energy.cards.plane import critical_separation
 from energy.cards.tail import elastocapillary_length
 
+# Where `pull_off` looks for a. At its root n c aⁿ⁺¹ <= (2a + 2l + l/2) δ₀, since q <= 1,
+# growth <= ½, D <= δ₀ and f'' >= 0. Of 2a and 5l/2 one is the larger: n c aⁿ <= 4δ₀ where it is 2a,
+# n c aⁿ⁺¹ <= 5l δ₀ where it is 5l/2.
+_MOST_WITHOUT_TENSION = 4.0  # of δ₀/(nc), the n-th power of a radius
+_MOST_WITH_TENSION = 5.0  # of l δ₀/(nc), the power n + 1 of a radius
+# An upper end of the radius at a depth, over the root of c aⁿ = d + δ₀, where `depth` is at least
+# d: a thousandth more, since that power is rounded.
+_MARGIN = 1.001
+
 
 class _Shape:
-    """c, n, k, l and δ₀, and what is read off them at a radius."""
+    """The indenter and the layer of a card, and what they have at a radius a of the contact.
+
+    Parameters
+    ----------
+    c, n, k, gamma1, w
+        As the cards have them.
+
+    Attributes
+    ----------
+    c, n, k
+        The same, checked.
+    ell, delta0 : ndarray
+        l and δ₀ [m].
+    """
 
     def __init__(
         self, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
@@ -38,32 +66,33 @@ class _Shape:
         self.delta0 = np.asarray(critical_separation(k, w))[()]
 
     def driven(self, a: Array) -> Array:
-        """D = δ₀ − l f'(a), −u_a/q."""
+        """D = δ₀ − l f'(a) [m]; the displacement at the line is −D q."""
         return self.delta0 - self.ell * self.n * self.c * a ** (self.n - 1.0)
 
     def bend(self, a: Array) -> Array:
-        """l f''(a)."""
+        """l f''(a) [1]; 0 for a cone."""
         n = self.n
         return self.ell * n * (n - 1.0) * self.c * a ** (n - 2.0) if n > 1.0 else 0.0 * a
 
     def depth(self, a: Array) -> Array:
+        """d [m] at which a line rests at a, the formula of the module."""
         return self.c * a**self.n - self.driven(a) * decay(scaled(a, self.ell))
 
     def depth_slope(self, a: Array) -> Array:
-        """a² dd/da."""
+        """a² dd/da [m²], which is finite for a → 0."""
         s = scaled(a, self.ell)
         rise = self.n * self.c * a ** (self.n + 1.0) + a**2 * self.bend(a) * decay(s)
         return rise - self.driven(a) * self.ell * growth(s)
 
     def force(self, a: Array) -> Array:
-        """P/(πk)."""
+        """P/(πk) [m³], the formula of `force_of_radius`."""
         n = self.n
         q = decay(scaled(a, self.ell))
         pressed = n * self.c * a ** (n + 2.0) / (n + 2.0)
         return pressed - a * (a * q + 2.0 * self.ell) * self.driven(a)
 
     def force_slope(self, a: Array) -> Array:
-        """dP/da/(πk)."""
+        """dP/da/(πk) [m²]."""
         s = scaled(a, self.ell)
         q = decay(s)
         steeper = self.ell * growth(s) + 2.0 * a * q + 2.0 * self.ell
@@ -72,20 +101,28 @@ class _Shape:
         return pressed + bent - steeper * self.driven(a)
 
     def least_radius(self) -> Array:
-        """Where d(a) turns: 0 if it rises from the start."""
+        """Where d(a) turns: 0 if it rises from the start.
+
+        At the root n c aⁿ⁺¹ <= D l growth <= δ₀ l/2, so that it lies below `top`.
+        """
         top = (self.delta0 * self.ell / (self.n * self.c)) ** (1.0 / (self.n + 1.0))
         return crossing(self.depth_slope, np.zeros_like(top), top)
 
     def radius(self, d: ArrayLike) -> Array:
-        """The radius at a depth, on the branch where it grows with the depth."""
+        """The radius at a depth, on the branch where it grows with the depth.
+
+        ValueError below the least depth of that branch.
+        """
         d = finite("d", d)
         least = self.least_radius()
         remedy = "the contact has detached, pass d >= that of detachment(...)"
-        start = np.where(self.ell > 0.0, 0.0, -self.delta0)
-        lowest = np.where(least > 0.0, self.depth(least), start)
+        depth_of_point = np.where(self.ell > 0.0, 0.0, -self.delta0)  # a → 0, where q → 0 with l
+        lowest = np.where(least > 0.0, self.depth(least), depth_of_point)
         over = excess("d", d, unwrap(lowest), remedy, scale=self.delta0)
         top = ((np.maximum(d, lowest) + self.delta0) / self.c) ** (1.0 / self.n)
-        a = crossing(lambda r: self.depth(r) - d, np.minimum(least, top), 1.001 * top)
+        a = crossing(lambda r: self.depth(r) - d, np.minimum(least, top), _MARGIN * top)
+        # At the least depth itself, where d(a) is flat, the radius is known better than by its
+        # root.
         return unwrap(np.where(over > 0.0, np.maximum(a, least), least))
 
 
@@ -114,7 +151,7 @@ def radius(
     Raises
     ------
     ValueError
-        Below that of `detachment`.
+        Below the depth of `detachment`, and for parameters out of range.
     """
     return _Shape(c, n, k, gamma1, w).radius(d)
 
@@ -140,6 +177,11 @@ def depth(
     -------
     float or ndarray
         d [m].
+
+    Raises
+    ------
+    ValueError
+        For a <= 0, and parameters out of range.
     """
     return unwrap(_Shape(c, n, k, gamma1, w).depth(positive("a", a)))
 
@@ -182,9 +224,11 @@ def displacement(
     """
     shape = _Shape(c, n, k, gamma1, w)
     x = finite("x", x)
+    d = finite("d", d)
     a = shape.radius(d)
-    u_a = finite("d", d) - shape.c * a**shape.n
-    return joined(x, a, finite("d", d) - shape.c * np.abs(x) ** shape.n, u_a, shape.ell)
+    u_a = d - shape.c * a**shape.n
+    inside = d - shape.c * np.abs(x) ** shape.n
+    return joined(x, a, inside, u_a, shape.ell)
 
 
 def force(
@@ -208,6 +252,11 @@ def force(
     -------
     float or ndarray
         P [N], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        As `radius`.
     """
     shape = _Shape(c, n, k, gamma1, w)
     return unwrap(np.pi * shape.k * shape.force(shape.radius(d)))
@@ -234,6 +283,11 @@ def force_of_radius(
     -------
     float or ndarray
         P [N], compressive forces positive.
+
+    Raises
+    ------
+    ValueError
+        For a <= 0, and parameters out of range.
     """
     shape = _Shape(c, n, k, gamma1, w)
     return unwrap(np.pi * shape.k * shape.force(positive("a", a)))
@@ -260,6 +314,11 @@ def energy(
     -------
     float or ndarray
         U [J]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        As `radius`.
     """
     shape = _Shape(c, n, k, gamma1, w)
     return _energy(shape, shape.radius(d))
@@ -286,25 +345,36 @@ def energy_of_radius(
     -------
     float or ndarray
         U [J]; 0: undeformed surface without contact.
+
+    Raises
+    ------
+    ValueError
+        For a <= 0, and parameters out of range.
     """
     return _energy(_Shape(c, n, k, gamma1, w), positive("a", a))
 
 
 def _energy(shape: _Shape, a: Array) -> Values:
-    """With v = n c aⁿ, r = lv/a, u_a = −D q: πk (u_a v a²/(n + 2) + v²a²/(2(n + 1)(n + 2))
-    + a²r²/(2n) + D²(a²(q² − 1) + 2alq)/2 − a²r(2δ₀ − r)/2), where (q² − 1)a² + alq = l²s²q'.
+    """U [J] at a radius: the integral of `energy_of_radius` in closed form.
+
+    With v = a f'(a) = n c aⁿ, t = l f'(a) = lv/a and u_a = −D q
+
+        U = πk (u_a v a²/(n + 2) + v²a²/(2(n + 1)(n + 2)) + a²t²/(2n)
+                + D²(a²(q² − 1) + 2alq)/2 − a²t(2δ₀ − t)/2),
+
+    where a²(q² − 1) + alq = l² growth.
     """
     n = shape.n
     ell = shape.ell
-    lifted = shape.driven(a)
+    driven = shape.driven(a)
     s = scaled(a, ell)
     q = decay(s)
     v = n * shape.c * a**n
-    r = shape.delta0 - lifted
-    springs = v * (v / (2.0 * (n + 1.0)) - lifted * q) / (n + 2.0)
-    lines = r * (r / n - (2.0 * shape.delta0 - r)) / 2.0
-    outside = lifted**2 * ell * (ell * growth(s) + a * q) / 2.0
-    return unwrap(np.pi * shape.k * (a**2 * (springs + lines) + outside))
+    t = shape.delta0 - driven
+    in_v = v * (v / (2.0 * (n + 1.0)) - driven * q) / (n + 2.0)
+    in_t = t * (t / n - (2.0 * shape.delta0 - t)) / 2.0
+    in_D = driven**2 * ell * (ell * growth(s) + a * q) / 2.0
+    return unwrap(np.pi * shape.k * (a**2 * (in_v + in_t) + in_D))
 
 
 def pull_off(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:
@@ -326,14 +396,18 @@ def pull_off(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: Arra
     -------
     PullOff
         P [N], d [m] and a [m].
+
+    Raises
+    ------
+    ValueError
+        For n < 1 and other parameters out of range.
     """
     shape = _Shape(c, n, k, gamma1, w)
     n = shape.n
-    steep = shape.n * shape.c
+    steep = shape.n * shape.c  # nc, of f' = n c aⁿ⁻¹
     delta0 = shape.delta0
-    # above the root: by a factor of 1.07 for n = 10 without tension, of more else
-    without_tension = (4.0 * delta0 / steep) ** (1.0 / n)
-    with_tension = (5.0 * shape.ell * delta0 / steep) ** (1.0 / (n + 1.0))
+    without_tension = (_MOST_WITHOUT_TENSION * delta0 / steep) ** (1.0 / n)
+    with_tension = (_MOST_WITH_TENSION * shape.ell * delta0 / steep) ** (1.0 / (n + 1.0))
     top = np.maximum(without_tension, with_tension)
     a = crossing(shape.force_slope, np.zeros_like(top), top)
     force = np.pi * shape.k * shape.force(a)
@@ -359,6 +433,11 @@ def adhesion_force(
     -------
     float or ndarray
         F_A [N], >= 0.
+
+    Raises
+    ------
+    ValueError
+        For n < 1 and other parameters out of range.
     """
     return -pull_off(c=c, n=n, k=k, gamma1=gamma1, w=w).force
 
@@ -382,6 +461,11 @@ def detachment(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: Ar
     -------
     Jump
         P [N], d [m], a [m] and the energy released [J].
+
+    Raises
+    ------
+    ValueError
+        For n < 1 and other parameters out of range.
     """
     shape = _Shape(c, n, k, gamma1, w)
     a = shape.least_radius()
@@ -405,6 +489,11 @@ def jump_in(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: Array
     -------
     Jump
         P [N], d [m], a [m] and the energy released [J].
+
+    Raises
+    ------
+    ValueError
+        For n < 1 and other parameters out of range.
     """
     shape = _Shape(c, n, k, gamma1, w)
     a = shape.radius(0.0)
@@ -428,6 +517,11 @@ def loop_area(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: Arr
     -------
     float or ndarray
         ∮P dd [J].
+
+    Raises
+    ------
+    ValueError
+        For n < 1 and other parameters out of range.
     """
     first = jump_in(c=c, n=n, k=k, gamma1=gamma1, w=w)
     last = detachment(c=c, n=n, k=k, gamma1=gamma1, w=w)

@@ -7,9 +7,13 @@ With the elastocapillary length l = √(γ₁/k) and the critical separation δ�
 As Λ = l/√(Rδ₀) grows from springs (Λ → 0) to surface tension (Λ → ∞), the pull-off force falls
 smoothly from 2πRw to πRw. The line contact has a kink at Λ = 1 there; a sphere has none, since its
 line always detaches at a > 0.
+
+Conventions: a is the radius of the contact. The depth d of the lowest point and displacements u are
+positive into the layer, forces P where the sphere is pressed. `decay` is q. Arguments broadcast,
+and raise ValueError where they are out of range; the cards of `power_law` are those of f = c rⁿ.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,17 +32,33 @@ _MOST_WITHOUT_TENSION = 2.0  # of √(Rδ₀)
 _MOST_WITH_TENSION = 5.0  # of l Rδ₀, the cube of a radius
 
 
-def _lengths(
-    R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
-) -> tuple[Array, Array, Array, Array]:
-    """R, l, δ₀ and Rδ₀."""
+class _Lengths(NamedTuple):
+    """What the formulas of a sphere are made of.
+
+    Attributes
+    ----------
+    R, ell, delta0 : ndarray
+        R, l and δ₀ [m].
+    R_delta0 : ndarray
+        Rδ₀ [m²].
+    """
+
+    R: Array
+    ell: Array
+    delta0: Array
+    R_delta0: Array
+
+
+def _lengths(R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> _Lengths:
+    """The lengths from checked arguments."""
     ell = elastocapillary_length(k, gamma1)
     delta0 = critical_separation(k, w)
     R = positive("R", R)
-    return R, np.asarray(ell)[()], np.asarray(delta0)[()], R * delta0
+    return _Lengths(R, np.asarray(ell)[()], np.asarray(delta0)[()], R * delta0)
 
 
 def _as_power_law(R: ArrayLike) -> dict[str, Any]:
+    """The arguments c and n that make f = c rⁿ this sphere."""
     return {"c": 0.5 / positive("R", R), "n": 2.0}
 
 
@@ -183,7 +203,7 @@ def force_of_radius(
 
 
 def _force(a: Array, R: Array, ell: Array, R_delta0: Array, k: Array) -> Array:
-    """P at a radius."""
+    """P [N] at a radius, the formula of `force_of_radius`."""
     q = decay(scaled(a, ell))
     pressed = a**4 / 4.0
     pulled = a * (a * q + 2.0 * ell) * (R_delta0 - ell * a)
@@ -191,7 +211,7 @@ def _force(a: Array, R: Array, ell: Array, R_delta0: Array, k: Array) -> Array:
 
 
 def _depth(a: Array, R: Array, ell: Array, delta0: Array) -> Array:
-    """d at a radius."""
+    """d [m] at a radius, the formula of `depth`."""
     return a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell))
 
 

@@ -2,6 +2,11 @@
 
 γ₁ (u'' + u'/r) = k u holds there. Outside, flat far away, u = u_a K₀(r/l)/K₀(a/l); inside a ring
 of inner radius b, smooth on the axis, u = u_b I₀(r/l)/I₀(b/l).
+
+Conventions: displacements u are positive downwards, into the layer, and forces where they press the
+indenter up, against its load; slopes are du/dr. l = √(γ₁/k); with s = a/l, `decay(s)` is
+q = K₀(s)/K₁(s) and `disc(s)` is I₁(s)/I₀(s). Arguments broadcast, and raise ValueError where they
+are out of range.
 """
 
 import numpy as np
@@ -162,7 +167,9 @@ def disc_displacement(
     b = positive("b", b)
     refuse("x", x, x > b, "is beyond the ring's inner line, pass x <= b")
     ell = elastocapillary_length(k, positive("gamma1", gamma1))
-    ratio = scipy.special.i0e(x / ell) / scipy.special.i0e(b / ell) * np.exp(-(b - x) / ell)
+    # i0e(s) is exp(−s) I₀(s), which does not overflow
+    scaled_ratio = scipy.special.i0e(x / ell) / scipy.special.i0e(b / ell)
+    ratio = scaled_ratio * np.exp(-(b - x) / ell)
     return unwrap(finite("u_b", u_b) * ratio)
 
 
@@ -187,8 +194,9 @@ def disc_energy(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike
     """
     ell = elastocapillary_length(k, gamma1)
     b = positive("b", b)
-    share = disc(scaled(b, ell)) * finite("u_b", u_b) ** 2
-    return unwrap(np.pi * positive("k", k) * ell * b * share)
+    i1_over_i0 = disc(scaled(b, ell))
+    squared = finite("u_b", u_b) ** 2
+    return unwrap(np.pi * positive("k", k) * ell * b * (i1_over_i0 * squared))
 
 
 def disc_force(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
@@ -212,5 +220,5 @@ def disc_force(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike)
     """
     ell = elastocapillary_length(k, gamma1)
     b = positive("b", b)
-    share = disc(scaled(b, ell)) * finite("u_b", u_b)
-    return unwrap(2.0 * np.pi * positive("k", k) * ell * b * share)
+    i1_over_i0 = disc(scaled(b, ell))
+    return unwrap(2.0 * np.pi * positive("k", k) * ell * b * (i1_over_i0 * finite("u_b", u_b)))
