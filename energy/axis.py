@@ -1,4 +1,13 @@
-"""Rotational symmetry: the profile f(r), r >= 0, turned about the axis r = 0."""
+"""Rotational symmetry: the profile f(r), r >= 0, turned about the axis r = 0.
+
+Conventions: a `Scene` keeps the mirror-symmetric profile f(|x|) on x < 0 and x > 0 (`about_axis`);
+solvers about the axis take its half r >= 0 (`Radial`). Heights are positive upwards, inf where
+there is no profile, where slopes are NaN. The attributes are those of `energy.indenter.Indenter`:
+`extent` (low, high) is where f is known, `walls` are those of its ends at which the body itself
+ends, `corners` and `knots` are increasing x at which f' or a higher derivative jumps, `complete`
+promises that there are no others, `convex` that f' never decreases, and `apex` is the x of the
+lowest point, None if it is not known.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -16,17 +25,24 @@ from energy.sampled import Sampled
 _OF_RISE = 1e-12
 # Or by this share of f itself: eight roundings, where a profile does not rise.
 _OF_HEIGHT = 8 * float(np.finfo(float).eps)
-# Places at which a profile is compared with its mirror image, over its half-width: evenly spaced
-# ones, so that no wave of some hundredths of it is missed, and others that crowd at the centre.
+# Places at which a profile is compared with its mirror image, over its half-width: 598 evenly
+# spaced ones, three in every wave of a two-hundredth of it, and 400 over six decades, 3.5 % apart,
+# since an endless profile may differ at its centre alone.
 _PLACES = np.sort(np.concatenate([np.geomspace(1e-6, 1, 400), np.linspace(0, 1, 600)[1:-1]]))
-# How far an endless profile is compared, in the longest length of the scene: contacts beyond are
-# wider than any that the model is for.
+# How far an endless profile is compared, in the longest of the lengths l, δ₀ and h of the scene.
+# Contacts of parabolas reach some √(Rδ₀); a profile that is lopsided farther out is not looked at.
 _FAR = 1e3
 
 
 @dataclass(frozen=True)
 class Mirrored(Indenter):
-    """f(|x|) of a profile that is known on x >= 0 only; a corner at 0 unless f'(0) = 0."""
+    """f(|x|) of a profile that is known on x >= 0 only; a corner at 0 unless f'(0) = 0.
+
+    Parameters
+    ----------
+    base : Indenter
+        The half-profile, whose extent begins at 0.
+    """
 
     base: Indenter
     symmetric = True
@@ -35,10 +51,12 @@ class Mirrored(Indenter):
         base = self.base
         end = base.extent[1]
         slope_at_axis = float(base.slope(0.0))
+        # A half that falls from the axis on is a peak of the whole, which is then not convex.
         convex = base.convex and slope_at_axis >= 0
         for name in ("corners", "knots"):
             right = np.asarray(getattr(base, name), float)
             both = np.concatenate([-right, right])
+            # f'''(0) of the half need not be 0, so that 0 is always a knot.
             jumps_at_axis = slope_at_axis != 0 or name == "knots"
             centre = [0.0] if jumps_at_axis else []
             object.__setattr__(self, name, np.union1d(both, centre))
@@ -63,7 +81,8 @@ class Mirrored(Indenter):
 class Radial(Indenter):
     """The half r >= 0 of a profile that is mirror-symmetric about the axis.
 
-    The axis is an end of it like that of a body, and the slope of a tip at r = 0 is that beside it.
+    Its extent begins at the axis, which is one of its walls, as no contact line can pass it. The
+    slope at r = 0 is f'(0 + 0), that of a cone's flank and not the 0 of its tip.
 
     Parameters
     ----------
@@ -93,9 +112,10 @@ class Radial(Indenter):
         return self._whole.noise_slope
 
     def slope(self, x: ArrayLike) -> Array:
+        """f'(x), and f'(0 + 0) at the axis; used where the whole profile has a corner there."""
         x = np.asarray(x, float)
-        right_of_axis = np.equal(x, 0).astype(int)
-        return self._whole.slope_beside(x, right_of_axis)
+        side = np.equal(x, 0).astype(int)  # 1, on the right of it, at the axis; 0, at x, elsewhere
+        return self._whole.slope_beside(x, side)
 
 
 def about_axis(indenter: Indenter, length: float) -> Indenter:
@@ -112,6 +132,7 @@ def about_axis(indenter: Indenter, length: float) -> Indenter:
     Returns
     -------
     Indenter
+        The same one, or both halves of one whose extent begins at 0.
 
     Raises
     ------
@@ -158,17 +179,18 @@ def difference(indenter: Indenter, centre: float, length: float) -> str:
     if lopsided:
         return f"extent = {indenter.extent}"
     reach = high if math.isfinite(high) else _FAR * length
-    r = _PLACES * reach
+    r = _PLACES * reach  # distances from the centre
     right_places = np.clip(centre + r, *indenter.extent)
     left_places = np.clip(centre - r, *indenter.extent)
     with np.errstate(all="ignore"):
         right = np.asarray(indenter.height(right_places), float)
         left = np.asarray(indenter.height(left_places), float)
+        # The largest rise between the centre and each place, since terms of that size cancel there.
         rise = np.fmax.accumulate(np.abs(right - indenter.height(centre)))
         if math.isfinite(high):
-            rise[:] = rise[-1]  # rounding of samples is that of their neighbours
+            rise[:] = rise[-1]  # samples are all rounded alike, by the digits of the highest
         rounding = np.maximum(_OF_RISE * rise, _OF_HEIGHT * np.abs(right))
-        alike = (np.abs(right - left) <= rounding) | (right == left)
+        alike = (np.abs(right - left) <= rounding) | (right == left)  # equal ones may be infinite
         unlike = ~(alike | np.isnan(right + left))
     if not unlike.any():
         return ""
@@ -191,12 +213,13 @@ def _mirrored(indenter: Indenter) -> Indenter:
     """Both halves of a profile that begins at r = 0; of smooth samples one curve with f'(0) = 0."""
     if not isinstance(indenter, Sampled):
         return Mirrored(indenter)
+    # The samples in reverse order without the one at r = 0, then all samples.
     x = np.concatenate([-indenter.x[:0:-1], indenter.x])
     z = np.concatenate([indenter.z[:0:-1], indenter.z])
     whole = replace(indenter, x=x, z=z)
     if whole.kind == "linear":
         return whole
-    axis = indenter.x.size - 1
+    axis = indenter.x.size - 1  # index of the sample at r = 0
     return whole.level_at(axis)
 
 
@@ -206,6 +229,9 @@ def check_rings(pattern: Patches) -> None:
     Parameters
     ----------
     pattern : Patches
+
+        Of edges x and of factors between them from left to right. One whose edges are all >= 0 is
+        given by radii, and its mirror image is not needed.
 
     Raises
     ------

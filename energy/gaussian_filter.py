@@ -18,7 +18,9 @@ from energy.arrays import Array
 
 ALPHA = math.sqrt(math.log(2) / math.pi)
 REACH = 1.0  # of the cut-off: the standard's L_c for a reference filter
-_EVEN = 1e-6  # of the spacing: samples whose distances differ by less are evenly spaced
+# Samples whose distances differ by less than this share of the median count as evenly spaced.
+# Taking them so moves a height by the slope times a millionth of the spacing at most.
+_EVEN = 1e-6
 _LEAST_WIDTH = 2.0  # spacings: a shorter cut-off passes all waves that the samples can hold
 
 

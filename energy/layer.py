@@ -164,12 +164,13 @@ def effective_length(layer: ElasticLayer, gamma1: float) -> float:
     log_qh = np.arange(_LOWEST_LOG, _HIGHEST_LOG, _LOG_STEP)
     qh = np.exp(log_qh)
     uniform = 2 * (1 - layer.nu) / (1 - 2 * layer.nu)  # k h/G
-    tension = gamma1 / (layer.shear_modulus * layer.h)
+    tension = gamma1 / (layer.shear_modulus * layer.h)  # γ₁q² h/G = tension (qh)²
+    # (k(q) + γ₁q²)/k - 1, and its leading term (l² - c₂h²) q² where that is all of it
     excess = (relative_stiffness(layer.nu, qh) - uniform + tension * qh**2) / uniform
     parabola = (tension / uniform - second_order(layer.nu)) * qh**2
     excess = np.where(qh < _PARABOLIC, parabola, excess)
-    values = np.log1p(excess) / qh
-    return float(layer.h / np.pi * _LOG_STEP * values.sum())
+    integrand = np.log1p(excess) / qh  # over t = ln qh, since dq/q² = h dt/(qh)
+    return float(layer.h / np.pi * _LOG_STEP * integrand.sum())
 
 
 def second_order(nu: Any) -> Any:

@@ -76,10 +76,14 @@ def noise_slope(x: Array, z: Array) -> float:
 
 
 def _residuals(x: Array, z: Array, order: int, stride: int) -> Array:
-    """The residuals r_i of the module, for all samples with so many neighbours in their row."""
+    """The residuals r_i (windows, width - order·stride) of the module docstring.
+
+    x and z are (windows, width): positions and heights of the samples, one window a row. Residual i
+    of a row is that of the samples i, i + stride, ..., i + order·stride.
+    """
     count = x.shape[1] - order * stride
     starts = [j * stride for j in range(order + 1)]
-    places = [x[:, start : start + count] for start in starts]
+    places = [x[:, start : start + count] for start in starts]  # of neighbour j, for all i
     heights = [z[:, start : start + count] for start in starts]
     difference = np.zeros_like(places[0])
     squares = np.zeros_like(places[0])

@@ -81,6 +81,8 @@ class Patches:
             raise ValueError(
                 f"period = {period!r} exceeds extent = {extent!r}: give a larger extent"
             )
+        # Edges at odd multiples of a quarter period, two in each period. The factor of index
+        # 2 count, an even one, lies between -period/4 and period/4, so that it is `high` at x = 0.
         count = int(extent / period)
         edges = period / 2 * (np.arange(-2 * count, 2 * count) + 0.5)
         factors = np.where(np.arange(edges.size + 1) % 2, low, high)

@@ -1,4 +1,12 @@
-"""Measured profiles: piecewise linear or smooth through the samples."""
+"""Measured profiles: piecewise linear or smooth through the samples.
+
+Conventions: x increases along the surface, heights z = f(x) are positive upwards, away from the
+layer, all lengths have one unit. n samples have n - 1 intervals; interval i lies between samples i
+and i + 1. Outside of the samples the height is inf and the slope NaN, which says that no profile is
+known there. The attributes `corners`, `knots`, `extent`, `convex`, `apex` and `complete` are those
+of `energy.indenter.Indenter`: at corners the slope jumps, at knots a higher derivative does, and
+`complete` promises that f is smooth between them.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +25,12 @@ from energy.checks import array, option, positive
 from energy.indenter import Indenter
 from energy.noise import noise_slope
 
-# Of an interval between samples: a lowest point nearer than this to a sample is that sample. The
-# slope there is known to some roundings of the largest, and so is its root.
+# A computed lowest point that is nearer than this share of its interval to a sample is taken for
+# the sample, so that a symmetric scan has its apex exactly at x = 0. The place is a root of f',
+# which the spline gives to some roundings (2e-16) of the largest slope; 1e-12 is thousands of them.
 _SAME = 1e-12
-# Of the largest slope: a slope may decrease by this in a convex profile, as differences of heights
-# with twelve digits do.
+# A slope may decrease by this share of the largest slope in a profile that counts as convex:
+# heights written with twelve digits make differences that are off by that.
 _ROUNDING = 1e-12
 
 
@@ -81,6 +90,7 @@ class Sampled(Indenter):
     z: Array
     kind: str = "linear"
     complete = True
+    # "linear": f' on each of the n - 1 intervals; "smooth": f' at each of the n samples
     _slopes: Array = field(init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:  # the fields are arrays, what is given need not be
@@ -123,20 +133,22 @@ class Sampled(Indenter):
         return Sampled(x, z, self.kind)
 
     def level_at(self, sample: int) -> Sampled:
-        """The same with f' = 0 at a sample, as symmetry has it there but for rounding.
+        """The same smooth profile with f' = 0 at a sample, as symmetry has it but for rounding.
 
         Parameters
         ----------
         sample : int
+            Index of the sample, from 0.
 
         Returns
         -------
         Sampled
+            Of kind "smooth", as this one has to be: a polygon has no slope at a sample.
         """
-        found = replace(self)
+        levelled = replace(self)
         slopes = np.where(np.arange(self.x.size) == sample, 0, self._slopes)
-        object.__setattr__(found, "_slopes", slopes)
-        return found
+        object.__setattr__(levelled, "_slopes", slopes)
+        return levelled
 
     @property
     def extent(self) -> tuple[float, float]:  # type: ignore[override]
@@ -157,7 +169,8 @@ class Sampled(Indenter):
         rounding = _ROUNDING * np.abs(slopes).max()
         if self.kind == "linear":
             return bool((np.diff(slopes) >= -rounding).all())
-        # f'' is linear between two samples, so that it suffices to look at both ends
+        # f'' is linear between two samples, so that it suffices to look at both ends of an
+        # interval. These are h f''/2 there, of the cubic with these heights and slopes at its ends.
         secant = np.diff(self.z) / np.diff(self.x)
         bend_at_left = 3 * secant - 2 * slopes[:-1] - slopes[1:]
         bend_at_right = slopes[:-1] + 2 * slopes[1:] - 3 * secant
@@ -165,22 +178,25 @@ class Sampled(Indenter):
 
     @functools.cached_property
     def apex(self) -> float | None:  # type: ignore[override]
-        """The lowest point of a convex profile."""
+        """x [length] of the lowest point of a convex profile, the first of several; else None."""
         if not self.convex:
             return None
         slopes = self._slopes
-        if self.kind == "linear" or not slopes[0] < 0 < slopes[-1]:
+        lowest_at_sample = self.kind == "linear" or not slopes[0] < 0 < slopes[-1]
+        if lowest_at_sample:
             return float(self.x[int(np.argmin(self.z))])
-        i = int(np.searchsorted(slopes, 0.0)) - 1  # f' changes its sign in the interval after x[i]
+        # The slopes of a convex profile increase: f' < 0 at sample i and f' >= 0 at the next one.
+        i = int(np.searchsorted(slopes, 0.0)) - 1
         h = float(self.x[i + 1] - self.x[i])
         rise = self.z[i + 1] - self.z[i]
-        # f' = slopes[i] + first s + second s² with s = (x - x[i])/h
-        first = 6 * rise / h - 4 * slopes[i] - 2 * slopes[i + 1]
-        second = 3 * (slopes[i] + slopes[i + 1] - 2 * rise / h)
-        root = math.sqrt(max(first * first / 4 - second * slopes[i], 0.0))
-        lowest = float(self.x[i] - h * slopes[i] / (first / 2 + root))
-        sample = float(self.x[np.abs(self.x - lowest).argmin()])
-        return sample if abs(sample - lowest) <= _SAME * h else lowest
+        # f' = slopes[i] + linear s + quadratic s² with s = (x - x[i])/h between 0 and 1
+        linear = 6 * rise / h - 4 * slopes[i] - 2 * slopes[i + 1]
+        quadratic = 3 * (slopes[i] + slopes[i + 1] - 2 * rise / h)
+        # The root at which f' increases, in the form that does not cancel where f' is near linear.
+        root = math.sqrt(max(linear * linear / 4 - quadratic * slopes[i], 0.0))
+        lowest = float(self.x[i] - h * slopes[i] / (linear / 2 + root))
+        nearest_sample = float(self.x[np.abs(self.x - lowest).argmin()])
+        return nearest_sample if abs(nearest_sample - lowest) <= _SAME * h else lowest
 
     @functools.cached_property
     def noise_slope(self) -> float:
@@ -200,32 +216,36 @@ class Sampled(Indenter):
 
     @functools.cached_property
     def _height_coefficients(self) -> Array:
-        """Coefficients (2 or 4, n - 1) of f in powers of the distance from the sample before."""
+        """Coefficients (2 or 4, n - 1) of f in powers of the distance from the sample before.
+
+        Rows are powers from 0 on (two of a straight piece, four of a cubic), columns are intervals.
+        """
         h = np.diff(self.x)
         slopes = self._slopes
         if self.kind == "linear":
             return np.array([self.z[:-1], slopes])
-        excess = np.diff(self.z) / h - slopes[:-1]
-        turn = np.diff(slopes)
-        second = (3 * excess - turn) / h
-        third = (turn - 2 * excess) / h**2
-        return np.array([self.z[:-1], slopes[: h.size], second, third])
+        # Hermite's cubic, which has the heights and slopes of both samples of its interval.
+        secant_less_slope = np.diff(self.z) / h - slopes[:-1]
+        change_of_slope = np.diff(slopes)
+        second = (3 * secant_less_slope - change_of_slope) / h
+        third = (change_of_slope - 2 * secant_less_slope) / h**2
+        return np.array([self.z[:-1], slopes[:-1], second, third])
 
     @functools.cached_property
     def _slope_coefficients(self) -> Array:
-        """Those of f'."""
+        """Coefficients (1 or 3, n - 1) of f', in the layout of `_height_coefficients`."""
         powers = np.arange(1, len(self._height_coefficients))
         return self._height_coefficients[1:] * powers[:, None]
 
     def _located(self, x: Any) -> _Located:
-        """Where positions are among the samples."""
+        """Where positions x are among the samples; at a sample the piece on its right counts."""
         x = np.asarray(x, float)[()]  # numbers, not arrays of one: faster
         interval = self.x[1:-1].searchsorted(x, side="right")
         known = (x >= self.x[0]) & (x <= self.x[-1])
         return _Located(interval, x - self.x[interval], known)
 
     def _evaluated(self, there: _Located, coefficients: Array, outside: float) -> Array:
-        """The piecewise polynomial with these coefficients, and a value outside of the samples."""
+        """The piecewise polynomial with these coefficients there, and `outside` where not known."""
         value = coefficients[-1][there.interval]
         for of_power in coefficients[-2::-1]:  # Horner's scheme
             value = value * there.distance + of_power[there.interval]
@@ -235,7 +255,7 @@ class Sampled(Indenter):
 
 
 def _check_samples(x: Array, z: Array, least: int) -> None:
-    """ValueError unless x increases and both are finite, equally long and of some length."""
+    """ValueError unless x increases and both are finite, equally long, with `least` samples."""
     if x.ndim != 1 or x.shape != z.shape or x.size < least:
         raise ValueError(
             f"x and z have shapes {x.shape} and {z.shape}; give two equally long "
@@ -251,11 +271,12 @@ def _check_samples(x: Array, z: Array, least: int) -> None:
 
 
 def _spline_slopes(x: Array, z: Array) -> Array:
-    """Slopes at the samples that make the piecewise cubic twice differentiable.
+    """Slopes m (n,) at the samples that make the piecewise cubic twice differentiable.
 
-    h_i m_{i-1} + 2(h_{i-1}+h_i) m_i + h_{i-1} m_{i+1} = 3(h_i s_{i-1} + h_{i-1} s_i), with the
-    secants s and the spacings h; the slopes at both ends are those of the cubics through the four
-    samples there.
+    h_i m_{i-1} + 2(h_{i-1}+h_i) m_i + h_{i-1} m_{i+1} = 3(h_i s_{i-1} + h_{i-1} s_i) at the inner
+    samples, with the secants s and the spacings h (interval i begins at sample i); the slopes at
+    both ends are those of the cubics through the four samples there, or of the parabola through
+    three if there are no more.
     """
     h = np.diff(x)
     secant = np.diff(z) / h
@@ -264,7 +285,9 @@ def _spline_slopes(x: Array, z: Array) -> Array:
     right_hand_side[0] = _end_slope(x[:near], z[:near], 0)
     right_hand_side[-1] = _end_slope(x[-near:], z[-near:], -1)
     right_hand_side[1:-1] = 3 * (h[1:] * secant[:-1] + h[:-1] * secant[1:])
-    band = np.zeros((3, x.size))  # above the diagonal, on it, below it
+    # The bands of the matrix as scipy's solve_banded takes them, each by its column: row 0 is above
+    # the diagonal, row 1 on it, row 2 below it. The equations of both ends are m = the slope there.
+    band = np.zeros((3, x.size))
     band[0, 2:] = h[:-1]
     band[1, [0, -1]] = 1
     band[1, 1:-1] = 2 * (h[:-1] + h[1:])
@@ -273,7 +296,7 @@ def _spline_slopes(x: Array, z: Array) -> Array:
 
 
 def _end_slope(x: Array, z: Array, end: int) -> float:
-    """Slope at the sample `end` of the polynomial through all of these samples.
+    """Slope at the sample of index `end` (0 or -1) of the polynomial through all of these samples.
 
     Heights are counted from the one there: a height that all have in common would only round.
     """

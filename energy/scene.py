@@ -190,6 +190,8 @@ class Scene:
 
         A second derivative that is an array is taken for that of another density.
         """
+        # Value and both derivatives at one place fix a quadratic density. A second place, of other
+        # sign and size, shows one that is not quadratic but states a constant second derivative.
         u = self.layer.h * np.array([-1.0, 2.0])
         return self.spring(u).hookean(u, self.stiffness)
 

@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike
 
 SLOPES = ("small", "finite")
 GEOMETRIES = ("line", "axisymmetric")
-_SAME = 1e-12  # of a number: by less, k u²/2 differs where it is written in another order
+# Two numbers that differ by less than this share count as one: k u²/2 written in another order is
+# off by some 1e-16, and a term of less than 1e-12 changes no result within its stated error.
+_SAME = 1e-12
 
 
 class Density(NamedTuple):
@@ -35,7 +37,7 @@ class Density(NamedTuple):
 
     @property
     def quadratic(self) -> bool:
-        """Whether the second derivative is one number."""
+        """Whether the density is quadratic: its second derivative is then one number."""
         return np.ndim(self.second) == 0
 
     def hookean(self, u: np.ndarray, k: float) -> bool:
@@ -55,7 +57,8 @@ class Density(NamedTuple):
         """
         if not self.quadratic:
             return False
-        for found, expected in zip(self, (k / 2 * u * u, k * u, np.float64(k)), strict=True):
+        hooke = (k / 2 * u * u, k * u, np.float64(k))
+        for found, expected in zip(self, hooke, strict=True):
             same = found == expected  # infinite numbers, too
             if not (same | (np.abs(found - expected) <= _SAME * np.abs(expected))).all():
                 return False
