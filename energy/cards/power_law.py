@@ -31,9 +31,9 @@ from energy.cards.plane import critical_separation
 from energy.cards.tail import elastocapillary_length
 
 # Newton's method for the half-width ends where the logarithm of its equation is off by no more than
-# this many roundings.
+# this many roundings, or n if that is more.
 _ROUNDINGS = 8
-# It takes at most 22 steps for n from 1 + 1e-9 to 10, and ratios of l to the half-width without
+# It takes at most 22 steps for n from 1 + 1e-9 to 300, and ratios of l to the half-width without
 # tension from 1e-12 to 1e12.
 _MOST_STEPS = 100
 
@@ -94,7 +94,8 @@ def _root(level: Array, n: float, ell: Array) -> Array:
     Newton's steps from min(1, ρ^(−1/(n−1))), which is never below the root, decrease to it. A t
     below the range of float64 makes a = 0; RuntimeError after _MOST_STEPS.
     """
-    tolerance = _ROUNDINGS * float(np.finfo(np.float64).eps)
+    # The rounding of t alone makes some n roundings of the residual.
+    tolerance = max(_ROUNDINGS, n) * float(np.finfo(np.float64).eps)
     with np.errstate(over="ignore", under="ignore", divide="ignore"):
         without_tension = level ** (1.0 / n)  # the half-width for l = 0
         rho = np.where(level > 0.0, n * ell / not_zero(without_tension), 0.0)

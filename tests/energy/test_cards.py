@@ -244,6 +244,17 @@ def test_rounding_at_the_end_of_a_branch_is_forgiven():
     assert cards.power_law.half_width(0.0, c=0.9, n=1.001, **args) == 0
 
 
+@pytest.mark.parametrize("n", [1.01, 8.0, 20.0, 50.0, 300.0])
+def test_half_width_of_any_exponent(n):
+    """The half-width is found for exponents up to that of a punch, and has its depth (16)."""
+    d = np.linspace(-0.9, 3.0, 40)[:, None]
+    args = {"c": 1.0, "n": n, "k": 1.0, "gamma1": np.geomspace(1e-6, 1e6, 25), "w": 0.5}
+    a = cards.power_law.half_width(d, **args)
+    found = cards.power_law.depth(a, **args)
+    expected = np.broadcast_to(d, a.shape)
+    check(found[a > 0], expected[a > 0], 1e-12, scale=1.0)  # δ₀ = 1
+
+
 @every
 @given(decades, decades, decades, ratios)
 def test_no_adhesion(R, k, d, tension):
