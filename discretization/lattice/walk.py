@@ -1,15 +1,39 @@
 """Contacts on nodes followed as the depth changes: a walk from change to change.
 
-Contacts are node intervals ((first, last), ...), and between and beside them lie free surfaces,
-each given by the contact node on its left and on its right (None: none there). In contact the
-displacement is prescribed, so that free surfaces do not feel each other: each has a next change of
-its own, at a depth known in closed form (thresholds.py). With growing depth a line passes a link,
-two lines that face each other do so at once, or a free node touches; with falling depth a line, or
-two, open a link, a node inside a contact opens, or a lone node does: as soon as it is pulled, or,
-where it stands for a contact narrower than a link, when that is lost (loss.py). The earliest change
-happens: a heap has the next one of every part (`Front`), a free surface or a contact. Changes that
-follow at no other depth belong to it: together they are an event, if they release energy or leave
-another number of contacts.
+In contact the displacement is prescribed, so that free surfaces do not feel each other: each has a
+next change of its own, at a depth known in closed form (thresholds.py). With growing depth a line
+passes a link, two lines that face each other do so at once, or a free node touches; with falling
+depth a line, or two, open a link, a node inside a contact opens, or a lone node does: as soon as it
+is pulled, or, where it stands for a contact narrower than a link, when that is lost (loss.py). The
+earliest change happens: a heap has the next one of every part (`Front`), a free surface or a
+contact. Changes that follow at no other depth belong to it: together they are an event, if they
+release energy or leave another number of contacts.
+
+Conventions
+-----------
+Depths d [length] are positive down into the layer, heights f of the nodes are positive upwards, and
+u = d - f in contact. `direction` is +1 while the depth grows (the indenter is pressed) and -1 while
+it falls (it is retracted). Nodes are numbered from 0 in the row, from left to right; link i is
+between the nodes i and i + 1.
+
+A contact is (first node, last node), a lone node (i, i). A free surface is given by the contact
+nodes on its left and on its right, None where the row ends without one: the surface is then a tail.
+Contacts come as `Contacts`, a tuple of pairs, or, where they are compared and stored often, as one
+flat tuple (first, last, first, last, ...).
+
+A contact line is named by its contact node and the `side` of its free surface: -1 for the left line
+of a contact, +1 for the right one. Line "i, side" advances over the link to node i + side. The link
+behind it opens at the depth at which a line at node i - side would advance over it: opening is
+therefore computed as the advance of a line one node further inside.
+
+`Thresholds` gives the depths of such changes for one work of adhesion; `row.thresholds` are two of
+them, for contacts that close and for contacts that open. `advance(node, side, other)` is the depth
+at which that line advances while its surface ends at contact node `other`; `advance_both` that of
+both lines of a gap at once; `touches` that at which a free node of a surface touches, with the
+node; `clears` whether a surface is nowhere in the indenter at a depth; `open` has the depths at
+which nodes inside a contact open; `pulled` is the depth below which a lone node is pulled upwards.
+A closing happens once d >= its depth, an opening once d < its depth. `row.clear` means that there
+is one contact and that no surface outside of it can touch anything but its next node.
 """
 
 import functools
@@ -27,14 +51,26 @@ from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array
 
 End = int | None  # the contact node on one side of a free surface; None: none there
-Part = tuple[int, ...]  # the nodes on which a next change depends
 _ROUNDING = 1e-10  # of the adhesion of one link: an event releases more, less is rounding of U
 _LOOKED = 1 << 9  # links whose depths are found at once: by then arrays cost little per link
-_JUMPING = 6  # changes at one depth, after which a line is taken to jump and passes many at once
+# Changes at one depth, after which a line is taken to jump and passes many links at once. Contacts
+# after the jump are the same with any number: see `Walk._jumped`.
+_JUMPING = 6
 
 
 class Change(NamedTuple):
-    """What happens first to a free surface or a contact: its two ends become these."""
+    """The next change of one part, a free surface or a contact.
+
+    Attributes
+    ----------
+    depth : float
+        At which it happens [length]; -∞ or ∞ if it never does.
+    ends : tuple of (int or None)
+        Nodes that take the place of the part's two ends, from left to right. Of a free surface:
+        (left, right) with a line moved; () where it closes entirely; (left, i, j, right) where a
+        contact (i, j) has begun in it. Of a contact: () where it is lost, (first, i, j, last) where
+        a free surface has opened between its nodes i and j.
+    """
 
     depth: float
     ends: tuple[End, ...]
@@ -98,11 +134,14 @@ def contacts_of(ends: Sequence[End]) -> Contacts:
     return paired([end for end in ends if end is not None])
 
 
-def _free(*parts: tuple[End, End]) -> tuple[End, ...]:
-    """The ends of those of these parts that have a free node."""
+def _free(*surfaces: tuple[End, End]) -> tuple[End, ...]:
+    """The ends, in one row, of those of these surfaces that have a free node.
+
+    Between neighbouring contact nodes there is none: the contacts there have merged.
+    """
     return tuple(
         end
-        for left, right in parts
+        for left, right in surfaces
         if left is None or right is None or right - left > 1
         for end in (left, right)
     )
@@ -117,13 +156,22 @@ class Walk:
     narrow : bool
         Whether lone nodes stand for contacts narrower than a link, up to where these are lost; else
         they let go as soon as they are pulled.
+
+    Attributes
+    ----------
+    closing, opening : Thresholds
+        Of contacts that close and of contacts that open; the same object without hysteresis.
+    loss : ContactLoss or None
+        When contacts narrower than a link are lost; None if lone nodes let go when pulled.
+    weakest : dict
+        By contact (first, last): the node inside it that opens first, as far as it was looked for.
     """
 
     def __init__(self, row: Row, *, narrow: bool = False) -> None:
         self.row = row
         self.closing, self.opening = row.thresholds
-        self.lines = ContactLoss(row, self.opening) if narrow and is_lost_smoothly(row) else None
-        self.weakest: dict[tuple[int, int], int] = {}  # of contacts: the node that opens first
+        self.loss = ContactLoss(row, self.opening) if narrow and is_lost_smoothly(row) else None
+        self.weakest: dict[tuple[int, int], int] = {}
 
     def touched(self, depth: float) -> Contacts:
         """The contacts at a depth to which the indenter has been pressed from first touch on.
@@ -150,51 +198,65 @@ class Walk:
         Parameters
         ----------
         nodes : Contacts
+            At rest at the first depth; not empty.
         start, depth : float
-            [length].
+            Depths from which and to which they come [length].
 
         Returns
         -------
         Contacts
+            () if all contact has been lost.
         """
-        sign = 1 if depth >= start else -1
+        direction = 1 if depth >= start else -1
         if not self.row.clear:
             tracks = list(self.tracks(nodes, start, depth))
             return tracks[-1].after
+        # There is one contact, and its lines do not feel each other: each is moved alone.
         ((first, last),) = nodes
-        ahead_left, ahead_right = self._ahead(nodes, sign)
-        first -= sign * self._links(*ahead_left, sign, depth)
-        last += sign * self._links(*ahead_right, sign, depth)
+        ahead_left, ahead_right = self._ahead(nodes, direction)
+        first -= direction * self._links(*ahead_left, direction, depth)
+        last += direction * self._links(*ahead_right, direction, depth)
         if first < last:
             return ((first, last),)
+        # No link is left. A lone node has no adhesion: it stays while it is pressed.
         touch = self.row.touch
         return ((touch, touch),) if depth >= self.row.lowest else ()
 
-    def _ahead(self, nodes: Contacts, sign: int) -> Sequence[tuple[range, int]]:
-        """For each line of one contact the nodes before the links it passes next, and its side."""
+    def _ahead(self, nodes: Contacts, direction: int) -> Sequence[tuple[range, int]]:
+        """The links that the left and the right line of one contact pass next, and their sides.
+
+        Each link is given by the node on the contact's side of it, in the order in which the line
+        passes them: outwards from the line if the depth grows, inwards to the other line if it
+        falls. Line "node, side" is the one that advances over the link, or has opened it.
+        """
         ((first, last),) = nodes
-        if sign > 0:
+        if direction > 0:
             return (range(first, 0, -1), -1), (range(last, self.row.size - 1), 1)
         return (range(first + 1, last + 1), -1), (range(last - 1, first - 1, -1), 1)
 
-    def _passed(self, ahead: range, side: int, sign: int) -> Array:
-        """± the depths at which a line of one convex contact has passed these links."""
-        nodes = np.arange(ahead.start, ahead.stop, ahead.step)
-        thresholds = self.closing if sign > 0 else self.opening
-        return np.maximum.accumulate(sign * thresholds.advance_of_outermost(nodes, side))
+    def _passed(self, ahead: range, side: int, direction: int) -> Array:
+        """direction × the depths by which a line of one convex contact has passed these links.
 
-    def _links(self, ahead: range, side: int, sign: int, depth: float) -> int:
+        Never falling: a link is not passed before those in front of it.
+        """
+        nodes = np.arange(ahead.start, ahead.stop, ahead.step)
+        thresholds = self.closing if direction > 0 else self.opening
+        return np.maximum.accumulate(direction * thresholds.advance_of_outermost(nodes, side))
+
+    def _links(self, ahead: range, side: int, direction: int, depth: float) -> int:
         """How many of these links the line passes until the depth is reached.
 
-        When pressing, threshold depths increase outwards, so that sampling suffices.
+        When pressing, threshold depths increase outwards, so that sampling suffices: every
+        stride-th link first, then those from the last sample passed to the next one.
         """
-        stride = 1 if sign < 0 else 1 + len(ahead) // _LOOKED
-        passed = self._passed(ahead[::stride], side, sign)
-        count = int(passed.searchsorted(sign * depth, "right" if sign > 0 else "left"))
+        stride = 1 if direction < 0 else 1 + len(ahead) // _LOOKED
+        passed = self._passed(ahead[::stride], side, direction)
+        # A link closes at its depth, and opens beyond it.
+        count = int(passed.searchsorted(direction * depth, "right" if direction > 0 else "left"))
         if stride == 1:
             return count
         start = max(count - 1, 0) * stride
-        return start + self._links(ahead[start : start + stride], side, sign, depth)
+        return start + self._links(ahead[start : start + stride], side, direction, depth)
 
     def track(self, nodes: Contacts, start: float, end: float) -> Track:
         """The path from one depth to another, up to the first event.
@@ -213,9 +275,22 @@ class Walk:
         return next(self.tracks(nodes, start, end))
 
     def tracks(self, nodes: Contacts, start: float, end: float) -> Iterator[Track]:
-        """The same from event to event, until the last depth or the loss of all contact."""
-        sign = 1 if end >= start else -1
-        front = Front(self, nodes, sign)
+        """The tracks from event to event, until the last depth or the loss of all contact.
+
+        Parameters
+        ----------
+        nodes : Contacts
+            At rest at the start.
+        start, end : float
+            Depths [length].
+
+        Yields
+        ------
+        Track
+            The first from the start, every other one from the event that ends the one before it.
+        """
+        direction = 1 if end >= start else -1
+        front = Front(self, nodes, direction)
         depth = start
         while True:
             track, front = self._tracked(front, depth, end)
@@ -240,10 +315,10 @@ class Walk:
             Contacts next to the surfaces reach as far as their lines have come. Receding outermost
             lines stay.
         """
-        sign = 1 if end >= start else -1
+        direction = 1 if end >= start else -1
         first, *inner, last = itertools.chain(*surfaces)
         nodes = paired([end for end in inner if end is not None])
-        track, _ = self._tracked(Front(self, nodes, sign, (first, last)), start, end)
+        track, _ = self._tracked(Front(self, nodes, direction, (first, last)), start, end)
         return track
 
     def _tracked(self, front: "Front", start: float, end: float) -> tuple[Track, "Front"]:
@@ -254,21 +329,23 @@ class Walk:
         contacts are recorded and the path goes on. Where many changes have happened at one depth a
         line jumps: then it passes as many links at once as it will.
         """
-        sign = front.sign
+        direction = front.direction
         trace = [(start, front.nodes)]
         depth = start
         changes = 0  # at this depth
         changes_at_jump = 0  # how many of these there were when a line last passed many links
         while True:
             change, place = front.first()
-            last = change.depth > end if sign > 0 else change.depth <= end
-            if last or sign * (change.depth - depth) > 0:  # all at this depth has happened
+            is_beyond_end = change.depth > end if direction > 0 else change.depth <= end
+            # A change that is due already, as others have made it so, happens at this depth, too.
+            is_later = direction * (change.depth - depth) > 0
+            if is_beyond_end or is_later:  # all at this depth has happened
                 after = front.nodes
                 if self._is_jump(trace[-1][1], after, changes, depth):
                     return Track(trace, depth, paired(after)), front
                 if changes:
                     trace.append((depth, after))
-                if last:
+                if is_beyond_end:
                     return Track(trace, None, paired(after)), front
                 changes = 0
                 changes_at_jump = 0
@@ -276,10 +353,11 @@ class Walk:
                 if smooth:
                     trace += smooth
                     depth, after = smooth[-1]
-                    front = Front(self, paired(after), sign)
+                    front = Front(self, paired(after), direction)
                     continue
                 depth = change.depth
-            if changes - changes_at_jump >= _JUMPING and place % 2 == 0:
+            is_free_surface = place % 2 == 0
+            if changes - changes_at_jump >= _JUMPING and is_free_surface:
                 changes_at_jump = changes
                 jumped = self._jumped(front, place, depth)
                 change = change._replace(ends=jumped or change.ends)
@@ -291,21 +369,34 @@ class Walk:
 
         One line passes all that it does while the other one stays, as long as no node touches, then
         the other: what is in contact at the end does not depend on the order, as the energy is
-        submodular (nodes/thresholds.py). The last links of a surface, or of a contact, are left;
-        () if no link is passed.
+        submodular (nodes/thresholds.py). The last links of a surface, or of a contact, are left to
+        single changes, since more can happen there than that a line passes a link.
+
+        Parameters
+        ----------
+        front : Front
+        place : int
+            Of the left end of the surface in `front.ends`.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        tuple of (int or None)
+            Left and right end; () if no link is passed.
         """
         if self.row.clear or self.row.lattice.axis == 0:
             return ()
         left_start, right_start = front.ends[place : place + 2]
-        left_room, right_room = front.rooms(place)
+        links_on_left, links_on_right = front.links_beside(place)
         left = left_start
         right = right_start
         while True:
             before = (left, right)
-            room = left_room - (left_start - left)
-            left += self._passed_at(left, right, 1, front.sign, depth, room)
-            room = right_room - (right - right_start)
-            right -= self._passed_at(right, left, -1, front.sign, depth, room)
+            links_behind = links_on_left + (left - left_start)
+            left += self._passed_at(left, right, 1, front.direction, depth, links_behind)
+            links_behind = links_on_right + (right_start - right)
+            right -= self._passed_at(right, left, -1, front.direction, depth, links_behind)
             if (left, right) == before:
                 break
         if (left, right) == (left_start, right_start):
@@ -313,30 +404,49 @@ class Walk:
         return _node(left, self.row.size), _node(right, self.row.size)
 
     def _passed_at(
-        self, line: int, other: int, side: int, sign: int, depth: float, room: int
+        self, line: int, other: int, side: int, direction: int, depth: float, links_behind: int
     ) -> int:
-        """How many links one line passes in a direction at a depth; less than 0 if it recedes.
+        """How many links one line passes at a depth, towards its free surface.
 
-        side: where the free surface is; room: links of the contact behind the line.
+        Parameters
+        ----------
+        line, other : int
+            Contact nodes at this line and at the one that it faces; -1 or the number of nodes where
+            there is none.
+        side : {1, -1}
+            On which the free surface of the line is.
+        direction : {1, -1}
+            Whether lines advance or recede.
+        depth : float
+            [length].
+        links_behind : int
+            Links of the contact behind the line.
+
+        Returns
+        -------
+        int
+            Less than 0 if the line recedes.
         """
         size = self.row.size
         if line in (-1, size):
             return 0
-        thresholds = self.closing if sign > 0 else self.opening
+        thresholds = self.closing if direction > 0 else self.opening
         facing = _node(other, size)
-        links = abs(other - line) - 3 if sign > 0 else room - 2
+        # `advances` is for surfaces of three links or more; the last link of a contact is left.
+        links = abs(other - line) - 3 if direction > 0 else links_behind - 2
         links = min(links, _LOOKED)
         if links < 1:
             return 0
-        if sign > 0:
+        if direction > 0:
             passed = thresholds.advances(line + side * np.arange(links), side, facing) <= depth
         else:
             passed = (
                 thresholds.advances(line - side * np.arange(1, links + 1), side, facing) > depth
             )
-        count = links if passed.all() else int(passed.argmin())
-        if sign < 0:
+        count = links if passed.all() else int(passed.argmin())  # up to the first that is not
+        if direction < 0:
             return -count
+        # If the surface is in the indenter after so many links, it is so after more of them, too.
         return bisect_left(
             range(1, count + 1),
             True,
@@ -353,25 +463,39 @@ class Walk:
     ) -> list[tuple[float, tuple[int, ...]]]:
         """The links that the lines of one convex contact pass towards a depth, each at its own.
 
-        Depths with the nodes of the contact, up to the first link that is passed at no depth of its
-        own, and not the last two links of a contact. None of contacts that are not convex.
+        All at once in arrays, as the two lines of a convex contact do not feel each other.
+
+        Parameters
+        ----------
+        nodes : tuple of int
+            First and last nodes of all contacts at this depth.
+        depth, end : float
+            This depth, and the one to which the path goes [length].
+
+        Returns
+        -------
+        list of (float, tuple of int)
+            Depths, and the first and last node of the contact from there on: up to the first link
+            that is passed together with the one before it (a line jumps), and as long as two links
+            are left. Empty if there are several contacts, or the row is not `clear`.
         """
         if len(nodes) != 2 or not self.row.clear:
             return []
         first, last = nodes
-        sign = 1 if end >= depth else -1
-        passed = [self._passed(*ahead, sign) for ahead in self._ahead(((first, last),), sign)]
-        stop = sign * end
+        direction = 1 if end >= depth else -1
+        both_ahead = self._ahead(((first, last),), direction)
+        passed = [self._passed(*ahead, direction) for ahead in both_ahead]
+        stop = direction * end
         for line in passed:
-            together = line <= np.append(sign * depth, line[:-1])
+            together = line <= np.append(direction * depth, line[:-1])
             stop = min(stop, float(line[together].min(initial=math.inf)))
         depths = np.unique(np.concatenate(passed))
         depths = depths[depths < stop]
         left_links, right_links = (line.searchsorted(depths, "right") for line in passed)
-        lefts = (first - sign * left_links).tolist()
-        rights = (last + sign * right_links).tolist()
-        steps = zip((sign * depths).tolist(), lefts, rights, strict=True)
-        return [(at, (i, j)) for at, i, j in steps if sign > 0 or j - i > 1]
+        lefts = (first - direction * left_links).tolist()
+        rights = (last + direction * right_links).tolist()
+        steps = zip((direction * depths).tolist(), lefts, rights, strict=True)
+        return [(at, (i, j)) for at, i, j in steps if direction > 0 or j - i > 1]
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
@@ -387,36 +511,37 @@ class Walk:
         Change
         """
         thresholds = self.closing
-        touching, node = thresholds.touches(left, right)
-        found = Change(touching, _free((left, node), (node, right)))
-        moves = []
+        touch_depth, node = thresholds.touches(left, right)
+        found = Change(touch_depth, _free((left, node), (node, right)))
+        moves: list[tuple[float, tuple[End, End]]] = []  # depths, and the surface afterwards
         if left is not None:
             moves.append((thresholds.advance(left, 1, right), (left + 1, right)))
         if right is not None:
             moves.append((thresholds.advance(right, -1, left), (left, right - 1)))
         if left is not None and right is not None:
             moves.append((thresholds.advance_both(left, right), (left + 1, right - 1)))
-        for depth, part in moves:
+        for depth, surface in moves:
             if depth >= found.depth:
                 continue
-            if thresholds.clears(*part, depth):
-                found = Change(depth, _free(part))
+            if thresholds.clears(*surface, depth):
+                found = Change(depth, _free(surface))
             else:
-                found = self._with_touch((left, right), part, depth, found)
+                found = self._with_touch((left, right), surface, depth, found)
         return found
 
-    def _with_touch(self, own: Any, part: Any, depth: float, later: Change) -> Change:
+    def _with_touch(self, own: Any, moved: Any, depth: float, later: Change) -> Change:
         """A line passes a link as a node touches that would then be in the indenter, or `later`.
 
-        That happens at the depth at which both together leave U as it is. The energy that they
-        release is a parabola of the depth: it is read at three depths between that of the link
-        alone and that of `later`, and its zero found by the formula that subtracts nothing.
+        That happens at the depth at which both together leave U as it is. With given contacts U is
+        quadratic in d, so that the energy released is a parabola of the depth: it is read at three
+        depths, at that of the link alone, at that of `later`, and half way, and its zero is found
+        by the formula that subtracts nothing.
 
         Parameters
         ----------
         own : tuple of (int or None)
-            Contact nodes at the ends of the free surface.
-        part : tuple of (int or None)
+            Contact nodes at the left and the right end of the free surface.
+        moved : tuple of (int or None)
             The same once the line has passed the link.
         depth : float
             The depth at which the line alone would pass the link [length].
@@ -427,8 +552,9 @@ class Walk:
         -------
         Change
         """
-        _, node = self.closing.touches(*part)
-        ends = _free((part[0], node), (node, part[1]))
+        _, node = self.closing.touches(*moved)
+        ends = _free((moved[0], node), (node, moved[1]))
+        # Both with the same outermost nodes, so that all beyond these cancels in the difference.
         before = contacts_of((own[0], *own, own[1]))
         after = contacts_of((own[0], *ends, own[1]))
 
@@ -441,16 +567,19 @@ class Walk:
         last = released(later.depth)
         if last <= 0:
             return later
+        # first + linear s + bend s² = 0, with s from 0 at `depth` to 1 at that of `later`.
         linear = 4 * middle - 3 * first - last
         bend = 2 * (first + last - 2 * middle)
-        root = linear + math.sqrt(max(linear**2 - 4 * bend * first, 0.0))
-        share = -2 * first / root if first < 0 else 0.0
-        return Change(depth + share * (later.depth - depth), ends)
+        denominator = linear + math.sqrt(max(linear**2 - 4 * bend * first, 0.0))
+        s = -2 * first / denominator if first < 0 else 0.0
+        return Change(depth + s * (later.depth - depth), ends)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def fall(self, left: Any, right: Any, left_lone: bool, right_lone: bool) -> Change:
-        """The first move of the lines of a free surface as the depth falls; those of lone nodes
-        stay.
+        """The first move of the lines of a free surface as the depth falls.
+
+        Lines of lone nodes stay: these nodes open as a whole (`pulled`). No free node touches, as
+        contacts only shrink.
 
         Parameters
         ----------
@@ -470,6 +599,7 @@ class Walk:
         if not right_lone:
             found.append(Change(thresholds.advance(right + 1, -1, left), (left, right + 1)))
         if not left_lone and not right_lone:
+            # Both open at once only where the wider surface would clear the indenter.
             both = left - 1, right + 1
             depth = min(thresholds.advance_both(*both), thresholds.touches(*both)[0])
             found.append(Change(depth, both))
@@ -490,18 +620,19 @@ class Walk:
         -------
         Change
         """
-        depth = math.nan
-        if self.lines is not None:
-            depth = self.lines.depth(before, node, after)
+        depth = math.nan  # as `ContactLoss.depth` where that does not know it
+        if self.loss is not None:
+            depth = self.loss.depth(before, node, after)
         if math.isnan(depth):
             depth = self.opening.pulled(before, node, after)
         return Change(depth, ())
 
     def opened_inside(self, first: int, last: int) -> Change:
-        """Where the first node inside a contact opens; never in a convex one, whose lines recede.
+        """The opening of the weakest node inside a contact; in a convex one only lines recede.
 
-        A contact that is one link shorter on a side than another has the same weakest node, unless
-        that was at its end.
+        The weakest node is the one that opens at the largest depth. A contact that is one link
+        shorter on a side than another has the same one, unless that is at its end: as lines recede,
+        it need not be looked for anew.
 
         Parameters
         ----------
@@ -527,14 +658,28 @@ class Walk:
     ) -> bool:
         """Whether changes at one depth are an event: they release energy, or contacts differ.
 
-        What is not lost to adhesion hysteresis anyway; without adhesion, where U is convex, none.
+        U counts contacts at the closing work of adhesion. What opens costs the opening one, so that
+        the difference of the two is lost to hysteresis anyway and is not released by an event.
+
+        Parameters
+        ----------
+        before, after : tuple of int
+            First and last nodes of all contacts before and after these changes.
+        changes : int
+            How many they are. A single one happens where it leaves U as it is.
+        depth : float
+            [length].
+
+        Returns
+        -------
+        bool
         """
         if len(before) != len(after):
             return True
         if changes < 2:
             return False
         least = _ROUNDING * float(self.opening.work.max(initial=0.0))
-        if not least:
+        if not least:  # without adhesion U is convex, and nothing jumps
             return False
         closing, opening = self.row.works
         released = self.energy(before, depth) - self.energy(after, depth)
@@ -577,6 +722,57 @@ class Walk:
         return max(0.0, float(bonded_before - bonded_after))
 
 
+class _Part(NamedTuple):
+    """A free surface or a contact, with all nodes on which its next change depends.
+
+    Attributes
+    ----------
+    free : bool
+        Whether it is a free surface.
+    left, right : int
+        Its ends: contact nodes, of a surface -1 or the number of nodes where there is none.
+    left_lone, right_lone : bool
+        Of a surface as the depth falls, whether its lines stay: the contacts beside it are lone
+        nodes, or not followed, or there are none. As the depth grows False.
+    before, after : int or None
+        Of a lone node as the depth falls, the far ends of the surfaces beside it, on which it
+        depends when it is pulled; else None.
+    """
+
+    free: bool
+    left: int
+    right: int
+    left_lone: bool = False
+    right_lone: bool = False
+    before: int | None = None
+    after: int | None = None
+
+
+class _Entry(NamedTuple):
+    """The next change of a part on the heap, which sorts by the first of these that differs.
+
+    Attributes
+    ----------
+    priority : float
+        direction × its depth: the earliest change is the least.
+    left : int
+        The part's left end: of changes at one depth the leftmost is first.
+    free : bool
+        Whether the part is a free surface; a contact that begins at the same node is first.
+    number : int
+        How many entries were made before it, so that no two are alike.
+    change : Change
+    part : _Part
+    """
+
+    priority: float
+    left: int
+    free: bool
+    number: int
+    change: Change
+    part: _Part
+
+
 class Front:
     """The contacts of a walk that goes on, and the next change of every part of them.
 
@@ -588,23 +784,28 @@ class Front:
     ----------
     walk : Walk
     nodes : Contacts
-    sign : {1, -1}
+    direction : {1, -1}
         Whether the depth grows or falls.
-    outermost : tuple of int or None
-        Lines at both ends, where only the surfaces between these are followed.
+    outermost : tuple of (int or None)
+        Contact nodes at both ends of the row of surfaces that are followed, if these are not all.
 
     Attributes
     ----------
     ends : list of int
         Of all free surfaces, from left to right; -1 and the number of nodes: no contact there. Two
         of them from an even place on enclose a free surface, from an odd place on a contact.
+    heap : list of _Entry
+    known : dict
+        By left end, and whether it is a free surface: the part whose next change was pushed last.
+    pushed : int
+        How many entries have been made.
     """
 
     def __init__(
-        self, walk: Walk, nodes: Contacts, sign: int, outermost: tuple[End, End] = (None, None)
+        self, walk: Walk, nodes: Contacts, direction: int, outermost: tuple[End, End] = (None, None)
     ) -> None:
         self.walk = walk
-        self.sign = sign
+        self.direction = direction
         self.size = walk.row.size
         self.outermost = outermost
         first, last = outermost
@@ -613,16 +814,17 @@ class Front:
             *itertools.chain(*nodes),
             self.size if last is None else last,
         ]
-        self.heap: list[tuple[float, int, bool, int, Change, Part]] = []
-        self.known: dict[tuple[int, bool], Part] = {}
+        self.heap: list[_Entry] = []
+        self.known: dict[tuple[int, bool], _Part] = {}
         self.pushed = 0
         self._push(0, len(self.ends))
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """The first and last nodes of all contacts as they are now.
+        """The first and last nodes of all contacts as they are now, in one row.
 
-        Of some neighbouring surfaces from where their outermost lines have been.
+        If only some neighbouring surfaces are followed, the contacts beside the outermost of these
+        reach from where their lines were at the start to where they have come.
         """
         first, last = self.outermost
         before = [] if first is None else [first]
@@ -637,82 +839,91 @@ class Front:
         return paired(self.nodes)
 
     def first(self) -> tuple[Change, int]:
-        """What happens first, and the place of the part it happens to."""
+        """The earliest change, and the place in `ends` of the left end of the part it happens to.
+
+        If nothing is going to happen, a change at an infinite depth.
+        """
         while self.heap:
-            _, node, free, _, change, part = self.heap[0]
-            place = bisect_right(self.ends, node) - 1 if free else bisect_left(self.ends, node)
-            if self._part(place, free) == part:
-                return change, place
-            heapq.heappop(self.heap)
-        return Change(self.sign * math.inf, ()), 0
+            entry = self.heap[0]
+            # A lone node stands twice in `ends`: at its left end a contact begins, at its right end
+            # a free surface.
+            if entry.free:
+                place = bisect_right(self.ends, entry.left) - 1
+            else:
+                place = bisect_left(self.ends, entry.left)
+            if self._part(place, entry.free) == entry.part:
+                return entry.change, place
+            heapq.heappop(self.heap)  # the part is no more what it was
+        return Change(self.direction * math.inf, ()), 0
 
-    def rooms(self, place: int) -> tuple[int, int]:
-        """Links of the contacts on both sides of the free surface at a place; 0 if not followed."""
-        ends = self.ends
-        left = ends[place] - ends[place - 1] if place > 0 else 0
-        right = ends[place + 2] - ends[place + 1] if place + 2 < len(ends) else 0
-        return left, right
+    def links_beside(self, place: int) -> tuple[int, int]:
+        """How many links the contacts on the left and the right of a free surface have.
 
-    def apply(self, change: Change, place: int) -> None:
-        """The change happens to the part at a place."""
-        no_contact = (-1, self.size)
-        new = [no_contact[i % 2] if end is None else end for i, end in enumerate(change.ends)]
-        self.ends[place : place + 2] = new
-        if self.sign > 0:
-            self._push(place, place + len(new))
-        else:
-            self._push(max(place - 2, 0), place + len(new) + 2)
-
-    def _part(self, place: int, free: bool) -> Part:
-        """The nodes on which the next change of the part at a place depends: () if there is none.
-
-        Those of both its ends. As the depth falls no line of a lone node recedes, and whether such
-        a node is pulled depends on the contacts next to it.
+        place: of the surface's left end in `ends`. 0 where there is no contact that is followed.
         """
         ends = self.ends
+        on_left = ends[place] - ends[place - 1] if place > 0 else 0
+        on_right = ends[place + 2] - ends[place + 1] if place + 2 < len(ends) else 0
+        return on_left, on_right
+
+    def apply(self, change: Change, place: int) -> None:
+        """Let a change happen to the part whose left end is at this place of `ends`."""
+        no_contact = (-1, self.size)  # of left and of right ends
+        new = [no_contact[i % 2] if end is None else end for i, end in enumerate(change.ends)]
+        self.ends[place : place + 2] = new
+        if self.direction > 0:
+            self._push(place, place + len(new))
+        else:  # the parts beside it depend on it, too: see `_Part`
+            self._push(max(place - 2, 0), place + len(new) + 2)
+
+    def _part(self, place: int, free: bool) -> _Part | None:
+        """The part whose left end is at a place of `ends`; None if none of this kind is there."""
+        ends = self.ends
         if place < 0 or (place % 2 == 0) != free or place + 1 >= len(ends):
-            return ()
+            return None
         left, right = ends[place : place + 2]
-        if self.sign > 0 or (not free and left < right):
-            return left, right
+        if self.direction > 0 or (not free and left < right):
+            return _Part(free, left, right)
         before = ends[place - 1] if place > 0 else left
         after = ends[place + 2] if place + 2 < len(ends) else right
         if free:
-            return left, right, before == left, after == right
-        return before, left, right, after
+            return _Part(free, left, right, left_lone=before == left, right_lone=after == right)
+        return _Part(free, left, right, before=before, after=after)
 
     def _push(self, start: int, stop: int) -> None:
-        """Find the next change of the parts between two places, where it is not known."""
+        """Push the next changes of the parts between two places of `ends`, if they are not known.
+
+        As the depth grows nothing happens to contacts, and only free surfaces have one.
+        """
         if self.ends == [-1, self.size]:  # detached
             return
-        step = 2 if self.sign > 0 else 1
+        step = 2 if self.direction > 0 else 1
         for place in range(start, min(stop, len(self.ends) - 1), step):
-            node = self.ends[place]
             free = place % 2 == 0
             part = self._part(place, free)
-            if self.known.get((node, free)) == part:
+            if part is None or self.known.get((part.left, free)) == part:
                 continue
-            self.known[node, free] = part
-            change = self._change(part, free)
+            self.known[part.left, free] = part
+            change = self._change(part)
             self.pushed += 1
-            entry = self.sign * change.depth, node, free, self.pushed, change, part
-            heapq.heappush(self.heap, entry)
+            priority = self.direction * change.depth
+            heapq.heappush(self.heap, _Entry(priority, part.left, free, self.pushed, change, part))
 
-    def _change(self, part: Part, free: bool) -> Change:
+    def _change(self, part: _Part) -> Change:
         """The next change of a part."""
         walk = self.walk
-        if not free:
-            if len(part) == 2:
-                return walk.opened_inside(*part)
-            before, node, _, after = part
-            return walk.pulled(_node(before, self.size), node, _node(after, self.size))
-        left = _node(part[0], self.size)
-        right = _node(part[1], self.size)
-        if self.sign > 0:
+        left = _node(part.left, self.size)
+        right = _node(part.right, self.size)
+        if not part.free:
+            if part.before is None or part.after is None:  # more than a lone node
+                return walk.opened_inside(part.left, part.right)
+            before = _node(part.before, self.size)
+            return walk.pulled(before, part.left, _node(part.after, self.size))
+        if self.direction > 0:
             return walk.rise(left, right)
-        return walk.fall(left, right, bool(part[2]), bool(part[3]))
+        return walk.fall(left, right, part.left_lone, part.right_lone)
 
 
 def _node(end: int, size: int) -> End:
-    """The contact node at an end of a free surface, None if there is none."""
+    """The contact node at an end of a free surface as `Front` has it; None: there is none."""
     return None if end in (-1, size) else end

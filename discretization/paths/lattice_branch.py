@@ -142,7 +142,7 @@ class LatticeBranch(Branch):
         """
         row, node, lowest = self.row, self.row.touch, self.row.lowest
         own = ((node, node),)
-        if self.walk.lines is not None and self.walk.lines.smooth(node):
+        if self.walk.loss is not None and self.walk.loss.smooth(node):
             before, here, after = row.f[node - 1 : node + 2].tolist()
             bend = before - 2 * here + after
             if before != after and bend > 0:
@@ -332,9 +332,9 @@ class LatticeBranch(Branch):
         """Whether a contact of a node or a link, alone, is lost where both its lines meet."""
         contacts = self.contact(state.depth, *state.lines).memory
         first, last = contacts[0]
-        if len(contacts) > 1 or last - first > 1 or self.walk.lines is None:
+        if len(contacts) > 1 or last - first > 1 or self.walk.loss is None:
             return False
-        depth = self.walk.lines.depth(None, first, None)
+        depth = self.walk.loss.depth(None, first, None)
         size = abs(depth) + self.scene.opened.critical_separation
         return abs(depth - state.depth) <= _SAME * size
 
