@@ -21,6 +21,30 @@ between them stays where it last moved (a play operator):
 So a state has to remember the positions of its lines, too, not their nodes alone. Lines that face
 each other are found in turns. Of the energy of both moves together each adds its own with the other
 one half way, which is exact for a quadratic energy.
+
+Conventions
+-----------
+Depths d are positive down into the layer, heights f of the profile upwards; g = d - f is the
+displacement in contact; P is positive if compressive. All lengths called ζ, or "in links", are in
+units of the spacing.
+
+Arrays over s states of m contacts each have the shape (s, 2m): the left and the right line of the
+first contact, then of the second, ...; so even columns are left lines, odd ones right lines.
+`nodes` has the contact nodes at these lines, numbered from 0 in the row (`row.first` is the
+lattice's number of node 0). `side` is -1 for left lines and 1 for right ones, and
+
+    x = position of the node + side (ζ + overhang) Δx,      overhang ½ without tension, else 0.
+
+Outwards of a contact, ζ > 0, is towards the free surface of the line. The line that it faces is the
+other line of that free surface; an outermost line faces none. A last axis of length 6 has the links
+j = -3 ... 2 (`LINKS`), link j from ζ = j to j + 1. Where an axis n of works of adhesion comes first
+it has that of closing first, and that of opening last: one entry where both are alike.
+
+v = A g + B u' - g_after is the gap at the node beyond a link, u' the displacement of the line that
+is faced, and S the stiffness at that node: `Lattice.free_node_response` gives B, 1 - A - B and S.
+`row.bonds` has for each link its length or area times the factor of the pattern, so that the
+adhesion of a link is a work of adhesion times it. `row.corners` are x of corners of profile and
+pattern, `row.breaks` the same in numbers of nodes of the row.
 """
 
 import functools
@@ -35,8 +59,8 @@ from discretization.lattice.loss import is_lost_smoothly
 from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array, Mask, Nodes
 
-Lines = tuple[float, ...]  # x of all lines
-LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
+Lines = tuple[float, ...]  # x of all lines of a state, from left to right
+LINKS = np.arange(-3, 3)  # j of the links beside a line, outwards from its node
 
 
 class LineRules(NamedTuple):
@@ -99,14 +123,21 @@ class Advances(NamedTuple):
     bonds: Array
 
     def excess(self, works: Sequence[float]) -> Array:
-        """e, with each of these works of adhesion (n, s, 2m, 6)."""
-        lifted = np.copysign(np.sqrt(self.stored), self.gap)
+        """e of the module's docstring, with each of these works of adhesion (n, s, 2m, 6).
+
+        Negative where a line passes the link.
+        """
+        root_stored = np.copysign(np.sqrt(self.stored), self.gap)
         root_bonds = np.sqrt(self.bonds)
-        return np.array([lifted - math.sqrt(work) * root_bonds for work in works])
+        return np.array([root_stored - math.sqrt(work) * root_bonds for work in works])
 
 
 class Cubic(NamedTuple):
-    """mean + rise t + (bend + turn t)(t² - 1/4) of t, links from a node; arrays (n, s, 2m)."""
+    """mean + rise t + (bend + turn t)(t² - 1/4), arrays (n, s, 2m); t in links outwards from a node.
+
+    The middles of the two links beside the node are t = ∓½, where the last term is zero: mean is
+    the mean of their values and rise the difference.
+    """
 
     mean: Array
     rise: Array
@@ -122,7 +153,7 @@ class Corners(NamedTuple):
     zeta : ndarray
         ζ of the only corner within a link; nan: none, or several.
     smooth : ndarray of bool
-        Whether all four links about the node are without any.
+        Whether the two links on each side of the node are without any corner.
     narrow : ndarray of bool
         Whether the node, a lone one, stands for a contact narrower than a link.
     """
@@ -132,42 +163,59 @@ class Corners(NamedTuple):
     narrow: Mask
 
     def middle(self, outside: Mask | bool) -> Nodes:
-        """The node between the two nearest links on one side of the corner; 0 without a corner."""
+        """ζ of the node between the two links nearest to the corner on one side of it.
+
+        The corner is in neither of them. Without a corner 0, the line's own node.
+
+        Parameters
+        ----------
+        outside : bool or ndarray of bool (s, 2m)
+            Whether the links are those outwards of the corner; else those inwards.
+
+        Returns
+        -------
+        ndarray of int (s, 2m)
+        """
         middle = np.where(outside, np.ceil(self.zeta) + 1, np.floor(self.zeta) - 1)
         return np.where(np.isnan(middle), 0, middle).astype(int)
 
     def cubic(self, parts: Array, middle: Nodes) -> Cubic:
-        """The cubic through what links have, at their middles.
+        """The cubic through values of links, at their middles.
 
-        Through four links, or three, or two beside the node. A missing one is like the other, or
-        inside a narrow contact continues those outside.
+        It goes through four links where these are smooth; if one of the outer two is missing it is
+        the parabola through the other three, else the straight line through the two beside the
+        node. If one of these is missing, the line is constant; but inside a narrow contact it goes
+        on straight from the two links outside.
 
         Parameters
         ----------
         parts : ndarray (n, s, 2m, 6)
-            Of the links, nan where there is none.
+            Values of the links, nan where there is none.
         middle : ndarray of int (s, 2m)
-            Node between the second and the third of the four, and the origin of t.
+            ζ of the node between the second and the third of the four links, the origin of t.
 
         Returns
         -------
         Cubic
         """
-        links = np.arange(-2, 2) - LINKS[0]
+        columns = np.arange(-2, 2) - LINKS[0]  # of the two links on each side of the line's node
         if middle.any():
-            own = (middle[None, ..., None] + links) % LINKS.size
+            # Beside a corner columns beyond the six wrap round; they are only those of `innermost`
+            # and `outermost`, which do not count there, as the four links are not smooth.
+            own = (middle[None, ..., None] + columns) % LINKS.size
             parts = np.take_along_axis(parts, own, -1)
-            links = np.arange(4)
-        first, inner, outer, last = (parts[..., i] for i in links)
-        inner_missing = np.where(self.narrow & ~np.isnan(last), 2 * outer - last, outer)
-        left = np.where(np.isnan(inner), inner_missing, inner)
-        right = np.where(np.isnan(outer), inner, outer)
-        rise = right - left
-        mean = (left + right) / 2
-        before = np.where(np.isnan(first), last - 3 * rise, first)
-        beyond = np.where(np.isnan(last), first + 3 * rise, last)
-        bend = (before + beyond - 2 * mean) / 4
-        turn = (beyond - before - 3 * rise) / 6
+            columns = np.arange(4)
+        innermost, inner, outer, outermost = (parts[..., i] for i in columns)
+        continued = np.where(self.narrow & ~np.isnan(outermost), 2 * outer - outermost, outer)
+        before = np.where(np.isnan(inner), continued, inner)
+        after = np.where(np.isnan(outer), inner, outer)
+        rise = after - before
+        mean = (before + after) / 2
+        # turn = 0 where one of the outer two is missing.
+        first = np.where(np.isnan(innermost), outermost - 3 * rise, innermost)
+        last = np.where(np.isnan(outermost), innermost + 3 * rise, outermost)
+        bend = (first + last - 2 * mean) / 4
+        turn = (last - first - 3 * rise) / 6
         known = self.smooth & ~np.isnan(bend)
         return Cubic(mean, rise, np.where(known, bend, 0.0), np.where(known, turn, 0.0))
 
@@ -189,7 +237,11 @@ def facing_sides(lines: int) -> Nodes:
 
 
 def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) -> Advances:
-    """Changes as lines pass the links beside them.
+    """Changes as lines pass the links beside them, one at a time.
+
+    Link j is passed by a line that has come to ζ = j, while all other lines stay. A line can pass
+    the links between the other line of its contact and the one that it faces, but not the last one,
+    beyond which the surface would be closed.
 
     Parameters
     ----------
@@ -199,7 +251,7 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     depth : ndarray (s,)
         [length].
     zeta : ndarray (s, 2m), optional
-        Where lines are that others face, if not on their nodes.
+        ζ at which lines are as far as others face them; by default they are on their nodes.
 
     Returns
     -------
@@ -208,21 +260,21 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
     """
     lattice = row.lattice
     sides = facing_sides(nodes.shape[1])
-    own = np.arange(nodes.shape[1]) + 1  # the lines among all places of `ends`
-    start = nodes[..., None] + sides[:, None] * LINKS
-    after = start + sides[:, None]
+    own = np.arange(nodes.shape[1]) + 1  # columns of the lines in `ends`
+    start = nodes[..., None] + sides[:, None] * LINKS  # nodes at the inner ends of the links,
+    after = start + sides[:, None]  # and at their outer ends
 
-    # Links that a line can pass lie between the other line of its contact and the one it faces.
+    # All lines with one more place on each side of them, just outside of the row.
     ends = np.empty((len(nodes), own.size + 2))
     ends[:, 0] = -1
     ends[:, 1:-1] = nodes
     ends[:, -1] = row.size
     faced = ends[:, own + sides, None]
-    other = ends[:, own - sides, None]
+    other = ends[:, own - sides, None]  # line of the same contact
     exists = (sides[:, None] * (faced - after) > 0) & (sides[:, None] * (start - other) >= 0)
-    exists[row.first + nodes == lattice.axis] = False
+    exists[row.first + nodes == lattice.axis] = False  # no line: the contact goes on there
 
-    # Places and displacements of the lines that others face, or far out.
+    # Places and displacements of the lines that others face; far out there is none, and u is 0.
     if zeta is None:
         f = row.f[nodes]
     else:
@@ -254,20 +306,20 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
 
 
 def corners(row: Row, nodes: Nodes) -> Corners:
-    """The corners beside lines at these nodes (s, 2m)."""
+    """The corners beside lines at these nodes (s, 2m); none of them is narrow."""
     nowhere = np.full(nodes.shape, False)
     if not row.corners.size:
         return Corners(np.full(nodes.shape, math.nan), ~nowhere, nowhere)
-    known = np.append(row.breaks, math.nan)
+    known = np.append(row.breaks, math.nan)  # nan sorts last: it is taken where no corner follows
     first = known.searchsorted(nodes - 1, "right")
-    count = known.searchsorted(nodes + 1) - first  # within a link
+    count = known.searchsorted(nodes + 1) - first  # less than a link from the node
     zeta = facing_sides(nodes.shape[1]) * (known[first] - nodes) - row.lattice.overhang
     count_within_two = known.searchsorted(nodes + 2) - known.searchsorted(nodes - 2, "right")
     return Corners(np.where(count == 1, zeta, math.nan), count_within_two == 0, nowhere)
 
 
 def placed(excess: Array, corner: Corners) -> Array:
-    """ζ of lines with this excess (n, s, 2m, 6) at their links; nan where it grows nowhere.
+    """ζ (n, s, 2m) at which lines with this excess (n, s, 2m, 6) rest; nan where it grows nowhere.
 
     At a corner e jumps: a line is pinned there if its zero from inside is beyond the corner, and
     that from outside before it.
@@ -276,46 +328,51 @@ def placed(excess: Array, corner: Corners) -> Array:
     at = corner.zeta
     if np.isnan(at).all():
         return inside
-    outside = np.fmax(_zero(excess, corner, outside=True), at)
+    outside = np.fmax(_zero(excess, corner, outside=True), at)  # before the corner: pinned at it
     return np.where(np.isnan(at) | (inside < at), inside, outside)
 
 
 def _zero(excess: Array, corner: Corners, *, outside: bool) -> Array:
-    """Where e is zero as it continues from one side of a corner.
+    """ζ (n, s, 2m) where e is zero as it continues from one side of a corner.
 
-    Where it does not grow outwards there, it has its sign everywhere; without a corner nan. The
-    zero of the straight line is corrected by the parabola, exactly, and then by the cubic, to first
-    order, where both are small corrections.
+    Where e does not grow outwards there it has the same sign everywhere, so that the zero is at ∞
+    if e < 0 (the line passes all links) and at -∞ if e > 0; without a corner nan. The zero of the
+    straight line is corrected by the parabola, exactly, and then by the cubic, to first order,
+    where both are small corrections: at most as large as what the straight line has.
     """
     middle = corner.middle(outside)
     mean, rise, bend, turn = corner.cubic(excess, middle)
     with np.errstate(invalid="ignore", divide="ignore"):
-        sign = mean - rise / 2 if outside else mean + rise / 2
-        everywhere = np.where(np.isnan(corner.zeta), math.nan, -math.inf * sign)
+        at_corner = mean - rise / 2 if outside else mean + rise / 2  # e of the link next to it
+        everywhere = np.where(np.isnan(corner.zeta), math.nan, -math.inf * at_corner)
         straight = np.where(rise > 0, -mean / rise, everywhere)
-        relative_bend = bend / rise
+        # With p = t + ½ the parabola is zero where b p² + (1 - b) p = straight + ½.
+        b = bend / rise
         relative_turn = turn / rise
-        s = straight + 0.5
-        root = np.sqrt((1 - relative_bend) ** 2 + 4 * relative_bend * s)
-        parabola = 2 * s / (1 - relative_bend + root)
-        cubic = parabola - 0.5 + relative_turn * parabola * (1 - parabola) * (parabola - 0.5)
-        largest = np.maximum(np.abs(relative_bend), np.abs(relative_turn))
+        constant = straight + 0.5
+        root = np.sqrt((1 - b) ** 2 + 4 * b * constant)
+        p = 2 * constant / (1 - b + root)
+        cubic = p - 0.5 + relative_turn * p * (1 - p) * (p - 0.5)
+        largest = np.maximum(np.abs(b), np.abs(relative_turn))
         small = np.maximum(largest, np.abs(straight)) <= 1
     return np.asarray(middle + np.where(small & ~np.isnan(cubic), cubic, straight))
 
 
 def _added(steps: Array, zeta: Array, corner: Corners) -> Array:
-    """What contacts that end at ζ have more than those at their nodes.
+    """What contacts that end at ζ have more than those at their nodes (n, s, 2m).
 
-    ∫ (p - p''/24) dt up to ζ, p the cubic through the steps over links (n, s, 2m, 6), taken at
-    their middles; over a whole link that is p at its middle, and so the step itself.
+    ∫ (p - p''/24) dt from 0 to ζ, p the cubic through the steps over links, taken at their middles;
+    over a whole link that is p at its middle, and so the step itself. A step of a link that does
+    not exist counts as 0.
+
+    steps: of n quantities, here U and P, over each link (n, s, 2m, 6).
     """
     middle = corner.middle(zeta > corner.zeta)
     mean, rise, bend, turn = corner.cubic(steps, middle)
     # Whole links between the node of the line and the middle of the cubic, inwards ones negative.
     is_before_middle = middle[..., None] > LINKS
     is_inside_contact = LINKS < 0
-    passed = is_before_middle * 1 - is_inside_contact
+    passed = is_before_middle * 1 - is_inside_contact  # 1, 0 or -1
     known_steps = np.where(np.isnan(steps), 0.0, steps)
     whole_links = (known_steps * passed).sum(axis=-1)
 
@@ -350,10 +407,12 @@ def offsets(
     passed : Advances
         Of lines on their nodes.
     corner : Corners
+        Beside these nodes.
     works : sequence of float
         Of adhesion, closing and opening, or one for both [energy/area].
     before : ndarray (s, 2m), optional
-        ζ at which lines were that resist.
+        ζ from which lines come that resist; without it those of closing and opening are alike, or
+        lines have just closed.
 
     Returns
     -------
@@ -386,8 +445,9 @@ def offsets(
 def _limits(row: Row, nodes: Nodes, corner: Corners) -> tuple[Array, Array]:
     """The least and the greatest ζ of lines (s, 2m).
 
-    Half a link; a link for lines that face each other, at the ends of the row, and at a corner,
-    which pins lines up to a link away.
+    Half a link, beyond which the line is nearer to another node. A link for lines that face each
+    other, as these have moved since their nodes were found; outwards at the ends of the row, where
+    there is no other node; and at a corner, which pins lines up to a link away.
     """
     most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _LINE.half)
     least = np.full(nodes.shape, -_LINE.half)
@@ -431,9 +491,9 @@ def between(
     passed : Advances
         Of lines on their nodes.
     known : ndarray (s, 2m), optional
-        x of lines that resist both ways, which have to be known.
+        x of lines that resist both ways, which do not follow from the depth [length].
     work : float, optional
-        Of adhesion, by which lines rest, if not w [energy/area].
+        Work of adhesion by which lines rest, if not w [energy/area].
     narrow : bool
         Whether lone nodes that are pulled stand for contacts narrower than a link.
 
@@ -486,7 +546,7 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[list
         U [energy/length] and P [force/length] that states have more than those on their nodes.
     """
     if max(map(len, states)) == 1:
-        lines, by_line = _found(row, np.reshape(states, (-1, 2)), depths)
+        lines, by_line = _lines_on_path(row, np.reshape(states, (-1, 2)), depths)
         return list(lines), by_line.sum(axis=-1)
     nodes = [np.ravel(contacts) for contacts in states]
     left, right, added = _outermost_lines(row, nodes, depths)
@@ -502,7 +562,7 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[list
     gaps_and_depths = np.column_stack([contacts_beside, depth_number])
     distinct, number = np.unique(gaps_and_depths, axis=0, return_inverse=True)
     number = number.ravel()
-    lines, by_line = _found(row, distinct[:, :4], known_depths[distinct[:, 4]])
+    lines, by_line = _lines_on_path(row, distinct[:, :4], known_depths[distinct[:, 4]])
 
     both_lines = by_line[..., 1] + by_line[..., 2]
     added += [np.bincount(state_of_gap, each, count) for each in both_lines[:, number]]
@@ -517,7 +577,9 @@ def _outermost_lines(row: Row, nodes: Sequence[Nodes], depths: Array) -> tuple[A
     count = len(nodes)
     first_contacts = [one[:2] for one in nodes]
     last_contacts = [one[-2:] for one in nodes]
-    lines, by_line = _found(row, np.array(first_contacts + last_contacts), np.tile(depths, 2))
+    lines, by_line = _lines_on_path(
+        row, np.array(first_contacts + last_contacts), np.tile(depths, 2)
+    )
     left = lines[:count, 0]
     right = lines[count:, 1]
     return left, right, by_line[:, :count, 0] + by_line[:, count:, 1]
@@ -529,8 +591,11 @@ def _pairs_of_contacts(nodes: Nodes) -> Nodes:
     return np.hstack([contacts[:-1], contacts[1:]])
 
 
-def _found(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
-    """`between` of states on a path, with as many contacts each."""
+def _lines_on_path(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
+    """Lines (s, 2m) and what each adds to U and P (2, s, 2m), as `between`, of states on a path.
+
+    On paths lone nodes stand for contacts narrower than a link wherever the walk keeps them so.
+    """
     passed = advances(row, nodes, depth)
     return between(row, nodes, depth, passed, narrow=is_lost_smoothly(row))
 
@@ -560,7 +625,7 @@ def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
 
 
 def _stretched(zeta: Array, factor: float) -> Array:
-    """ζ with what is beyond nearly half a link times a factor, of lines that others face."""
+    """ζ with what is beyond nearly half a link times a factor, of all lines but the outermost."""
     beyond = zeta - np.clip(zeta, -_LINE.nearly_half, _LINE.nearly_half)
     found = zeta.copy()
     found[:, 1:-1] += (factor - 1) * beyond[:, 1:-1]
@@ -595,14 +660,15 @@ def moved(
     nodes_before = np.array(before, int).reshape(1, -1)
     x_before = np.array(lines)
     zeta_before = offsets_of(row, nodes_before, x_before)
-    places = nodes_before + facing_sides(nodes_before.size) * zeta_before
+    places = nodes_before + facing_sides(nodes_before.size) * zeta_before  # in numbers of nodes
     places = np.concatenate([[-math.inf], places.ravel(), [math.inf]])
     x_before = np.concatenate([[-math.inf], x_before.ravel(), [math.inf]])
 
-    # The nearest line before that faces the same way: the next one outwards, or the one before it.
-    next_right = np.searchsorted(places, nodes, "right")
-    next_left = np.searchsorted(places, nodes)
-    nearest = np.where(sides > 0, next_right, next_left)
+    # Of the two lines before that enclose a node one has the same side: left lines have odd numbers
+    # in `places`, right lines even ones. First the one to the right is taken, else the other one.
+    for_right_lines = np.searchsorted(places, nodes, "right")
+    for_left_lines = np.searchsorted(places, nodes)
+    nearest = np.where(sides > 0, for_right_lines, for_left_lines)
     nearest -= nearest % 2 == (sides > 0)
     came = np.clip(sides * (places[nearest] - nodes), -1.0, 1.0)
 
