@@ -133,7 +133,7 @@ class Advances(NamedTuple):
 
 
 class Cubic(NamedTuple):
-    """mean + rise t + (bend + turn t)(t² - 1/4), arrays (n, s, 2m); t in links outwards from a node.
+    """mean + rise t + (bend + turn t)(t² - 1/4) of t, in links outwards from a node; (n, s, 2m).
 
     The middles of the two links beside the node are t = ∓½, where the last term is zero: mean is
     the mean of their values and rise the difference.

@@ -32,6 +32,28 @@ its slope leave the range of those of the chords of this link and the next ones 
 
 Tips. A contact narrower than a link has no link, and so no adhesion: nodes lose it too early. It is
 there as long as r < √(2w/γ₁) just beside the lowest point of the profile, on both sides.
+
+Conventions
+-----------
+x and all lengths are those of the scene, not counted in links; only "of a link" and `place` are in
+units of the spacing. Depths d and displacements u are positive down into the layer, heights f and
+slopes f' upwards, u = d - f in contact.
+
+Lines of n states with m contacts are an array (n, 2m) of x, from left to right: even columns are
+the left lines of contacts, odd ones the right lines. `side` is -1.0 for left lines and 1.0 for
+right ones. Outwards of a contact is towards the free surface of the line: to the left at a left
+line. f' and u' of `Parting` are derivatives outwards, so that f' > 0 where the profile rises away
+from the contact, and u' < 0 where the surface comes up to its level from below. An axis of length 2
+that comes first is (inwards, outwards) of the line.
+
+A line recedes where r > √(2w/γ₁) on its inner side, with w of opening (`Scene.opened`), and
+advances where r < √(2w/γ₁) on its outer side, with w of closing. With rotational symmetry a contact
+around the axis has an inner end at 0, which is no line: only the outer one is judged.
+
+`Resolved` has samples of the profile as close as its own features ask for (profile.py), with each
+corner twice; `Lattice.tail.shape(x, left, right, depth)` gives u and du/dx of the free surface
+between two lines, None for one infinitely far away; `Lattice.stored(u).value` is the energy of the
+springs per area.
 """
 
 from __future__ import annotations
@@ -155,7 +177,7 @@ _NARROW = NarrowContacts()
 
 
 _SIDES = np.array([-1.0, 1.0])  # of left and right lines
-_INWARDS_OUTWARDS = _SIDES[:, None, None]  # of a contact
+_INWARDS_OUTWARDS = np.array([-1.0, 1.0])[:, None, None]  # times `side`: both directions in x
 
 
 class Unseen(NamedTuple):
@@ -166,7 +188,8 @@ class Unseen(NamedTuple):
     x, f : ndarray (n,)
         Places, and the profile there [length].
     off : ndarray (n,)
-        How far f is from what the nodes have; 0 where it is only steeper [length].
+        How far f is from the chord between the nodes, at least the smallest positive number, as its
+        slope may be all that differs; 0 where the profile is only steep [length].
     steep : ndarray of bool (n,)
         Whether a line may stop there at a slope that the nodes do not have.
     lowest : float, optional
@@ -188,11 +211,11 @@ class _Samples(NamedTuple):
     x, f, slope : ndarray (n,)
         Places, heights [length] and f' there.
     link : ndarray (n,)
-        The number of the node before each.
+        The lattice's number of the node before each: its link goes from there to the next node.
     cornered : ndarray of bool (n,)
         Whether its link has a corner.
     nodes : ndarray (4, n)
-        Heights of both ends of the link and of the next nodes on each side [length].
+        Heights of the node before the link, of both its ends, and of the node after it [length].
     """
 
     x: Array
@@ -239,10 +262,15 @@ class _Samples(NamedTuple):
         return np.asarray(np.where(self.cornered, _BETWEEN.cornered, _BETWEEN.smooth) * bend)
 
     def beyond_chords(self, lattice: Lattice) -> Array:
-        """By how much the rise over a link leaves the range of those of this and the next ones."""
+        """By how much f' Δx leaves the range of the rises of three links (n,) [length].
+
+        These are the link of the sample and the ones before and after it. Negative inside.
+        """
         rise = lattice.spacing * self.slope
-        chords = np.diff(self.nodes, axis=0)
-        return np.asarray(np.maximum(rise - chords.max(axis=0), chords.min(axis=0) - rise))
+        rises_of_links = np.diff(self.nodes, axis=0)
+        above = rise - rises_of_links.max(axis=0)
+        below = rises_of_links.min(axis=0) - rise
+        return np.asarray(np.maximum(above, below))
 
 
 def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = False) -> Unseen:
@@ -335,9 +363,13 @@ def warn_unresolved(
 
 
 def _missed(states: Sequence[Equilibrium], places: Unseen, inside: Mask) -> Array:
-    """The most by which surfaces of states miss the indenter at places (n,); inside (s, n)."""
+    """The most by which surfaces of states miss the indenter at n places (n,) [length].
+
+    In contact that is how far the profile is off the nodes' chord; elsewhere how deep it is in the
+    free surface. inside (s, n): whether each state has each place in contact.
+    """
     missed = np.where(inside, places.off, 0.0).max(axis=0)
-    hidden = places.off > 0
+    hidden = places.off > 0  # not only steeper
     if hidden.any():
         x = places.x[hidden]
         f = places.f[hidden]
@@ -368,7 +400,8 @@ def warn_lines(scene: Scene, lattice: Lattice, depth: Array, lines: Array, stack
     off = astray(scene, lattice, depth, lines)
     if off.any():
         state, column = np.argwhere(off)[0].tolist()
-        x = float(lines[state, column + (lattice.axis == 0)])
+        skipped = int(lattice.axis == 0)  # `astray` has no column for the end at the axis
+        x = float(lines[state, column + skipped])
         problem = (
             f"at depth = {float(depth[state])!r} the profile does not let a contact line rest "
             "where they have it"
@@ -385,6 +418,9 @@ def warn_losses(
     stacklevel: int,
 ) -> None:
     """Warn if nodes lose a contact that the profile holds at the next depth of a path.
+
+    A contact is lost if none of this depth overlaps it. It is put back among the others and judged
+    as if it were there; it has to hold by more than slopes are known.
 
     Parameters
     ----------
@@ -409,10 +445,9 @@ def warn_losses(
             continue
         contacts = sorted([*now, (left, right)])
         all_lines = np.reshape(contacts, (1, -1))
-        pinned = _pinned_by_profile(
-            scene, lattice, np.array([[depth]]), all_lines, -_ON_NODES.slopes
-        )
-        if pinned[0, contacts.index((left, right))]:
+        tolerance = -_ON_NODES.slopes
+        held = _held_by_profile(scene, lattice, np.array([[depth]]), all_lines, tolerance)
+        if held[0, contacts.index((left, right))]:
             problem = f"at depth = {depth!r} they have lost a contact which the profile holds"
             _warn(scene, lattice, (left + right) / 2, problem, stacklevel + 1)
 
@@ -454,7 +489,7 @@ def _warn(scene: Scene, lattice: Lattice, x: float, problem: str, stacklevel: in
 
 
 class _Line(NamedTuple):
-    """Lines at x, where the profile has the height f."""
+    """Lines at x, where the profile has the height f: what `LatticeTail.shape` needs of them."""
 
     x: Any
     f: Any
@@ -467,21 +502,21 @@ class Parting(NamedTuple):
     ----------
     r : ndarray
         f' + u' outwards; with finite slopes 2 sin(ψ/2).
-    falls : ndarray
-        u' outwards, or the inclination.
+    u_slope : ndarray
+        u' outwards, negative where u > 0; with finite slopes the inclination of the surface [rad].
     u : ndarray
-        The displacement [length].
+        The displacement d - f of the line [length].
     """
 
     r: Array
-    falls: Array
+    u_slope: Array
     u: Array
 
 
 def parting(
     scene: Scene, lattice: Lattice, depth: Any, x: Array, side: Any, read: Any, facing: Any = None
 ) -> Parting:
-    """How surface and indenter part at lines.
+    """How surface and indenter part at lines, each alone at its x while the others stay.
 
     Parameters
     ----------
@@ -494,9 +529,10 @@ def parting(
     side : ndarray
         1 if the free surface is on the right, -1 if it is on the left.
     read : ndarray
-        The side on which f' is read where it jumps.
+        The side of x, 1 or -1, on which f' is read where it jumps.
     facing : ndarray (n, 2m), optional
-        All lines, where others face them [length].
+        Positions of all lines as the lines that they face feel them [length]. Without it free
+        surfaces are tails, as those of one contact are.
 
     Returns
     -------
@@ -506,45 +542,47 @@ def parting(
     u = depth - f
     rise = side * scene.indenter.slope_beside(x, read)
     if lattice.axis == 0:
-        falls = lattice.tail.shape(x, _Line(x, f), None, depth)[1]
-        return Parting(rise + falls, falls, u)
+        _, u_slope = lattice.tail.shape(x, _Line(x, f), None, depth)
+        return Parting(rise + u_slope, u_slope, u)
+    # Of tails the first integral: the surface stores what the springs below it do.
     if lattice.linear:
-        falls = u * (-1 / scene.elastocapillary_length)
+        u_slope = u * (-1 / scene.elastocapillary_length)
     else:
         stored = lattice.stored(u).value / lattice.gamma1
-        falls = -np.copysign(np.sqrt(2 * stored), u)
+        u_slope = -np.copysign(np.sqrt(2 * stored), u)
     if lattice.slopes == "finite":
-        inclination = np.copysign(np.arccos(np.maximum(1 - stored, 0.0)), u)
-        return Parting(2 * np.sin((np.arctan(rise) - inclination) / 2), -inclination, u)
+        inclination = -np.copysign(np.arccos(np.maximum(1 - stored, 0.0)), u)
+        return Parting(2 * np.sin((np.arctan(rise) + inclination) / 2), inclination, u)
     if facing is not None:
-        right_line = np.s_[..., 1:-1:2]  # those on the left of a gap between two contacts,
-        left_line = np.s_[..., 2::2]  # and on its right
-        own_right = _Line(x[right_line], f[right_line])
-        own_left = _Line(x[left_line], f[left_line])
-        faced = scene.indenter.height(facing)
-        other_left = _Line(facing[left_line], faced[left_line])
-        other_right = _Line(facing[right_line], faced[right_line])
+        left_of_gap = np.s_[..., 1:-1:2]  # right lines of contacts, with a gap on their right
+        right_of_gap = np.s_[..., 2::2]  # left lines of contacts, with a gap on their left
+        own_left = _Line(x[left_of_gap], f[left_of_gap])
+        own_right = _Line(x[right_of_gap], f[right_of_gap])
+        facing_f = scene.indenter.height(facing)
+        faced_on_right = _Line(facing[right_of_gap], facing_f[right_of_gap])
+        faced_on_left = _Line(facing[left_of_gap], facing_f[left_of_gap])
         shape = lattice.tail.shape
-        falls[right_line] = shape(own_right.x, own_right, other_left, depth)[1]
-        falls[left_line] = -shape(own_left.x, other_right, own_left, depth)[1]
-    return Parting(rise + falls, falls, u)
+        _, u_slope[left_of_gap] = shape(own_left.x, own_left, faced_on_right, depth)
+        _, towards_right = shape(own_right.x, faced_on_left, own_right, depth)
+        u_slope[right_of_gap] = -towards_right  # outwards is to the left there
+    return Parting(rise + u_slope, u_slope, u)
 
 
 class _Rows(NamedTuple):
-    """Lines that are judged: of n states, one or more columns each.
+    """Lines that are judged: c of each of n states. c is 2m, or 1 about an axis.
 
     Attributes
     ----------
     x : ndarray (n, c)
         Positions [length].
     side : ndarray (c,)
-        On which their free surfaces are.
+        On which their free surfaces are, -1 or 1.
     depth : ndarray (n, 1)
         [length].
     room : ndarray (2, n, c)
-        How far they may be moved inwards and outwards [length].
+        How far each may be moved inwards and outwards so that it meets no other [length].
     facing : ndarray (n, 2m) or None
-        All lines, if there are several contacts [length].
+        All lines, if there are several contacts: `parting` needs them [length].
     limits : tuple of float
         Between which the profile is read [length].
     """
@@ -572,9 +610,10 @@ class _Rows(NamedTuple):
     def beside(self, scene: Scene, lattice: Lattice) -> tuple[Array, Parting]:
         """x inwards and outwards of the lines (2, n, c), and how surface and indenter part there.
 
-        A part of a link away, less where the profile is steep.
+        A part of a link away, in which the nodes do not know where the line is; less where the
+        profile is so steep that f changes there by more than the nodes know of it.
         """
-        away = _INWARDS_OUTWARDS * self.side
+        away = _INWARDS_OUTWARDS * self.side  # directions in x
         distance = np.minimum(self.room, _aside(scene) * lattice.spacing)
         x = self._moved(away * distance)
         found = parting(scene, lattice, self.depth, x, self.side, away, self.facing)
@@ -593,7 +632,11 @@ class _Rows(NamedTuple):
 
 
 def _aside(scene: Scene) -> float:
-    """How well nodes place a line, in links; without adhesion it hardly changes P."""
+    """How well nodes place a line, in links.
+
+    A whole link without adhesion: there r is zero at the line, and so is ∂P/∂x, which is γ₁ r times
+    a derivative of r, so that P hardly depends on the place.
+    """
     return _ON_NODES.place if scene.work_of_adhesion else 1.0
 
 
@@ -620,9 +663,11 @@ def astray(scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> Mask:
     rows = _Rows.of(scene, lattice, depth, lines)
     x, found = rows.beside(scene, lattice)
     kinks = _kinks(scene, x)
-    tolerance = _ON_NODES.slopes + lattice.k * lattice.spacing**2 / lattice.gamma1 / 8
-    off = _INWARDS_OUTWARDS * (kinks - found.r) > tolerance * (kinks + np.abs(found.falls))
-    few = None
+    tolerance = _slope_tolerance(lattice)
+    # Inwards r exceeds the kink: the line would recede. Outwards it is less: it would advance.
+    excess = _INWARDS_OUTWARDS * (kinks - found.r)
+    off = excess > tolerance * (kinks + np.abs(found.u_slope))
+    few = None  # contacts of few links (n, m)
     if rows.facing is not None and scene.work_of_adhesion:
         few = _few_links(scene, lattice, rows.x)
     narrow = few is not None and bool(few.any())
@@ -643,13 +688,23 @@ def astray(scene: Scene, lattice: Lattice, depth: Array, lines: Array) -> Mask:
     if lattice.slopes == "finite":
         found_off |= steep & ~np.isin(rows.x, scene.indenter.corners)
     if few is not None and narrow:
-        pinned = _pinned_by_profile(scene, lattice, rows.depth, rows.x, tolerance)
-        found_off |= np.repeat(few & ~pinned, 2, axis=1)
+        held = _held_by_profile(scene, lattice, rows.depth, rows.x, tolerance)
+        found_off |= np.repeat(few & ~held, 2, axis=1)
     return found_off
 
 
+def _slope_tolerance(lattice: Lattice) -> float:
+    """How well r is known, over √(2w/γ₁) + |u'|.
+
+    Half way between two nodes of a tail the lattice has u' = -u/(l √(1 + κ/4)), κ = (Δx/l)², by κ/8
+    less than u/l, which `parting` takes.
+    """
+    kappa = lattice.k * lattice.spacing**2 / lattice.gamma1
+    return _ON_NODES.slopes + kappa / 8
+
+
 def _kinks(scene: Scene, x: Array) -> Array:
-    """√(2w/γ₁) by which lines rest on their inner sides, x[0], and on their outer ones, x[1]."""
+    """√(2w/γ₁) beside lines (2, n, c), at x[0] inwards of opening, at x[1] outwards of closing."""
     works = [scene.opened.work_of_adhesion, scene.work_of_adhesion]
     kinks = np.sqrt([2 / scene.gamma1 * work for work in works])[:, None, None]
     if scene.pattern is not None:
@@ -658,19 +713,38 @@ def _kinks(scene: Scene, x: Array) -> Array:
 
 
 def _few_links(scene: Scene, lattice: Lattice, lines: Array) -> Mask:
-    """Which contacts (n, m) have fewer than four links, and are not pinned at the end of a body."""
+    """Which contacts (n, m) have fewer than four links, and are not pinned at the end of a body.
+
+    lines (n, 2m). The limit is half way between the widths of three and of four links.
+    """
     few = np.diff(lines)[:, ::2] < (_ON_NODES.few_links - 0.5) * lattice.spacing
     for end in scene.indenter.walls:
         few &= (lines[:, ::2] != end) & (lines[:, 1::2] != end)
     return np.asarray(few)
 
 
-def _pinned_by_profile(
+def _held_by_profile(
     scene: Scene, lattice: Lattice, depth: Array, lines: Array, tolerance: float
 ) -> Mask:
-    """Whether each contact (n, m) of lines (n, 2m) is kept by the profile within a link of it.
+    """Whether each contact is kept by the profile itself, if not just where nodes have its lines.
 
-    There the left line does not recede at one place, and the right one at the same or further on.
+    So it is if, within a link of the contact, there is a place at which its left line does not
+    recede, and the same place or one further to the right at which its right line does not.
+
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    depth : ndarray (n, 1)
+        [length].
+    lines : ndarray (n, 2m)
+        x of all lines [length].
+    tolerance : float
+        Over √(2w/γ₁) + |u'|: by how much r may exceed √(2w/γ₁), or has to be less, if negative.
+
+    Returns
+    -------
+    ndarray of bool (n, m)
     """
     share = np.linspace(0, 1, _NARROW.samples)[:, None, None]
     first = lines[:, ::2] - lattice.spacing
@@ -682,10 +756,11 @@ def _pinned_by_profile(
     kink: Any = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
     if scene.pattern is not None:
         kink = kink * np.sqrt(scene.pattern.factor(x))
-    holds = found.r < kink + tolerance * (kink + np.abs(found.falls))
-    left = np.maximum.accumulate(holds[:, :, ::2], axis=0)
-    left[:-1] |= left[1:]  # a tip between two of these places
-    return np.asarray((left & holds[:, :, 1::2]).any(axis=0))
+    holds = found.r < kink + tolerance * (kink + np.abs(found.u_slope))
+    left_holds_before = np.maximum.accumulate(holds[:, :, ::2], axis=0)  # here or further left
+    # At a tip between two of these places the left line holds after it and the right one before it.
+    left_holds_before[:-1] |= left_holds_before[1:]
+    return np.asarray((left_holds_before & holds[:, :, 1::2]).any(axis=0))
 
 
 def _one_contact_rests(
@@ -693,7 +768,8 @@ def _one_contact_rests(
 ) -> bool:
     """Whether both lines of one contact surely rest, as `astray` finds more slowly.
 
-    Without pattern, with small slopes, and if the profile is not steep there.
+    For line contacts on linear springs, without pattern, with small slopes. False where it is not
+    sure: also where the profile is steep. left, right: x of the lines.
     """
     low, high = scene.indenter.extent
     length = scene.elastocapillary_length
@@ -707,7 +783,7 @@ def _one_contact_rests(
     r_out = _SIDES * scene.indenter.slope_beside(np.array(outside), _SIDES) - u_out / length
     opening = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1)
     closing = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-    tolerance = _ON_NODES.slopes + (lattice.spacing / length) ** 2 / 8
+    tolerance = _slope_tolerance(lattice)
     height = scene.opened.critical_separation + np.abs(u_out)
     level = np.abs(u_in - u_out) <= _ON_NODES.height * height
     stays = r_in <= opening + tolerance * (opening + np.abs(u_in) / length)
@@ -735,8 +811,10 @@ def lost_too_early(
 ) -> float:
     """Half the width of a contact narrower than the nodes hold at a depth.
 
-    It is the last of a contact that is being opened. It can only have the lowest energy if it gains
-    more by adhesion, over a link on each side, than its free surfaces store at least.
+    It is the last of a contact that is being opened: about the lowest point of the profile, as wide
+    as the farthest of the distances Δx, Δx/2, Δx/4, ... at which r < √(2w/γ₁), on each side. It can
+    only have the lowest energy if it gains more by adhesion, over a link on each side, than its
+    free surfaces store at least.
 
     Parameters
     ----------
@@ -758,6 +836,7 @@ def lost_too_early(
         return 0.0
     tip = _lowest_point(scene, lattice, depth, lowest)
     height = float(scene.indenter.height(tip))
+    # If it is pressed it is not lost; further than δ₀ above the surface nothing holds it.
     if height <= depth or depth < height - scene.opened.critical_separation:
         return 0.0
     low, high = scene.indenter.extent
@@ -790,7 +869,8 @@ def _lowest_point(scene: Scene, lattice: Lattice, depth: float, known: float | N
 def _gained(lattice: Lattice, u: float, *, at_end: bool) -> float:
     """The most that adhesion, less the springs, gains with a link on each side of the lowest point.
 
-    There the surface is lifted to u, and beside it to more.
+    There the surface is lifted by -u, u < 0, and beside it by more. [energy/length], or [energy]
+    about an axis. at_end: the lowest point is an end of the profile, with one link.
     """
     sides = 1 if lattice.axis == 0 or at_end else 2
     net = lattice.w - float(lattice.stored(u).value)
@@ -798,7 +878,11 @@ def _gained(lattice: Lattice, u: float, *, at_end: bool) -> float:
 
 
 def _stored(lattice: Lattice, u: float) -> float:
-    """What the free surfaces of such a contact store at least where they are lifted to u."""
+    """What the free surfaces of such a contact store at least where they are lifted by -u.
+
+    That is what tails beyond node 1 do, beside a contact of one link on each side; about an axis,
+    and with finite slopes, only a part of it. In the units of `_gained`.
+    """
     tail = float(lattice.tail_stiffness(1, 1)) * u**2 / 2
     if lattice.axis == 0:
         return _NARROW.stored_about_axis * tail
@@ -823,15 +907,30 @@ def resolving_spacing(scene: Scene, lattice: Lattice, x: float) -> float:
         width = np.maximum(np.diff(nodes, axis=1), _TINY)
         chords = np.diff(indenter.height(nodes), axis=1) / width
         beyond = np.maximum(slope.max() - chords.max(axis=1), chords.min(axis=1) - slope.min())
-        level = np.abs(slope).max() * spacing <= _ON_NODES.level * scene.elastocapillary_length
-        if beyond.max() <= _BETWEEN.steeper * kink and (scene.slopes == "small" or level):
+        is_flat = np.abs(slope).max() * spacing <= _ON_NODES.level * scene.elastocapillary_length
+        if beyond.max() <= _BETWEEN.steeper * kink and (scene.slopes == "small" or is_flat):
             break
         spacing /= 2
     return spacing / 2
 
 
 def warn_state(state: Equilibrium, lattice: Lattice, lowest: float | None, stacklevel: int) -> None:
-    """AccuracyWarning where a lattice state depends on what the nodes do not resolve."""
+    """AccuracyWarning where a lattice state depends on what the nodes do not resolve.
+
+    Parameters
+    ----------
+    state : Equilibrium
+        On nodes of this lattice.
+    lattice : Lattice
+    lowest : float or None
+        x of the lowest point of the profile, where it is known [length].
+    stacklevel : int
+        Of the warning, counted from the caller.
+
+    Warns
+    -----
+    AccuracyWarning
+    """
     scene = state.scene
     if not scene.gamma1 or isinstance(scene.indenter, Plane):
         return
@@ -839,8 +938,8 @@ def warn_state(state: Equilibrium, lattice: Lattice, lowest: float | None, stack
         warn_narrow(scene, lattice, state.depth, state.branch, lowest, stacklevel + 1)
         return
     lines = state.contacts.reshape(1, -1)
-    simple = lattice.linear and lattice.axis != 0 and scene.pattern is None
-    if simple and lines.size == 2:
+    may_be_quick = lattice.linear and lattice.axis != 0 and scene.pattern is None
+    if may_be_quick and lines.size == 2:
         left, right = lines[0].tolist()
         if _one_contact_rests(scene, lattice, state.depth, left, right):
             return
