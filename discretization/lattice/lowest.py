@@ -46,6 +46,19 @@ So nothing is left out: V is the minimum but for rounding, and proves the state 
 
 Rings around an axis. There ū is not known: v = -u is the drop below the flat surface and h = -g, so
 that v is at least -max(g, 0) instead of 0. Nodes of that height are certain.
+
+Conventions
+-----------
+u and g = d - f are displacements, positive down into the layer. v and h are *drops* of u below ū:
+positive upwards, h the drop of a node in contact. V of a node is the least U of a state whose last
+contact node it is, less U of ū without adhesion [energy/length], or about an axis just U [energy].
+A height y is v/Q, in the diagram of z and y in which free surfaces are straight.
+
+Nodes are numbered from 0 in the row, from left to right; *older* starts lie further to the left
+than newer ones. Nodes that may end a free surface are the entries of `_Ends`, and numbers called
+`which`, `start` or `first` and `stop` (exclusive) count these entries, not the nodes. Two entries
+follow those of the m nodes: number m is the tail that follows the last contact, number m + 1, the
+last one, is nothing that precedes the first contact.
 """
 
 import math
@@ -137,10 +150,14 @@ def lowest_rings(lattice: Lattice, g: Array) -> Mask:
 
 
 def _chain(lattice: Lattice, size: int) -> tuple[Any, Any, Array]:
-    """ln P and -ln Q of all nodes in long double, and c of them.
+    """ln P and -ln Q of all nodes (n,) in long double, both 0 at node 0, and c of them (n,).
 
     P and Q follow from the stiffness s of what is on one side of a node, its own spring included:
-    over a link t to the next node a free surface grows by the factor 1 + s/t.
+    over a link t to the next node a free surface grows by the factor 1 + s/t. P grows to the right
+    as s of the left side has it, and 1/Q as s of the right side does. Of surfaces in series the
+    stiffnesses add like those of springs: s of the next node is its spring and t s/(t + s).
+
+    Long double, as differences of these logarithms are needed with all digits of double.
     """
     every = np.arange(size)
     last = size - 1
@@ -153,11 +170,12 @@ def _chain(lattice: Lattice, size: int) -> tuple[Any, Any, Array]:
         stiffnesses.append(own + in_series)
     left_side = np.array(stiffnesses)
 
-    growth = np.append(0.0, left_side[:last] / link)
-    decay = np.append(0.0, right_side[1:] / link)
-    log_p = _running_sum(np.log1p(growth))
-    minus_log_q = _running_sum(np.log1p(decay))
-    return log_p, minus_log_q, np.asarray((left_side + right_side - spring) / 2)
+    growth_of_p = np.append(0.0, left_side[:last] / link)  # over the link before each node, less 1
+    decay_of_q = np.append(0.0, right_side[1:] / link)
+    log_p = _running_sum(np.log1p(growth_of_p))
+    minus_log_q = _running_sum(np.log1p(decay_of_q))
+    both_sides = left_side + right_side - spring  # the node's own spring once
+    return log_p, minus_log_q, np.asarray(both_sides / 2)
 
 
 def _running_sum(terms: Array) -> Any:
@@ -168,8 +186,16 @@ def _running_sum(terms: Array) -> Any:
 class _Ends:
     """Where free surfaces may end or begin: m nodes, from left to right, and two more places.
 
-    These, with h = 0, are far beyond the nodes, where a tail that follows has decayed, and far
-    before them, where nothing precedes.
+    These, with h = 0, are far beyond the nodes, where a tail that follows has decayed (entry m),
+    and far before them, where nothing precedes (entry m + 1, or -1).
+
+    Parameters
+    ----------
+    lattice : Lattice
+    h : ndarray (n,)
+        The largest drops of all nodes [length].
+    node : ndarray of int (m,)
+        Those that may be in contact; of a contact that is certain its two end nodes.
 
     Attributes
     ----------
@@ -178,11 +204,12 @@ class _Ends:
     h : ndarray (m + 2,)
         Drops [length].
     log_y, log_z : ndarray (m + 2,)
-        -ln Q and ln P/Q, in long double.
+        -ln Q and ln P/Q, in long double: y of a drop v is v exp(log_y), z is exp(log_z).
     stiffness : ndarray (m,)
-        c.
+        c, half the stiffness of the surface at the node.
     step : ndarray (m + 1,)
-        Energy of the contact, or of a free surface, from the node before to this one, then 0.
+        What it costs to reach each node from the one before: that of the free surface between them,
+        less the adhesion if they are neighbours or the ends of a certain contact; 0 of the tail.
     """
 
     def __init__(self, lattice: Lattice, h: Array, node: Nodes) -> None:
@@ -197,26 +224,34 @@ class _Ends:
         self.step = np.append(self._steps(lattice, h), 0.0)
 
     def _steps(self, lattice: Lattice, h: Array) -> Array:
-        """Energy of what is between each node and the one before (m,)."""
+        """Energy of what is between each node and the one before (m,), as `step`.
+
+        A contact is a free surface without free nodes, between neighbours, that adheres besides.
+        """
         node = self.node
-        last = np.append(node[:1], node[:-1])
-        certain = np.diff(np.cumsum(h > 0)[node], prepend=-1) == 0  # ends of a certain contact
-        linked = (node - last == 1) | certain
-        bonds = lattice.w * lattice.cell * (node - last) * lattice.weight((node + last) / 2)
+        last = np.append(node[:1], node[:-1])  # the node before; of the first itself
+        none_between = np.diff(np.cumsum(h > 0)[node], prepend=-1) == 0  # with h > 0, j included
+        linked = (node - last == 1) | none_between  # none: i and j end a certain contact
+        links = node - last
+        adhesion = lattice.w * lattice.cell * links * lattice.weight((node + last) / 2)
         decay = self._since_last(self.log_y)
         growth = self._since_last(self.log_z)
         rise = h[node] - h[last] - np.expm1(-decay) * h[last]
         with np.errstate(divide="ignore", invalid="ignore"):  # of the first nothing is before
             free = self.stiffness * rise**2 / -np.expm1(-growth)
-        return np.asarray(free - np.where(linked, bonds, 0.0))
+        return np.asarray(free - np.where(linked, adhesion, 0.0))
 
     def _since_last(self, log: Any) -> Array:
-        """By how much a logarithm has grown since the node before (m,)."""
-        before = np.append(log[:1], log[:-3])
-        return np.asarray((log[:-2] - before).astype(float))
+        """By how much a logarithm has grown since the node before (m,); 0 of the first node."""
+        of_nodes = log[:-2]
+        before = np.append(log[:1], of_nodes[:-1])
+        return np.asarray((of_nodes - before).astype(float))
 
     def logs(self, which: Nodes, origin: int) -> tuple[Array, Array]:
-        """ln y/h and ln z of some of them, in units in which y = h and z = 1 at the origin."""
+        """ln y/h and ln z of some entries, in units in which y = h and z = 1 at the entry `origin`.
+
+        Both are negative to the left of it.
+        """
         log_y = self.log_y[which] - self.log_y[origin]
         log_z = self.log_z[which] - self.log_z[origin]
         return log_y.astype(float), log_z.astype(float)
@@ -228,13 +263,17 @@ class _Start(NamedTuple):
     Attributes
     ----------
     which : int
-        Its place in `_Ends`.
+        Its number in `_Ends`.
     value : float
         V [energy/length].
     h : float
         Its drop [length].
-    more, z, y : float
-        y - h, z - 1 and y.
+    more : float
+        y - h, without the rounding of y.
+    z : float
+        z - 1, without the rounding of z: -1 of what is far to the left, 0 at the origin.
+    y : float
+        y.
     """
 
     which: int
@@ -246,7 +285,7 @@ class _Start(NamedTuple):
 
 
 def _placed(ends: _Ends, which: Nodes, value: Array, origin: int) -> list[_Start]:
-    """Starts relative to an origin."""
+    """Starts `which`, of energies V, relative to the first entry of a block."""
     h = ends.h[which]
     log_y, log_z = ends.logs(which, origin)
     more = h * np.expm1(log_y)
@@ -256,28 +295,48 @@ def _placed(ends: _Ends, which: Nodes, value: Array, origin: int) -> list[_Start
 
 
 def _limits(ends: _Ends, starts: Nodes, value: Array, origin: int) -> tuple[Nodes, Array]:
-    """Which of the starts are not dropped, and up to which height they are needed at the origin.
+    """The starts that are needed at the first entry of a block, and up to which height each is.
 
-    Of the newest that is inf. Differences are those of neighbours, so that no digits are lost.
+    The formula of 3. in the module's docstring, at z = 1, C = c of the origin. Differences of y and
+    z are those of neighbours, so that no digits are lost.
+
+    Parameters
+    ----------
+    ends : _Ends
+    starts : ndarray of int (s,)
+        Entries of `ends`, older ones first.
+    value : ndarray (s,)
+        V of them [energy/length].
+    origin : int
+        The entry of `ends` at which intervals are found.
+
+    Returns
+    -------
+    kept : ndarray of int
+        Numbers, among the starts, of those that have an interval.
+    limit : ndarray
+        Upper end of the interval of each of these, the lower end of the next one's; inf of the
+        last.
     """
     c = float(ends.stiffness[origin])
     h = ends.h[starts]
     log_y, log_z = ends.logs(starts, origin)
-    ahead = -np.expm1(log_z)
+    ahead = -np.expm1(log_z)  # z of the origin less z of each start
     near = np.exp(np.maximum(log_y, -_SEARCH.faint))
     z = np.exp(np.maximum(log_z, -2 * _SEARCH.faint))
     y = near * h
+    # From each start to the next newer one, and A of these two.
     dz = z[1:] * -np.expm1(log_z[:-1] - log_z[1:])
     dy = near[1:] * (np.diff(h) - np.expm1(log_y[:-1] - log_y[1:]) * h[:-1])
-    lost = np.maximum(c * dy * (dy / dz) - np.diff(value), 0.0)
-    cut = np.sqrt(lost / c / dz * ahead[:-1] * ahead[1:])
-    limit = np.append(y[1:] + dy / dz * ahead[1:] - cut, math.inf)
+    excess = np.maximum(c * dy * (dy / dz) - np.diff(value), 0.0)
+    below_line = np.sqrt(excess / c / dz * ahead[:-1] * ahead[1:])
+    limit = np.append(y[1:] + dy / dz * ahead[1:] - below_line, math.inf)
     older = np.arange(starts.size) - 1  # neighbours among those that are left
     newer = np.arange(starts.size) + 1
     left = np.full(starts.size, True)
-    todo = (np.flatnonzero(limit[:-1] > limit[1:]) + 1).tolist()
-    while todo:
-        k = todo.pop()
+    suspects = (np.flatnonzero(limit[:-1] > limit[1:]) + 1).tolist()
+    while suspects:  # start k is dropped if its limit is below that of the next older one, i
+        k = suspects.pop()
         i = int(older[k])
         j = int(newer[k])
         if not left[k] or i < 0 or j == starts.size or limit[i] <= limit[k]:
@@ -289,12 +348,12 @@ def _limits(ends: _Ends, starts: Nodes, value: Array, origin: int) -> tuple[Node
         run = float(dz[i] + dz[k])
         dy[i] = rise
         dz[i] = run
-        more = max(c * rise * (rise / run) - float(value[j] - value[i]), 0.0)
-        off = math.sqrt(more / c / run * float(ahead[i] * ahead[j]))
-        limit[i] = float(y[j]) + rise / run * float(ahead[j]) - off
-        todo += [i, j]
-    found = np.flatnonzero(left)
-    return found, limit[found]
+        excess_ij = max(c * rise * (rise / run) - float(value[j] - value[i]), 0.0)
+        below_line_ij = math.sqrt(excess_ij / c / run * float(ahead[i] * ahead[j]))
+        limit[i] = float(y[j]) + rise / run * float(ahead[j]) - below_line_ij
+        suspects += [i, j]
+    kept = np.flatnonzero(left)
+    return kept, limit[kept]
 
 
 def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask, int]:
@@ -314,15 +373,15 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask, int]:
         V of the tail that follows.
     contact : ndarray of bool (n,)
     compared : int
-        How many surfaces were compared.
+        How many surfaces were compared: what the search costs.
     """
     if not may.any():
         return 0.0, h == 0, 0
     ends = _Ends(lattice, h, np.flatnonzero(may))
-    floor = min(0.0, float(h.min()))
+    certain = min(0.0, float(h.min()))  # the drop of certain contacts, the least that v can be
     tie = _SEARCH.tie * lattice.w * lattice.cell
     size = ends.node.size + 1  # with the tail that follows, and the number of what precedes
-    before = np.full(size, size)
+    before = np.full(size, size)  # of each entry the start of the best surface to it
     starts = np.array([size])
     value = np.zeros(1)
     log_z = ends.log_z[:size].astype(float)
@@ -331,12 +390,13 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask, int]:
     while first < size:
         stop = _end_of_block(ends, log_z, first, starts.size)
         compared += starts.size
-        block = _Block(ends, first, stop, floor, tie)
+        block = _Block(ends, first, stop, certain, tie)
         starts, value = block.passed(starts, value)
         before[first:stop] = block.before
         compared += block.compared
         first = stop
-    contact = h == floor
+    # Back from the tail, start by start, to what precedes all.
+    contact = h == certain
     k = int(before[-1])
     while k < size:
         contact[ends.node[k]] = True
@@ -345,7 +405,10 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask, int]:
 
 
 def _end_of_block(ends: _Ends, log_z: Array, first: int, starts: int) -> int:
-    """The place after a block of nodes that begins here, followed with so many starts."""
+    """The entry of `_Ends` after a block that begins with this one, followed with so many starts.
+
+    A block has at least one entry; the tail is always in a block with what comes before it.
+    """
     size = log_z.size
     most = _SEARCH.block + starts // _SEARCH.starts_per_node
     stop = min(first + most, int(log_z.searchsorted(log_z[first] + _SEARCH.span)), size - 1)
@@ -355,16 +418,40 @@ def _end_of_block(ends: _Ends, log_z: Array, first: int, starts: int) -> int:
 
 
 class _Block:
-    """Nodes that are passed one after the other, from first to stop - 1 of `_Ends`.
+    """Nodes that are passed one after the other, entries first to stop - 1 of `_Ends`.
 
-    before: the start of the best surface to each; compared: how many surfaces were compared.
+    y and z are in units in which y = h and z = 1 at the first of them. A *sheared* height is a
+    height less what a line through the block's first and last node has there: it is level at both.
+
+    Parameters
+    ----------
+    ends : _Ends
+    first, stop : int
+        Entries of `ends`.
+    certain : float
+        Drop of nodes that are in contact for certain [length].
+    tie : float
+        By how much a surface from an older start has to cost less to be preferred [energy/length].
+
+    Attributes
+    ----------
+    before : list of int
+        Of each entry passed, the start of the best surface to it.
+    compared : int
+        How many surfaces were compared.
+    nodes : list of _Start
+        The entries; their `value` is that of `_Ends.step`, not V.
+    end : float
+        z of the last entry less z of the first.
+    shear : float
+        Slope of the line through both.
     """
 
-    def __init__(self, ends: _Ends, first: int, stop: int, floor: float, tie: float) -> None:
+    def __init__(self, ends: _Ends, first: int, stop: int, certain: float, tie: float) -> None:
         self.ends = ends
         self.first = first
         self.stop = stop
-        self.floor = floor
+        self.certain = certain
         self.tie = tie
         self.before = list[int]()
         self.compared = 0
@@ -374,36 +461,61 @@ class _Block:
         self.shear = (self.nodes[-1].y - self.nodes[0].y) / self.end if self.end else 0.0
 
     def passed(self, starts: Nodes, value: Array) -> tuple[Nodes, Array]:
-        """Starts that may be needed beyond the block, and their V, of those before it."""
+        """Starts that may be needed beyond the block, older ones first, and their V.
+
+        Parameters
+        ----------
+        starts : ndarray of int (s,)
+            Entries of `_Ends` that may be needed at its first node.
+        value : ndarray (s,)
+            V of them [energy/length].
+
+        Returns
+        -------
+        starts : ndarray of int
+        value : ndarray
+        """
         own, limit = _limits(self.ends, starts, value, self.first)
-        lowest = int(limit.searchsorted(self.floor))
+        lowest = int(limit.searchsorted(self.certain))  # intervals of others lie below all surfaces
         own = own[lowest:]
         limit = limit[lowest:]
         starts = starts[own]
         value = value[own]
         h = self.ends.h[starts]
         log_y, log_z = self.ends.logs(starts, self.first)
-        slope = (limit - h * np.exp(log_y)) / -np.expm1(log_z)
-        further = limit[:-1] + (slope[:-1] - self.shear) * self.end
-        reach = np.append(np.maximum(limit[:-1], further), math.inf)
+        steepest = (limit - h * np.exp(log_y)) / -np.expm1(log_z)
+        # The highest sheared height, in the block, of the steepest line from each start or an older
+        # one: straight, so at the first node or at the last. No node above it needs the start.
+        at_end = limit[:-1] + (steepest[:-1] - self.shear) * self.end
+        reach = np.append(np.maximum(limit[:-1], at_end), math.inf)
         reach = np.maximum.accumulate(reach)
-        least = min(y - self.shear * z for _, _, _, _, z, y in self.nodes)
-        deep = int(reach.searchsorted(least))
+        least = min(node.y - self.shear * node.z for node in self.nodes)
+        deep = int(reach.searchsorted(least))  # so many starts reach no node of the block
         near = _placed(self.ends, starts[deep:], value[deep:], self.first)
-        if self.follow(near, slope[deep:].tolist(), reach[deep:].tolist()):
+        if self.follow(near, steepest[deep:].tolist(), reach[deep:].tolist()):
             deep = 0
         which, found, *_ = zip(*near, strict=True)
         return np.append(starts[:deep], which), np.append(value[:deep], found)
 
     def follow(self, near: list[_Start], steepest: list[float], reach: list[float]) -> bool:
-        """Pass the nodes with these starts, which change. Returns whether none passes one of them.
+        """Find V of the nodes of the block one after the other; each becomes a start.
 
-        steepest, reach: slopes and sheared heights above which a start is not needed; the latter
-        the largest of all older starts.
+        Parameters
+        ----------
+        near : list of _Start
+            The starts, older ones first; changed to those that are needed beyond the block.
+        steepest, reach : list of float
+            Slope of a line from each, and sheared height, above which the start is not needed; the
+            latter the largest of this and all older starts. Changed with the starts.
+
+        Returns
+        -------
+        bool
+            Whether a certain contact is among the nodes, so that no start before it is needed.
         """
         c = float(self.ends.stiffness[self.first])
         tie = self.tie
-        none = False
+        passed_certain = False
         for k, (node, step, h, more, z, y) in enumerate(self.nodes):
             if k and len(near) > 1:
                 self._bound(near, steepest, reach, z)
@@ -417,8 +529,9 @@ class _Block:
                 _, value, own_h, own_more, own_z, own_y = near[j]
                 rise = (h - own_h) + (more - own_more)
                 slope = rise / (z - own_z)
-                height = own_y - slope * (1 + own_z)  # of the line at z = 0
-                if height <= base:  # no newer one is above it
+                # A line that is higher at z = 0 than that of a newer start passes above that start.
+                height = own_y - slope * (1 + own_z)
+                if height <= base:
                     base = height
                     cost = value + (step if j == newest and node else c * rise * slope)
                     if slope <= steepest[j] and cost < least - tie:
@@ -427,30 +540,34 @@ class _Block:
                 j -= 1
             self.compared += newest - j
             self.before.append(near[best].which)
-            if h <= self.floor:  # nothing passes a certain contact
+            if h <= self.certain:  # nothing passes a certain contact
                 best = -1
-                none = True
-            del near[best + 1 :], steepest[best + 1 :], reach[best + 1 :]
+                passed_certain = True
+            del near[best + 1 :], steepest[best + 1 :], reach[best + 1 :]  # 1. of the module
             near.append(_Start(node, least, h, more, z, y))
             steepest.append(math.inf)
             reach.append(math.inf)
-        return none
+        return passed_certain
 
     def _bound(
         self, near: list[_Start], steepest: list[float], reach: list[float], z: float
     ) -> None:
-        """What the newest start leaves of the one before it, at the next node."""
+        """Up to where the start before the newest one is still needed, at the next node (z).
+
+        By 3. of the module with i the one and k the newest; its entries of `steepest` and `reach`
+        become those of its limit.
+        """
         c = float(self.ends.stiffness[self.first])
         one = near[-2]
-        other = near[-1]
-        rise = (other.h - one.h) + (other.more - one.more)
-        run = other.z - one.z
-        lost = max(one.value + c * rise * (rise / run) - other.value, 0.0)
-        slope = rise / run - math.sqrt(lost / c / run * (z - other.z) / (z - one.z))
+        newest = near[-1]
+        rise = (newest.h - one.h) + (newest.more - one.more)
+        run = newest.z - one.z
+        excess = max(one.value + c * rise * (rise / run) - newest.value, 0.0)
+        slope = rise / run - math.sqrt(excess / c / run * (z - newest.z) / (z - one.z))
         limit = one.y + slope * (z - one.z) - self.shear * z
-        further = limit + (slope - self.shear) * (self.end - z)
+        at_end = limit + (slope - self.shear) * (self.end - z)
         steepest[-2] = slope
-        reach[-2] = max(limit, further, reach[-3] if len(reach) > 2 else -math.inf)
+        reach[-2] = max(limit, at_end, reach[-3] if len(reach) > 2 else -math.inf)
 
 
 def runs(contact: Mask) -> Nodes:
