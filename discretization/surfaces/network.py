@@ -2,17 +2,29 @@
 
 For small slopes, k = γ₁ = l = 1, the surface between lines displaced by u and v stores at least
 
-    E = σ_left u²/2 + σ_right v²/2 + τ (u - v)²/2,
+    E = σ_left u²/2 + σ_right v²/2 + τ (u - v)²/2.
 
-three numbers: what its ends are grounded by, and what ties them, a network of two terminals. Two of
-them in a row are one, by sums of positive numbers only (`then`).
+These three numbers are a network of two terminals: σ is a spring from a line to the undisturbed
+surface, its ground, and τ one between both lines. Two networks in a row are one, by sums of
+positive numbers only (`Network.then`).
 
 One element of a line contact, with Gauss-Lobatto points for its nodes, is condensed once and for
-all lengths: with the modes of its inner nodes, K φ = λ M φ, of length 2η
+all lengths. Let M and K be the matrices of ∫u² and ∫u'² on [-1, 1], and φ the modes of its inner
+nodes, K φ = λ M φ. An element of length 2η has the energy (η uᵀMu + uᵀKu/η)/2. Least over the
+modes, it is σ where both ends are displaced by 1, and σ + 2τ where they are by -1 and 1:
 
     σ = η - η³/2 Σ c²/(λ+η²),    σ + 2τ = 1/η + η/3 - η³/2 Σ b²/(λ+η²),
 
-c and b the modes' shares of 1 and x. About an axis see rings.py.
+with c = φᵀM 1 and b = φᵀM x. About an axis see rings.py.
+
+Conventions
+-----------
+Lengths are in l, stiffnesses in γ₁/l, energies in γ₁l; of line contacts all are per length.
+Displacements u are positive downwards, into the layer. A surface is described from its first line
+on: `side` is 1 if it extends to the right of that, towards +x or larger radii, and -1 if to the
+left. `left` of a network is the first line, whatever the side, and `right` the other one.
+`DECAYED` = 40 is the distance in l at which exp(-x) is less than rounding: lines further apart do
+not feel each other.
 """
 
 from __future__ import annotations
@@ -31,7 +43,7 @@ from numpy.polynomial.chebyshev import chebpts1
 from discretization.certificate import DECAYED
 from energy.arrays import Array
 
-Shape = tuple[Array, Array]  # u and u' of a surface at places (n,)
+Shape = tuple[Array, Array]  # u and u' = du/dx of a surface at the same places, (n,) each
 
 
 class LineMesh(NamedTuple):
@@ -59,7 +71,17 @@ _WIDEST = 2.0**12  # l: up to these radii pieces of families are shipped; few co
 
 
 class Rule(NamedTuple):
-    """Gauss-Lobatto points on [-1, 1], their weights, and the matrix of derivatives there."""
+    """The Gauss-Lobatto rule of n points, which include both ends.
+
+    Attributes
+    ----------
+    points : ndarray (n,)
+        On [-1, 1], increasing.
+    weights : ndarray (n,)
+        Their weights in integrals over [-1, 1].
+    derivative : ndarray (n, n)
+        derivative @ v are the derivatives, at the points, of the polynomial with the values v.
+    """
 
     points: Array
     weights: Array
@@ -68,19 +90,26 @@ class Rule(NamedTuple):
 
 @functools.lru_cache(maxsize=64)
 def gauss_lobatto(degree: int) -> Rule:
-    """The Gauss-Lobatto rule whose points are the nodes of polynomials of a degree.
+    """The Gauss-Lobatto rule with degree + 1 points, the nodes of polynomials of this degree.
 
-    It is computed in the machine's widest floating-point type, as rounding of the points would be
-    the largest error of an element.
+    With P the Legendre polynomial of the degree, the inner points are the zeros of P', and
+
+        weights 2/(degree (degree + 1) P(x_i)²),    derivative P(x_i)/(P(x_j) (x_i - x_j)), i != j
+
+    (C. Canuto, M. Y. Hussaini, A. Quarteroni, T. A. Zang, Spectral Methods, 2006, section 2.3).
+    The diagonal is what the derivative of a constant being 0 leaves. All is computed in the
+    machine's widest floating-point type, as rounding of the points would be the largest error of an
+    element.
 
     Parameters
     ----------
     degree : int
+        > 0.
 
     Returns
     -------
     Rule
-        Points and weights (degree + 1,), derivative (degree + 1, degree + 1).
+        In double precision.
     """
     legendre_polynomial = Legendre.basis(degree)
     slope = legendre_polynomial.deriv()
@@ -88,10 +117,10 @@ def gauss_lobatto(degree: int) -> Rule:
     inner = np.sort(slope.roots().real).astype(np.longdouble)
     for _ in range(3):  # steps of Newton's method from zeros that are good to double precision
         inner -= slope(inner) / curvature(inner)
-    points = np.concatenate([[-1], (inner - inner[::-1]) / 2, [1]])
+    points = np.concatenate([[-1], (inner - inner[::-1]) / 2, [1]])  # symmetric to the last bit
     values = legendre.legval(points, legendre_polynomial.coef)
     weights = 2 / (degree * (degree + 1) * values**2)
-    differences = points[:, None] - points[None, :] + np.eye(points.size)
+    differences = points[:, None] - points[None, :] + np.eye(points.size)  # 1 for the diagonal
     derivative = values[:, None] / values[None, :] / differences
     np.fill_diagonal(derivative, 0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
@@ -100,7 +129,7 @@ def gauss_lobatto(degree: int) -> Rule:
 
 @functools.lru_cache(maxsize=64)
 def to_legendre(degree: int) -> Array:
-    """The matrix that takes rows of values at the Gauss-Lobatto points to Legendre coefficients.
+    """The matrix from values at the Gauss-Lobatto points to Legendre coefficients.
 
     Parameters
     ----------
@@ -109,15 +138,18 @@ def to_legendre(degree: int) -> Array:
     Returns
     -------
     ndarray (degree + 1, degree + 1)
+        Rows of values times this matrix are rows of coefficients, of increasing degree.
     """
     points, weights, _ = gauss_lobatto(degree)
     basis = legendre.legvander(points, degree)
-    return np.asarray(basis * weights[:, None] / (weights @ basis**2))
+    # Under the rule Legendre polynomials are orthogonal, with these sums for their squares.
+    squares = weights @ basis**2
+    return np.asarray(basis * weights[:, None] / squares)
 
 
 @functools.lru_cache(maxsize=64)
 def _to_chebyshev(degree: int) -> Array:
-    """The matrix from values at the Gauss-Lobatto points to Chebyshev coefficients."""
+    """The matrix from columns of values at the Gauss-Lobatto points to Chebyshev coefficients."""
     return np.asarray(np.linalg.inv(chebyshev(gauss_lobatto(degree).points, degree + 1)))
 
 
@@ -129,13 +161,16 @@ def on_elements(ends: Array, u: Array, x: Array) -> Shape:
     ends : ndarray (e + 1,)
         Ends of the elements, increasing.
     u : ndarray (e * degree + 1,)
-        Nodal values; neighbouring elements share a node.
+        Nodal values at the Gauss-Lobatto points of the elements, from the first element on;
+        neighbouring elements share a node.
     x : ndarray (n,)
-        Places.
+        Places between the first end and the last one; a place where two elements meet belongs to
+        the later one.
 
     Returns
     -------
     values, slopes : ndarray (n,)
+        The function, and its derivative by x.
     """
     degree = (u.size - 1) // (ends.size - 1)
     element = np.searchsorted(ends[1:-1], x, side="right")
@@ -151,21 +186,46 @@ def on_elements(ends: Array, u: Array, x: Array) -> Shape:
 
 
 def band(blocks: Array) -> Array:
-    """Element matrices (..., m, degree+1, degree+1) added up, lower banded (..., degree+1, n)."""
+    """The matrix of elements in a row, each of which shares its last node with the next one.
+
+    Parameters
+    ----------
+    blocks : ndarray (..., m, degree + 1, degree + 1)
+        Symmetric matrices of m elements, of one mesh or several.
+
+    Returns
+    -------
+    ndarray (..., degree + 1, m * degree + 1)
+        Their sum in the lower banded form of LAPACK: row i holds the i-th diagonal below the main
+        one, row 0 the main one.
+    """
     *many, elements, size, _ = blocks.shape
-    last = elements * (size - 1)
-    result = np.zeros((*many, size, last + 1))
-    for i in range(size):
-        for j in range(i, size):
-            result[..., j - i, i : i + last : size - 1] += blocks[..., j, i]
+    degree = size - 1
+    last_node = elements * degree
+    result = np.zeros((*many, size, last_node + 1))
+    for column in range(size):
+        columns = slice(column, column + last_node, degree)  # that node of all elements
+        for row in range(column, size):
+            result[..., row - column, columns] += blocks[..., row, column]
     return result
 
 
 def chebyshev(t: Array, count: int) -> Array:
-    """The first Chebyshev polynomials at t (n, count).
+    """The first Chebyshev polynomials, T₀ to T_{count-1}, at places.
 
-    T_k = cos(k acos t); at many places by T_{k+1} = 2t T_k - T_{k-1}, several times as fast, whose
-    error grows with k as the coefficients of smooth functions fall.
+    T_k = cos(k acos t); at many places by T_{k+1} = 2t T_k - T_{k-1}, several times as fast. Its
+    error grows with k, which the coefficients of smooth functions make up for as they fall.
+
+    Parameters
+    ----------
+    t : ndarray (n,)
+        From -1 to 1, but for rounding.
+    count : int
+
+    Returns
+    -------
+    ndarray (n, count)
+        T_k(t) in column k.
     """
     if t.size >= _MANY:
         found = np.empty((count, t.size))
@@ -181,7 +241,19 @@ def chebyshev(t: Array, count: int) -> Array:
 
 
 def shipped(least: float, octaves: float) -> range:
-    """Numbers of the pieces of so many octaves that are shipped of a family, from a radius on."""
+    """Numbers of the pieces of a family that are shipped: they cover radii up to `_WIDEST`.
+
+    Parameters
+    ----------
+    least : float
+        The smallest radius that they cover [l].
+    octaves : float
+        Length of a piece in log₂ s; see `Family`.
+
+    Returns
+    -------
+    range
+    """
     first = math.floor(math.log2(least) / octaves)
     stop = math.ceil(math.log2(_WIDEST) / octaves)
     return range(first, stop)
@@ -189,7 +261,14 @@ def shipped(least: float, octaves: float) -> range:
 
 @functools.cache
 def tables() -> dict[str, Array]:
-    """The pieces of all families that are shipped: (pieces, points, values) by family and kind."""
+    """The pieces of all families that are shipped.
+
+    Returns
+    -------
+    dict of ndarray (pieces, points, values)
+        Chebyshev coefficients under the names of `Family.key`; the pieces in the order of their
+        numbers (`Family.shipped`), the coefficients as of `Family.piece`.
+    """
     with np.load(TABLES) as file:
         return dict(file)
 
@@ -198,16 +277,18 @@ def tables() -> dict[str, Array]:
 class Family:
     """Smooth functions of log s, of several kinds, read as polynomials on pieces of some octaves.
 
-    Piece number n is the octaves that begin at s = 2^(n octaves). As the functions depend on
-    nothing else, those pieces that most scenes need are read from a file (tables.py); others are
-    solved for when first needed.
+    Here s is the radius of a contact line [l], and a kind says on which side of the line the
+    surface is, 1 outside and -1 inside (twice that for steep lines, in menisci.py). Piece number n
+    is the range of s from 2^(n octaves) to 2^((n + 1) octaves). As the functions depend on nothing
+    else, those pieces that most scenes need are read from a file (tables.py); others are solved for
+    when first needed.
 
     Attributes
     ----------
     name : str
         That in the file.
     solve : callable
-        solve(kind, s): values (n, values) of one kind at s (n,).
+        solve(kind, s): values (n, values) of one kind at s (n,), exact to rounding.
     values : int
         How many functions each kind has.
     points : int
@@ -227,14 +308,17 @@ class Family:
 
     @functools.cache  # noqa: B019
     def piece(self, kind: int, number: float) -> Array:
-        """Chebyshev coefficients (points, values)."""
+        """Chebyshev coefficients (points, values) of a piece, of increasing degree down a column.
+
+        The polynomials are those in t = 2 (log₂(s)/octaves - number) - 1, from -1 to 1.
+        """
         numbers = self.shipped[kind]
         if number in numbers:
             return tables()[self.key(kind)][numbers.index(int(number))]
         return self.fitted(kind, number)
 
     def fitted(self, kind: int, number: float) -> Array:
-        """Chebyshev coefficients (points, values) of the polynomials through values solved for."""
+        """The coefficients of `piece`, of the polynomials through values that are solved for."""
         t = chebpts1(self.points)
         found = self.solve(kind, 2.0 ** (self.octaves * (number + (t + 1) / 2)))
         return np.asarray(np.linalg.solve(chebyshev(t, self.points), found))
@@ -244,14 +328,15 @@ class Family:
         return f"{self.name} {int(kind):+d}"
 
     def one(self, kind: int, s: float) -> Array:
-        """Values (values,) of one kind at one s."""
+        """Values (values,) of one kind at one s > 0."""
         place = math.log2(s) / self.octaves
         number = math.floor(place)
-        angle = math.acos(min(max(2 * (place - number) - 1, -1.0), 1.0))
+        t = 2 * (place - number) - 1
+        angle = math.acos(min(max(t, -1.0), 1.0))
         return np.asarray(np.cos(angle * np.arange(self.points)) @ self.piece(kind, number))
 
     def at(self, kinds: Any, s: Array) -> Array:
-        """Values (n, values) of these kinds, a number or (n,), at s (n,)."""
+        """Values (n, values) of these kinds, a number or (n,), at s (n,), each > 0."""
         if s.size == 1:
             return self.one(np.asarray(kinds).item(), s.item())[None]
         place = np.log2(s) / self.octaves
@@ -266,14 +351,15 @@ class Family:
 
 
 class Network(NamedTuple):
-    """A surface between two lines as a network of two terminals.
+    """A surface between two lines as a network of two terminals; see the head of this module.
 
     Attributes
     ----------
-    left, right : float or ndarray
-        σ: stiffness that grounds each line.
-    tie : float or ndarray
-        τ: stiffness between them.
+    left, right : float, complex or ndarray
+        σ: stiffness between the first, or the other, line and the undisturbed surface [γ₁/l].
+    tie : float, complex or ndarray
+        τ: stiffness between both lines [γ₁/l]; 0 if they do not feel each other, or if there is no
+        other line.
     """
 
     left: Any
@@ -299,12 +385,20 @@ class Network(NamedTuple):
         return (grounded + self.tie * difference * difference) / 2
 
     def pulls(self, u: Any, v: Any, difference: Any) -> tuple[Any, Any]:
-        """∂E/∂u and ∂E/∂v, the forces that displace the lines by u and v; as `energy`."""
+        """∂E/∂u and ∂E/∂v [γ₁], the forces downwards that displace the lines by u and v.
+
+        The parameters are those of `energy`.
+        """
         tied = self.tie * difference
         return self.left * u + tied, self.right * v - tied
 
     def then(self, other: Network) -> Network:
-        """This network and another one on its right: the line between them is eliminated."""
+        """This network and another one on its right, as one.
+
+        The point where they meet is free of forces: its displacement is the mean of 0 and those of
+        both lines, weighted by `middle`, which grounds it, and both ties. A tie thus acts in series
+        with the others: `own_share` of `middle` grounds this line, and so on.
+        """
         middle = self.right + other.left
         total = self.tie + other.tie + middle
         own_share = self.tie / total
@@ -316,14 +410,27 @@ class Network(NamedTuple):
         )
 
 
-Modes = list[list[float]]  # λ and the squared share of a load, of each mode
+class Mode(NamedTuple):
+    """A mode φ of the inner nodes of an element [-1, 1], K φ = λ M φ with φᵀ M φ = 1.
+
+    Attributes
+    ----------
+    value : float
+        λ.
+    share : float
+        (φᵀ M e)², the squared share of the mode in e: 1 for even modes, and x for odd ones.
+    """
+
+    value: float
+    share: float
 
 
 @functools.lru_cache(maxsize=16)
-def modes(degree: int) -> tuple[Modes, Modes]:
-    """Modes of the inner nodes of an element [-1, 1], K φ = λ M φ with φᵀ M φ = 1.
+def modes(degree: int) -> tuple[list[Mode], list[Mode]]:
+    """The even and the odd modes of the inner nodes of an element of a degree.
 
-    λ and c² of the even ones, c = φᵀ M 1, and λ and b² of the odd ones, b = φᵀ M x.
+    Springs load even modes alone if both ends are displaced by 1, and odd ones alone if they are by
+    -1 and 1; the tension then loads none, as φ is 0 at the ends.
     """
     points, weights, derivative = gauss_lobatto(degree)
     root_mass = np.sqrt(weights[1:-1])
@@ -331,13 +438,16 @@ def modes(degree: int) -> tuple[Modes, Modes]:
     values, vectors = np.linalg.eigh(stiffness / np.outer(root_mass, root_mass))
     c = root_mass @ vectors[:, 0::2]  # even and odd modes take turns
     b = root_mass * points[1:-1] @ vectors[:, 1::2]
-    even = np.array([values[0::2], c**2]).T
-    odd = np.array([values[1::2], b**2]).T
-    return even.tolist(), odd.tolist()
+    even = list(map(Mode, values[0::2].tolist(), (c**2).tolist()))
+    odd = list(map(Mode, values[1::2].tolist(), (b**2).tolist()))
+    return even, odd
 
 
-def _compliance(modes: Modes, square: Any) -> Any:
-    """Σ share η²/(λ + η²) over the modes; square: η²."""
+def _relief(modes: list[Mode], square: Any) -> Any:
+    """Σ share η²/(λ + η²) over the modes, with square = η², η half the length of an element.
+
+    It is 2/η times what the energy falls by as the inner nodes move from where 1, or x, has them.
+    """
     total = 0.0
     for value, share in modes:
         total = total + share * (square / (value + square))
@@ -347,12 +457,14 @@ def _compliance(modes: Modes, square: Any) -> Any:
 def piece(degree: int, length: Any) -> Network:
     """A part of a line contact's surface, condensed to its two ends.
 
+    It is divided into 1, 2, 4, … equal elements, until none is longer than `LineMesh.longest`.
+
     Parameters
     ----------
     degree : int
         Degree of the polynomials on its elements.
     length : float, complex or ndarray
-        > 0 [l].
+        > 0 [l]; complex for derivatives by the length (small.py).
 
     Returns
     -------
@@ -363,10 +475,10 @@ def piece(degree: int, length: Any) -> Network:
     half = length / 2 ** (doublings + 1)  # η of one element
     square = half * half
     even, odd = modes(degree)
-    ground = half * (1 - _compliance(even, square) / 2)
-    ground_and_ties = 1 / half + half * (1 / 3 - _compliance(odd, square) / 2)
+    ground = half * (1 - _relief(even, square) / 2)  # σ
+    ground_and_ties = 1 / half + half * (1 / 3 - _relief(odd, square) / 2)  # σ + 2τ
     found = Network(ground, (ground_and_ties - ground) / 2, ground)
-    for _ in range(doublings):
+    for _ in range(doublings):  # two equal parts in a row are one of twice the length
         found = found.then(found)
     return found
 
@@ -376,17 +488,23 @@ _piece_of_length = functools.lru_cache(maxsize=256)(piece)  # gaps of one length
 
 @functools.lru_cache(maxsize=16)
 def semi_infinite_stiffness(degree: int) -> float:
-    """Reaction of a tail over the displacement of its line.
+    """Reaction of a tail over the displacement of its line [γ₁/l], 1 but for the discretisation.
 
-    That is 1 but for the discretisation. The far field, which acts on the last node of the elements
-    with its displacement, is eliminated exactly.
+    A tail is the surface beside a line that no other line faces. Beyond its elements it decays like
+    exp(-x), so that at their last node the far field is a spring of stiffness 1.
     """
     far_field = Network(1.0, 0.0, 0.0)
     return float(piece(degree, _MESH.covered).then(far_field).left)
 
 
 class Line(NamedTuple):
-    """The networks of a line contact, on elements of one degree."""
+    """The networks of a line contact, on elements of one degree.
+
+    Attributes
+    ----------
+    degree : int
+        Degree of the polynomials on an element.
+    """
 
     degree: int
 
@@ -396,9 +514,11 @@ class Line(NamedTuple):
         Parameters
         ----------
         side, s : int, float or ndarray
-            Direction of the other line, and place of the first one; all are alike here.
+            Direction of the other line, and place of the first one. Nothing depends on them: they
+            are there because `rings.Axis`, which has the same methods, needs them.
         width : float, complex or ndarray
-            Distance of the lines [l], maybe infinite.
+            Distance of the lines [l]; infinite if there is no other line, whose terminal then is
+            one of another tail, not tied to the first.
 
         Returns
         -------
@@ -414,16 +534,33 @@ class Line(NamedTuple):
         return half.then(half)
 
     def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
-        """u and u' at distances x from a line displaced by u towards another one, by u + rise.
+        """Displacement and slope of a surface between two lines, or beside one.
 
-        With exact decays, u cosh(x - L/2)/cosh(L/2) + rise sinh(x)/sinh(L), also for L = ∞.
+        The exact solution of u'' = u, u cosh(x - L/2)/cosh(L/2) + rise sinh(x)/sinh(L). It is
+        evaluated with decaying exponentials alone, so that L = ∞ is no special case.
+
+        Parameters
+        ----------
+        x : ndarray (n,)
+            Distances from the first line, towards the other one [l].
+        side, s : int, float
+            Nothing depends on them; see `between`.
+        width : float
+            Distance L of the lines [l], infinite if there is one alone.
+        u, rise : float
+            Displacement of the first line, and how much more the other one is displaced [l].
+
+        Returns
+        -------
+        u, slope : ndarray (n,)
+            [l], and du/dx.
         """
         near = np.exp(-x)
         far = np.exp(x - width)
-        cosh = 1 + math.exp(-width)  # 2 exp(-L/2) cosh(L/2)
-        sinh = -math.expm1(-2 * width)  # 2 exp(-L) sinh(L)
-        ramp = far * -np.expm1(-2 * x) / sinh
-        ramp_slope = far * (1 + near * near) / sinh
-        values = u * (near + far) / cosh + rise * ramp
-        slopes = u * (far - near) / cosh + rise * ramp_slope
+        scaled_cosh = 1 + math.exp(-width)  # 2 exp(-L/2) cosh(L/2)
+        scaled_sinh = -math.expm1(-2 * width)  # 2 exp(-L) sinh(L)
+        ramp = far * -np.expm1(-2 * x) / scaled_sinh  # sinh(x)/sinh(L)
+        ramp_slope = far * (1 + near * near) / scaled_sinh
+        values = u * (near + far) / scaled_cosh + rise * ramp
+        slopes = u * (far - near) / scaled_cosh + rise * ramp_slope
         return values, slopes

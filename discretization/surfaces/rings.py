@@ -5,6 +5,15 @@ A ring between lines q < p is a network (network.py) for E/(2π): elements, inne
 Beyond a line of radius s, and on the disc inside one, the reaction per length of the line is the
 displacement times a stiffness S(s), a function of the radius alone. It is that of some elements
 beside the line and of the far field, eliminated exactly, and is kept as a family (network.py).
+
+Conventions
+-----------
+Lengths are in l and displacements u positive downwards, into the layer. `side` is 1 if a surface is
+outside its line, at larger radii, and -1 if inside. s is the radius of a line, or of the first of
+two. A `Network` has σ and τ, the stiffnesses that ground two terminals and tie them, [γ₁], for the
+energy over 2π: of a single line σ = s S(s), the stiffness per radian. Its `left` is the first line
+(in `ring` and `_element`, where no line is the first, the inner one), `right` the other one.
+`DECAYED` = 40 is the distance in l at which a decay e^-x is less than rounding.
 """
 
 import functools
@@ -71,8 +80,11 @@ AXIS_RADIUS = 2.0**-40
 def stiffness(side: Any, s: Any) -> Any:
     """Reaction S of a free surface about an axis, per length and displacement of its line.
 
-    Within 2⁻⁴⁰ l of the axis it is that of a ring or a disc without springs; at the axis that of
-    the radius 2⁻⁴⁰ l.
+    It is 1/`leading_order` times the family, a function near 1. Of a line within s₀ = 2⁻⁴⁰ l of the
+    axis, springs between it and s₀ do not matter. Outside the line u then falls by F log(r/s) if F
+    is the force per radian, so that the compliance -log(s/s₀) is in series with that of s₀. The
+    disc inside a line moves as a whole, and s S, the stiffness of its springs, is as s². At the
+    axis S is taken to be that of the radius s₀.
 
     Parameters
     ----------
@@ -90,39 +102,55 @@ def stiffness(side: Any, s: Any) -> Any:
         return float(FAMILY.one(side, s)[0] / leading_order(side, s))
     known = np.maximum(s, AXIS_RADIUS)
     values = FAMILY.at(side, np.ravel(known)).reshape(np.shape(known))
-    found = values / leading_order(side, known)
+    found = values / leading_order(side, known)  # S at the radius, or at s₀
     if (known == s).all():
         return found[()]
-    # Closer to the axis springs do not matter: outside a ring of compliance -log(ratio) is put in
-    # series, inside S is proportional to the radius.
-    ratio = np.where(np.greater(s, 0), np.minimum(s / AXIS_RADIUS, 1.0), 1.0)
+    ratio = np.where(np.greater(s, 0), np.minimum(s / AXIS_RADIUS, 1.0), 1.0)  # s/s₀
     outside = found / (ratio * (1 - known * found * np.log(ratio)))
     inside = found * ratio
     return np.where(np.greater(side, 0), outside, inside)[()]
 
 
 def leading_order(side: Any, s: Any) -> Any:
-    """1/S(s) to leading order: s log(1/s) beside small radii, 2/s inside them, 1 for great ones."""
-    part = s / (1 + s)
+    """1/S(s) to leading order, by which the family is scaled.
+
+    That is s log(1/s) outside lines of small radii s, 2/s inside them, and 1 for great radii.
+
+    Parameters
+    ----------
+    side : int or ndarray
+        1 beyond the line, -1 on the disc inside it.
+    s : float or ndarray
+        Radius of the line [l], > 0.
+
+    Returns
+    -------
+    float or ndarray
+        [l/γ₁].
+    """
+    part = s / (1 + s)  # s for small radii, 1 for great ones
     if isinstance(s, float):
         return part * (1 - math.log(part)) if side > 0 else 1 + 2 / s
     return np.where(np.greater(side, 0), part * (1 - np.log(part)), 1 + 2 / s)
 
 
 def _solved(side: int, s: Array) -> Array:
-    """S(s) over its leading order (n, 1), by elements and the exact far field beyond them."""
+    """S(s) times `leading_order` (n, 1), by elements and the exact far field beyond them.
+
+    side: 1 beyond lines of the radii s (n,), -1 on the discs inside.
+    """
     if side > 0:
         end = s + _MESH.covered
         far = Network(end * far_stiffness(1, end), 0.0, 0.0)
-        pull = ring(s, np.full_like(s, _MESH.covered)).then(far).left
+        per_radian = ring(s, np.full_like(s, _MESH.covered)).then(far).left
     else:
         start = np.maximum(s - _MESH.covered, 0.0)
         width = (s - start) / _MESH.disc_elements
         disc = Network(0.0, 0.0, start * far_stiffness(-1, start))
         for i in range(_MESH.disc_elements):
             disc = disc.then(_element(start + i * width, width))
-        pull = disc.right
-    return np.asarray(pull / s * leading_order(side, s))[:, None]
+        per_radian = disc.right
+    return np.asarray(per_radian / s * leading_order(side, s))[:, None]
 
 
 _PIECES = shipped(AXIS_RADIUS, _MESH.octaves)
@@ -130,21 +158,62 @@ FAMILY = Family("rings", _solved, 1, _MESH.points, _MESH.octaves, {1: _PIECES, -
 
 
 def far_stiffness(side: int, r: Any) -> Any:
-    """The exact reaction of all that is beyond a radius, per length and displacement there."""
+    """The exact reaction of a surface that has no other line, per length and displacement.
+
+    The solutions of u'' + u'/r = u that decay: K₁(r)/K₀(r) outside, I₁(r)/I₀(r) inside.
+
+    Parameters
+    ----------
+    side : {1, -1}
+        1 for all that is outside the radius, -1 for the disc inside.
+    r : float or ndarray
+        [l], >= 0.
+
+    Returns
+    -------
+    float or ndarray
+        [γ₁/l].
+    """
     if side > 0:
         return scipy.special.k1e(r) / scipy.special.k0e(r)
     return scipy.special.i1e(r) / scipy.special.i0e(r)
 
 
 def decayed(side: int, start: Any, r: Array) -> Array:
-    """u at radii r (n,) beyond a line displaced by 1, and u' outwards (2, n): the exact decay."""
+    """The exact surface beside a line that is displaced by 1 and has no other line.
+
+    Parameters
+    ----------
+    side : {1, -1}
+        1 outside the line, -1 inside.
+    start : float
+        Radius of the line [l].
+    r : ndarray (n,)
+        Radii on that side of the line [l].
+
+    Returns
+    -------
+    ndarray (2, n)
+        u, and its derivative in the direction away from the line, which is negative.
+    """
     bessel = scipy.special.k0e if side > 0 else scipy.special.i0e
     u = bessel(r) / bessel(start) * np.exp(side * (start - r))
     return np.array([u, -u * far_stiffness(side, r)])
 
 
 def ring(q: Array, width: Array) -> Network:
-    """Rings of these widths beyond lines of radii q (n,), element after element."""
+    """Rings outside lines of radii q (n,), element after element from the inner line on.
+
+    Parameters
+    ----------
+    q, width : ndarray (n,)
+        Inner radii > 0, and widths [l]; complex for derivatives by them (small.py).
+
+    Returns
+    -------
+    Network
+        Of arrays (n,), the inner line on the left.
+    """
     first = np.minimum(width, _longest(q))
     found = _element(q, first)
     reached = q + first
@@ -162,18 +231,23 @@ def ring(q: Array, width: Array) -> Network:
 
 
 def _longest(start: Array) -> Array:
-    """Largest width of an element of a ring that begins at these radii."""
+    """Largest width of an element of a ring that begins at these radii, at least one rounding.
+
+    Without that the sum of the widths would not grow, and the loop in `ring` not end.
+    """
     by_growth = (_MESH.growth - 1) * start
     rounding = np.spacing(np.real(start))
     return np.maximum(np.minimum(by_growth, _MESH.longest), rounding)
 
 
 def _element(start: Array, width: Array) -> Network:
-    """Elements of these widths beyond radii (n,), inner nodes eliminated.
+    """Elements of these widths outside radii (n,), whose inner nodes are eliminated.
 
-    With the nodes ordered as ends and inner ones, u_inner = K_ii⁻¹ (loads of the ends). The loads
-    are those of a displacement that is 1 everywhere, which only springs resist, and of the pull of
-    the outer end: so no large numbers are subtracted that would cancel.
+    With H = K + M, K of the tension and M of the springs, the inner nodes are at 1 - H_ii⁻¹ M_i if
+    both ends are displaced by 1. As K has no forces on a displacement that is the same everywhere,
+    the ends then take M_e - K_ei H_ii⁻¹ M_i, which is what grounds them. If the outer end alone is
+    displaced by 1, the inner nodes are at -H_ii⁻¹ K_io, and -τ is what the inner end takes. So no
+    large numbers are subtracted that would cancel.
     """
     stiffness, mass = _matrices(start, width)
     of_springs = mass[:, :, None] * np.eye(_MESH.degree + 1)
@@ -181,17 +255,20 @@ def _element(start: Array, width: Array) -> Network:
     inner = slice(1, -1)
     ends = [0, -1]
 
-    loads = np.stack([mass, -stiffness[:, :, -1]], axis=2)
+    loads = np.stack([mass, -stiffness[:, :, -1]], axis=2)  # M_i, and -K_io
     solved = np.linalg.solve(hessian[:, inner, inner], loads[:, inner])
     from_inner = stiffness[:, ends, inner] @ solved
-    grounded_by_springs = from_inner[:, :, 0]
-    left, right = (mass[:, ends] - grounded_by_springs).T
+    left, right = (mass[:, ends] - from_inner[:, :, 0]).T
     tie = -stiffness[:, 0, -1] - from_inner[:, 0, 1]
     return Network(left, tie, right)
 
 
 def _matrices(start: Array, width: Array) -> tuple[Array, Array]:
-    """Matrices of ∫u'² r dr and weights of ∫u² r dr of elements (n, degree+1, degree+1)."""
+    """Tension and springs of elements of these widths outside radii (n,).
+
+    Returns the matrices K (n, degree + 1, degree + 1) of ∫u'² r dr, and the diagonals M
+    (n, degree + 1) of ∫u² r dr, which the Gauss-Lobatto rule makes diagonal.
+    """
     points, weights, derivative = gauss_lobatto(_MESH.degree)
     half = width[:, None] / 2
     measure = weights * (start[:, None] + half * (points + 1))
@@ -207,9 +284,10 @@ class Axis:
         Parameters
         ----------
         side : int or ndarray
-            Direction of the other line.
+            1 if the other line is outside the first one, -1 if inside.
         s, width : float, complex or ndarray
-            Radius of the first line, and distance of the other one [l], maybe infinite.
+            Radius of the first line, and distance of the other one [l], which is infinite if there
+            is none. Where `width` is s inwards there is none either: the surface is a disc.
 
         Returns
         -------
@@ -224,10 +302,11 @@ class Axis:
         other = s + side * width
         inner = np.where(outwards, s, other)
         outer = np.where(outwards, other, s)
-        found = np.zeros((3, s.size), s.dtype)
+        found = np.zeros((3, s.size), s.dtype)  # σ of the inner line, τ, σ of the outer one
         near = (np.real(width) <= DECAYED) & (np.real(inner) > 0)
         if near.any():
             found[:, near] = ring(inner[near], width[near])
+        # Lines that do not feel each other are grounded as if they were alone, and not tied.
         beyond_inner = ~near & (np.real(inner) > 0)
         if beyond_inner.any():
             found[0, beyond_inner] = inner[beyond_inner] * stiffness(1, inner[beyond_inner])
@@ -238,10 +317,26 @@ class Axis:
         return Network(*found if many else found[:, 0])
 
     def shape(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
-        """u and u' at distances x from a line displaced by u towards another one, by u + rise.
+        """Displacement and slope of a surface between two lines, or beside one.
 
-        On a mesh of the ring; if its lines are far apart, or one is the axis, exact decays from
-        each line.
+        They are those of a mesh of the ring, or, if its lines are far apart or one is the axis, of
+        the exact decays from each line.
+
+        Parameters
+        ----------
+        x : ndarray (n,)
+            Distances from the first line, towards the other one [l].
+        side : {1, -1}
+            1 if the surface is outside the first line; so it is if there are two lines.
+        s, width : float
+            Radius of the first line, and distance of the other one, maybe infinite [l].
+        u, rise : float
+            Displacement of the first line, and how much more the other one is displaced [l].
+
+        Returns
+        -------
+        u, slope : ndarray (n,)
+            [l], and du/dx.
         """
         if width <= DECAYED and s > 0:
             ends, nodal = _mesh(s, width)
@@ -253,19 +348,21 @@ class Axis:
         slopes = np.zeros(x.size)
         for direction, line, displacement in ((side, s, u), (-side, other, u + rise)):
             if 0 < line < math.inf:
-                value, outward_slope = decayed(direction, line, radii)
+                value, slope_away = decayed(direction, line, radii)
                 values += displacement * value
-                # Slopes are those in the direction away from the first line.
-                slopes += displacement * (direction * side * outward_slope)
+                # `slope_away` is by the distance from `line`, du/dx by that from the first line.
+                slopes += displacement * (direction * side * slope_away)
         return values, slopes
 
 
 @functools.lru_cache(maxsize=256)
 def _mesh(q: float, width: float) -> tuple[Array, Array]:
-    """Ends of elements from the inner line on, and nodal w (2, nodes), which vanishes at the lines.
+    """Elements of a ring of this width outside the radius q, and the surface over them.
 
-    The surface between two lines displaced by u and u + r is u (1 + w₀) + r (t + w₁), t from 0 to 1
-    in between: by elimination, for the loads that 1 and t leave.
+    Returns the distances of their ends from the inner line (e + 1,), and nodal w (2, nodes): the
+    surface between lines displaced by u and u + r is u (1 + w₀) + r (t + w₁), t growing from 0 to 1
+    in proportion to the distance, and w = 0 at both lines. They balance the loads that the
+    displacements 1 and t leave.
     """
     parts = [0.0]
     while parts[-1] < width:

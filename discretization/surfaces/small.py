@@ -1,15 +1,29 @@
 """Free surfaces with small slopes, of line contacts and about an axis.
 
-Everything is linear in the depth. In units of l, with the networks (σ, τ) of network.py, m(s) the
-length of a line (1, or its radius over 2π) and σ = m S of a surface without another line,
+Everything is linear in the depth. In units of l, with m(s) the length of a line (1, or about an
+axis, where all counts per radian, its radius s), a line displaced by u is at rest beside a free
+surface that pulls at it by m S = m (f' - √(2w/γ₁)) (protocol.py). What it pulls is
+
+    m S = σ u                       of a tail, a surface without another line,
+    m S = σ u + τ (u - u_other)     of a gap between two lines,
+
+so that D = f + u, where the line rests, is
 
     D = f + m (f' - √(2w/γ₁))/σ,     D = f + [m (f' - √(2w/γ₁)) - τ (f_other - f)]/σ.
 
 The square in ∂U/∂x = m (γ₁/2 r² - w) is left because on the mesh, to rounding,
 
-    ∂E/∂s = ±m (S² - u²)/2
+    ∂E/∂s = side m (S² - u²)/2       at fixed u
 
-where a line at s moves away from its contact, S its reaction per length: `_imbalance` checks that.
+for a line at s that moves towards larger s: `_imbalance` checks that.
+
+Conventions
+-----------
+Lengths are in l and forces in γ₁; u is positive downwards. `side` is 1 if the surface extends from
+its first line, at s, to the right (outwards about an axis), -1 if to the left; the other line is at
+a distance `width`, infinite if there is none, and displaced by u + rise. f' is the slope of the
+indenter outwards of its contact. A `Network` holds σ of the first line as `left`, τ as `tie`, and σ
+of the other line as `right`; its E = [left u² + right u_other² + tie (u - u_other)²]/2.
 """
 
 import functools
@@ -25,7 +39,7 @@ from energy.arrays import Array
 
 # Step along the imaginary axis over the width of an element: the error of Im E(s + ih)/h is h².
 _IMAGINARY_STEP = 1e-30
-# Line contacts on elements of the least degree whose errors are rounding.
+# By `Scene.geometry`. Elements of line contacts are of the least degree whose errors are rounding.
 _NETS: dict[str, Line | Axis] = {"line": Line(10), "axisymmetric": Axis()}
 
 
@@ -34,22 +48,23 @@ class SmallSurfaces(Surfaces):
 
     @property
     def net(self) -> Line | Axis:
-        """The networks of its geometry."""
+        """What gives the networks of its geometry."""
         return _NETS[self.scene.geometry]
 
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, outward_slope: Any, w: Any) -> Any:
-        """Displacement of a line at rest, [m (f' - √(2w)) + τ rise]/σ.
+        """Displacement of a line at rest, [m (f' - √(2w)) + τ rise]/σ, with rise = u_other - u.
 
-        A line at the axis, where m = 0, rests as just beside it if it does not adhere as it is
-        touched. A contact around the axis has no line there: it rests at any depth.
+        A contact that is a point at the axis has the u of one just beside it, or 0, at which it is
+        touched, if that is less. A line at the axis whose surface were inside it is none: it rests
+        at any depth.
         """
         if not self.scene.axisymmetric:
             network = self.net.between(side, s, width)
             return (outward_slope - np.sqrt(2 * w) + network.tie * rise) / network.left
         radius = s
         near_axis = (s.min() if isinstance(s, np.ndarray) else s) < AXIS_RADIUS
-        if near_axis:  # differences may even look beyond the axis
-            resolved = np.isinf(width) & np.greater(s, 0)
+        if near_axis:  # or beyond it, s < 0, where differences of D by s may look
+            resolved = np.isinf(width) & np.greater(s, 0)  # `stiffness` knows these radii, too
             radius = np.where(resolved, s, np.maximum(s, AXIS_RADIUS))[()]
         network = self.net.between(side, radius, width)
         u = (radius * (outward_slope - np.sqrt(2 * w)) + network.tie * rise) / network.left
@@ -61,14 +76,14 @@ class SmallSurfaces(Surfaces):
     def energy_and_reaction(
         self, side: int, s: Any, width: Any, u: Any, rise: Any
     ) -> tuple[Any, Any]:
-        """Those of the networks."""
+        """Those of the networks; in the sum of both reactions what the tie takes cancels."""
         network = self.net.between(side, s, np.maximum(width, NARROWEST))
         v = u + rise
         return network.energy(u, v, -rise), network.left * u + network.right * v
 
     @functools.lru_cache(maxsize=64)  # noqa: B019
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free:
-        """As all nodes are balanced, k∫u over the surface is what its lines pull."""
+        """One surface; as all its nodes are balanced, k∫u over it is the sum of both pulls."""
         network = self.net.between(side, s, max(width, NARROWEST))
         v = u + rise
         first, other = map(float, network.pulls(u, v, -rise))
@@ -86,7 +101,7 @@ class SmallSurfaces(Surfaces):
     def _imbalance(
         self, side: int, s: float, width: float, u: float, difference: float, pull: float
     ) -> float:
-        """How far ∂E/∂s at a line is from what is said above, over its terms.
+        """How far ∂E/∂s at a line is from what the head of this module says, over its terms.
 
         As the surface is balanced inside, E changes as the part beside the line alone does when the
         line moves and the surface is fixed at the end of the part: what is stored further away,
@@ -94,7 +109,19 @@ class SmallSurfaces(Surfaces):
         and Im E(s + ih)/h has no difference to lose digits in (W. Squire, G. Trapp, SIAM Review 40
         (1998) 110).
 
-        difference: of the displacements of this line and the other one; pull: m S.
+        Parameters
+        ----------
+        side, s, width, u
+            Of this line, which is taken for the first one.
+        difference : float
+            u - u_other.
+        pull : float
+            m S at this line.
+
+        Returns
+        -------
+        float
+            Dimensionless; 0 at the axis, where there is no surface on the side of the axis.
         """
         axisymmetric = self.scene.axisymmetric
         m = s if axisymmetric else 1.0
@@ -103,11 +130,14 @@ class SmallSurfaces(Surfaces):
         part = min(width, s if axisymmetric else 1.0, 1.0) / 4  # one element
         middle = s + side * part
         h = _IMAGINARY_STEP * part
+        # The line moves by h towards its contact, and the part becomes longer by h.
         moved = self.net.between(side, complex(s, -side * h), complex(part, h))
         own = Network(*np.real(moved))
         rest = self.net.between(side, middle, width - part)
-        between = own.right + rest.left
-        fall = (between * u + rest.tie * difference) / (own.tie + between + rest.tie)
+        ground_of_middle = own.right + rest.left
+        # u at the line less u in the middle, where forces are in balance.
+        fall = ground_of_middle * u + rest.tie * difference
+        fall = fall / (own.tie + ground_of_middle + rest.tie)
         rate = moved.energy(u, u - fall, fall).imag / h
         reaction = pull / m
         expected = m * (u * u - reaction * reaction) / 2
