@@ -15,11 +15,23 @@ The discrete energy is that of the nodal u at fixed x, by the Gauss-Lobatto rule
 The exponentials minimise F to rounding, which `residual` measures. As ∂F/∂h_i of the minimum is
 u²/2 + cos φ - 1, the same at every node, that is also ∂F/∂L.
 
-Only one mean displacement has a given inclination φ at a line, at a given rise u_b - u_a: with it
-grows v = ∂u, (cos³φ v')' = v, v = 1 at both lines and 0 < v < 1 between (maximum principle), so
-that v' < 0 outwards of a line, and its reaction grows. Hence T is unique as well. A surface that
-would turn over, p² > 2, is followed as if it were upright there: at its line it is cut at p² = 2,
-as its least energy among functions that may jump is. Lines over 40 l apart do not feel each other.
+Only one mean displacement has a given inclination φ at a line, at a given rise u_b - u_a: as both
+lines are displaced further by the same, u changes by v with (cos³φ v')' = v, v = 1 at both lines
+and 0 < v < 1 between (maximum principle), so that v' < 0 outwards of a line, and its reaction
+grows. Hence T is unique as well. A surface that would turn over, p² > 2, is followed as if it were
+upright there: at its line it is cut at p² = 2, as its least energy among functions that may jump
+is.
+
+Conventions
+-----------
+u is positive downwards. A gap extends from its left line, displaced by u, at x = τ = 0, to its
+right line, displaced by u + rise, at x = L, τ = T. φ and p are positive where u grows towards the
+right, at either line. The reaction at a line, ∂F/∂u, the force downwards that holds it, is -sin φ
+at the left line and sin φ at the right one. n gaps are rows: parameters of each are columns (n, 1),
+nodal values (n, nodes) from the left line to the right one. All gaps of one call share one mesh in
+τ/T, that of the longest (`mesh_of`). Callers name the lines first and other instead of left and
+right, as a surface and its mirror image are alike. `DECAYED` = 40: e^-40 is less than rounding, so
+that lines over 40 l apart do not feel each other, and a tail is a surface of this range.
 """
 
 import bisect
@@ -75,16 +87,16 @@ _STEEPEST = math.sqrt(2) * (1 - _UPRIGHT)  # p, and the displacement of a tail, 
 
 
 class Mesh(NamedTuple):
-    """Elements of a range of τ, mirror-symmetric, all over T.
+    """Elements of a range of τ, mirror-symmetric about its middle, in τ/T.
 
     Attributes
     ----------
     ends : ndarray (e + 1,)
-        Ends of the elements.
+        Ends of the elements, from 0 to 1.
     nodes, weights : ndarray (n,)
-        Nodes and their weights in integrals.
-    own : ndarray (e, DEGREE + 1)
-        Numbers of the nodes of every element.
+        Nodes, increasing from 0 to 1, and their weights in integrals over τ/T.
+    own : ndarray of int (e, DEGREE + 1)
+        Numbers of the nodes of every element; neighbours share one.
     """
 
     ends: Array
@@ -94,7 +106,11 @@ class Mesh(NamedTuple):
 
 
 def mesh_of(T: Array) -> Mesh:
-    """The mesh of ranges up to the longest: an element, or several on either side of the middle."""
+    """The mesh that serves all ranges T, an array: an element, or several on both sides.
+
+    The longest range decides: its half has as many elements as reach it, and their ends are in the
+    ratios of `_ENDS`.
+    """
     longest = float(T.max())
     if longest <= _RANGE.one_element:
         return _mesh(0)
@@ -103,15 +119,15 @@ def mesh_of(T: Array) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def _mesh(count: int) -> Mesh:
-    """The mesh with so many elements on either side of the middle; with one element for 0."""
+    """The mesh with so many elements on either side of the middle; 0 for one element in all."""
     points, weights_of_rule, _ = gauss_lobatto(DEGREE)
     ends = np.array([0.0, 1.0])
     if count:
         left_half = np.array(_ENDS[: count + 1]) / (2 * _ENDS[count])
         ends = np.concatenate([left_half, 1 - left_half[-2::-1]])
     half = np.diff(ends)[:, None] / 2
-    first = np.arange(ends.size - 1)[:, None] * DEGREE
-    own = first + np.arange(DEGREE + 1)
+    first_nodes = np.arange(ends.size - 1)[:, None] * DEGREE
+    own = first_nodes + np.arange(DEGREE + 1)
     nodes = np.zeros(own[-1, -1] + 1)
     weights = np.zeros(own[-1, -1] + 1)
     nodes[own] = ends[:-1, None] + half * (points + 1)
@@ -120,21 +136,25 @@ def _mesh(count: int) -> Mesh:
 
 
 def rate(p: Any) -> tuple[Any, Any]:
-    """dx/dτ = h(p), and h'(p)."""
+    """dx/dτ = h(p), and h'(p), for any array of p = 2 sin(φ/2); |p| is cut at the steepest."""
     square = np.minimum(p * p, _STEEPEST**2)
     root = np.sqrt(1 - square / 4)
     return (1 - square / 2) / root, p * (square / 8 - 0.75) / (root * root * root)
 
 
-class Ends(NamedTuple):
-    """p at both lines of gaps with given ranges T (k, 1), and how that changes with T.
+class PAtLines(NamedTuple):
+    """p at both lines of gaps with given ranges T (k, 1), and how p changes with T.
+
+    In between both p(τ; T) and ∂p/∂T at a fixed τ, as solutions of p'' = p, follow from their
+    values at τ = 0 and τ = T.
 
     Attributes
     ----------
     left, right : ndarray (k, 1)
         p at the left and at the right line.
     left_rate, right_rate : float or ndarray (k, 1)
-        ∂p/∂T at a fixed τ from the left, and from the right line.
+        ∂p/∂T at the fixed places τ = 0 and τ = T. That is the derivative of `left`, but of `right`
+        less dp/dτ = u there, by which p at the right line changes as this moves with T.
     """
 
     left: Array
@@ -143,7 +163,7 @@ class Ends(NamedTuple):
     right_rate: Array
 
 
-def range_of(length: Array, ends: Callable[[Array, Indices], Ends], steepest: Any) -> Array:
+def range_of(length: Array, ends: Callable[[Array, Indices], PAtLines], steepest: Any) -> Array:
     """The ranges T of τ for which x(T) = L, by Newton's method from T = L on.
 
     As 1 - h <= p²/2 and |p| decays by e^-τ from either line, L <= T <= L + 1 + 2 ln(steepest).
@@ -153,7 +173,8 @@ def range_of(length: Array, ends: Callable[[Array, Indices], Ends], steepest: An
     length : ndarray (n, 1)
         L.
     ends : callable
-        ends(T, numbers): `Ends` of the gaps with these numbers (k,) and ranges T (k, 1).
+        ends(T, numbers): p at the lines of the gaps with these numbers (k,), if their ranges are
+        T (k, 1).
     steepest : float or ndarray (n,)
         |p| at both lines is at most this from T = 1 on.
 
@@ -163,13 +184,18 @@ def range_of(length: Array, ends: Callable[[Array, Indices], Ends], steepest: An
     """
 
     def excess(T: Array, own: Indices) -> tuple[Array, Array]:
-        """(x - L)/T, and dx/dT = h(p_end) + ∫h'(p) ∂p/∂T dτ over T."""
+        """(x - L)/T of some gaps (k,), and dx/dT = h(p_right) + ∫h'(p) ∂p/∂T dτ, over T.
+
+        Over T, as the tolerance is a part of it. That T divides x, too, does not count in the
+        slope: it would add -(x - L)/T², which vanishes at the zero.
+        """
         mesh = mesh_of(T)
         of = ends(T[:, None], own)
-        from_left = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
-        from_right = from_left[:, ::-1]
-        h, h_slope = rate(of.left * from_right + of.right * from_left)
-        p_rate = of.left_rate * from_right + of.right_rate * from_left
+        # Solutions of p'' = p that are 1 at one line and 0 at the other, at the nodes.
+        one_at_right = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
+        one_at_left = one_at_right[:, ::-1]
+        h, h_slope = rate(of.left * one_at_left + of.right * one_at_right)
+        p_rate = of.left_rate * one_at_left + of.right_rate * one_at_right
         x_over_T = h @ mesh.weights
         return x_over_T - low[own] / T, h[:, -1] / T + (h_slope * p_rate) @ mesh.weights
 
@@ -181,14 +207,18 @@ def range_of(length: Array, ends: Callable[[Array, Indices], Ends], steepest: An
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     """Displacement at which a line with a given inclination rests beside a gap.
 
+    The range T fixes p at the other line, by p(0) and the rise: with u = dp/dτ, the rise is
+    tanh(T/2) (p(0) + p(T)). T follows from the length of the gap.
+
     Parameters
     ----------
     p : float or ndarray (n,)
-        2 sin(φ/2) of the inclination φ at the line, from it towards the gap.
+        2 sin(φ/2) at the line, tan φ = du/dx with x from the line into the gap: negative where the
+        surface rises away from the line.
     rise : float or ndarray (n,)
         How much more the other line is displaced [l].
     length : float or ndarray (n,)
-        Of the gap [l].
+        Of the gap [l]; infinite for a tail.
 
     Returns
     -------
@@ -200,16 +230,16 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     p, rise, length = columns
     p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, DECAYED))
 
-    def ends(T: Array, own: Indices) -> Ends:
-        """At the other line at most upright: what would turn over falls short of it."""
+    def ends(T: Array, own: Indices) -> PAtLines:
+        """p at both lines of some gaps; where one would turn over at its other line, it is cut."""
         start = p[own]
         tanh = np.tanh(T / 2)
         end = rise[own] / tanh - start
-        graph = np.abs(end) < _STEEPEST
+        is_graph = np.abs(end) < _STEEPEST
         end = np.minimum(np.maximum(end, -_STEEPEST), _STEEPEST)
-        u = (end * np.cosh(T) - start) / np.sinh(T)
-        end_rate = graph * rise[own] * (1 - tanh**-2) / 2 - u
-        return Ends(start, end, 0.0, end_rate)
+        u_at_end = (end * np.cosh(T) - start) / np.sinh(T)
+        end_slope = is_graph * rise[own] * (1 - tanh**-2) / 2  # by T; 0 where it is cut
+        return PAtLines(start, end, 0.0, end_slope - u_at_end)
 
     T = range_of(length, ends, 2.0)
     end = ends(T, np.arange(len(T))).right
@@ -222,36 +252,56 @@ def sine(p: Any) -> Any:
     return p * np.sqrt(np.maximum(1 - p * p / 4, 0.0))
 
 
-def _ends_of_displaced(left: Array, rise: Array, T: Array) -> Ends:
-    """`Ends` of surfaces displaced by `left` and `left + rise` at their lines."""
+def _ends_of_displaced(u_left: Array, rise: Array, T: Array) -> PAtLines:
+    """p at the lines of gaps of which both lines have a given displacement.
+
+    Parameters
+    ----------
+    u_left, rise : ndarray (k, 1)
+        u at the left line, and how much more it is at the right one [l].
+    T : ndarray (k, 1)
+        Range of τ.
+    """
     sinh = np.sinh(T)
     tanh = np.tanh(T / 2)
-    start = rise / sinh - left * tanh
-    end = rise / sinh + (left + rise) * tanh
-    return Ends(start, end, -end / sinh, -end / np.tanh(T))
+    start = rise / sinh - u_left * tanh
+    end = rise / sinh + (u_left + rise) * tanh
+    return PAtLines(start, end, -end / sinh, -end / np.tanh(T))
 
 
-def _exponentials(left: Array, rise: Array, T: Array, tau: Array) -> tuple[Array, Array]:
-    """p and u - left of such surfaces at τ."""
-    ends = _ends_of_displaced(left, rise, T)
-    from_left = np.sinh(tau) / np.sinh(T)
-    from_right = np.sinh(T - tau) / np.sinh(T)
+def _exponentials(u_left: Array, rise: Array, T: Array, tau: Array) -> tuple[Array, Array]:
+    """p and u - u_left at τ, of gaps as in `_ends_of_displaced`.
+
+    u = [u_left sinh(T-τ) + (u_left + rise) sinh τ]/sinh T. In a short gap u is nearly u_left: the
+    difference is formed without subtracting them, by
+
+        sinh(T-τ) + sinh τ - sinh T = -4 sinh(τ/2) sinh((T-τ)/2) sinh(T/2).
+
+    tau: (k, nodes), or any places of a single gap.
+    """
+    ends = _ends_of_displaced(u_left, rise, T)
+    one_at_right = np.sinh(tau) / np.sinh(T)
+    one_at_left = np.sinh(T - tau) / np.sinh(T)
     sag = np.sinh(tau / 2) * np.sinh((T - tau) / 2) / np.cosh(T / 2)
-    return ends.left * from_right + ends.right * from_left, rise * from_left - 2 * left * sag
+    p = ends.left * one_at_left + ends.right * one_at_right
+    return p, rise * one_at_right - 2 * u_left * sag
 
 
 @dataclass(frozen=True, eq=False)
 class Gaps:
-    """Free surfaces between two lines each.
+    """n free surfaces between two lines each, at the nodes of the mesh of all.
+
+    Nothing but T is unknown of a surface; the rest is evaluated when it is needed. Members that
+    say "first" are those of the first surface alone, for objects that hold one.
 
     Attributes
     ----------
     T : ndarray (n, 1)
         Range of τ.
     p, u : ndarray (n, nodes)
-        p = du/dτ and u.
+        p = du/dτ and u, from the left line to the right one.
     rises : ndarray (n, nodes)
-        How much more u is than at the left line, of which a short gap would not leave digits.
+        u less u at the left line. In a short gap the difference of both would have few digits.
     """
 
     T: Array
@@ -261,37 +311,42 @@ class Gaps:
 
     @functools.cached_property
     def h(self) -> Array:
-        """dx/dτ at the nodes."""
+        """dx/dτ at the nodes (n, nodes)."""
         return np.asarray(rate(self.p)[0])
 
     @functools.cached_property
     def upright(self) -> bool:
-        """Whether a surface turns over: |p| at a line is cut at the steepest, but for rounding."""
+        """Whether any of the surfaces would turn over: its |p| at a line is the steepest.
+
+        That is compared but for a sixteenth of what the steepest is less than √2.
+        """
         return bool((np.abs(self.p[:, [0, -1]]) >= _STEEPEST * (1 - _UPRIGHT / 16)).any())
 
     @functools.cached_property
     def pulls(self) -> Array:
-        """S = ∂F/∂u at both lines (2, n)."""
+        """S = ∂F/∂u at the left and the right lines (2, n) [γ₁]."""
         return np.array([-sine(self.p[:, 0]), sine(self.p[:, -1])])
 
     @functools.cached_property
     def energy(self) -> Array:
-        """F (n,)."""
+        """F (n,) [γ₁ l]."""
         h = self.h
         square = self.p * self.p
+        # √(h² + p²) - h without cancellation.
         density = h * (self.u * self.u / 2) + square / (np.sqrt(h * h + square) + h)
         return np.asarray(self.T[:, 0] * (density @ mesh_of(self.T).weights))
 
     @functools.cached_property
     def area(self) -> Array:
-        """∫u dx (n,)."""
+        """∫u dx (n,) [l²]."""
         return np.asarray(self.T[:, 0] * ((self.h * self.u) @ mesh_of(self.T).weights))
 
     @functools.cached_property
     def residual(self) -> float:
         """How far the nodal energy of the first surface is from its least, over u and S.
 
-        The imbalance of a node, of a reaction, and of the constancy of u²/2 + cos φ.
+        The largest of the forces that are left at a node, at a line where its reaction is
+        subtracted, and of how far u²/2 + cos φ is from being constant.
         """
         left_pull, right_pull = self.pulls[:, 0].tolist()
         u_left = float(self.u[0, 0])
@@ -299,7 +354,8 @@ class Gaps:
         size = abs(u_left) + abs(u_right) + abs(left_pull) + abs(right_pull) or 1.0
         imbalance = float(np.abs(self._nodal_imbalance(left_pull, right_pull)).max())
 
-        # Differences between both lines of cos φ and of u²/2, as products that lose no digits.
+        # What cos φ falls by and u²/2 grows by from the left to the right line, which should be
+        # the same, as products that lose no digits: cos² φ falls by the growth of sin² φ.
         cosines = math.sqrt(max(1 - left_pull * left_pull, 0.0))
         cosines += math.sqrt(max(1 - right_pull * right_pull, 0.0))
         cosine_falls = (right_pull - left_pull) * (right_pull + left_pull) / cosines
@@ -308,22 +364,30 @@ class Gaps:
         return max(imbalance, abs(change) / size) / size
 
     def _nodal_imbalance(self, left_pull: float, right_pull: float) -> Array:
-        """∂F/∂u of all nodes of the first surface, less what pulls at both lines."""
+        """∂F/∂u of all nodes of the first surface (nodes,), less what pulls at both lines.
+
+        left_pull, right_pull: the reactions at its lines.
+        """
         _, weights, derivative = gauss_lobatto(DEGREE)
         mesh = mesh_of(self.T)
-        half = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2
+        half = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2  # dτ over that on [-1, 1]
         h = self.h[0][mesh.own]
         u = self.u[0][mesh.own]
-        rise = self.rises[0][mesh.own] @ derivative.T  # du over half an element
-        sine_phi = rise / np.sqrt(half * half * h * h + rise * rise)
-        forces = half * weights * h * u + (weights * sine_phi) @ derivative
+        u_slope = self.rises[0][mesh.own] @ derivative.T  # du/dτ times `half`
+        sine_phi = u_slope / np.sqrt(half * half * h * h + u_slope * u_slope)
+        forces = half * weights * h * u + (weights * sine_phi) @ derivative  # (e, DEGREE + 1)
+        # The last node of an element is the first of the next one.
         off = np.append(forces[:, :-1].ravel(), forces[-1, -1] - right_pull)
-        off[::DEGREE][:-1] += np.append(-left_pull, forces[:-1, -1])  # nodes of two elements
+        off[::DEGREE][:-1] += np.append(-left_pull, forces[:-1, -1])
         return off
 
     @functools.cached_property
     def places(self) -> Array:
-        """x of the nodes of the first one: dx/dτ = h on every element."""
+        """x of the nodes of the first surface (nodes,), from its left line on.
+
+        On every element x is the polynomial that is 0 at its start and has dx/dτ = h at all other
+        nodes; that it has so at the start, too, is not demanded.
+        """
         derivative = gauss_lobatto(DEGREE).derivative
         mesh = mesh_of(self.T)
         h = self.T[0, 0] * np.diff(mesh.ends)[:, None] / 2 * self.h[0][mesh.own]
@@ -331,47 +395,55 @@ class Gaps:
         starts = np.append(0.0, np.cumsum(from_starts[:-1, -1]))
         return np.append(0.0, from_starts + starts[:, None])
 
-    def at(self, p: Array, q: Array) -> tuple[Array, Array]:
-        """u and u' of the first one.
+    def at(self, from_left: Array, from_right: Array) -> tuple[Array, Array]:
+        """Displacement and slope of the first surface at places.
+
+        τ of a place is found by Newton's method for x(τ), whose derivative is h.
 
         Parameters
         ----------
-        p, q : ndarray (n,)
-            Distances from the left and the right line [l]; if these are further apart than here,
-            the nearer line counts.
+        from_left, from_right : ndarray (n,)
+            Distances of the places from the left and the right line [l]. Lines may be further apart
+            than `places` reach, as those over 40 l apart are: the smaller distance counts, and at
+            most half of that reach.
 
         Returns
         -------
         u, slope : ndarray (n,)
+            [l], and du/dx towards the right line.
         """
         (T,) = self.T
-        left = self.u[0, :1]
+        u_left = self.u[0, :1]
         rise = self.rises[0, -1:]
         mesh = mesh_of(self.T)
         half = self.places[-1] / 2
-        x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
+        x_on_left = np.minimum(from_left, half)
+        x_on_right = 2 * half - np.minimum(from_right, half)
+        x = np.where(from_left <= from_right, x_on_left, x_on_right)
         tau = np.interp(x, self.places, T * mesh.nodes)
         for _ in range(_RANGE.inverse_steps):
             off = on_elements(T * mesh.ends, self.places, tau)[0] - x
-            step = off / rate(_exponentials(left, rise, T, tau)[0])[0]
+            p, _ = _exponentials(u_left, rise, T, tau)
+            step = off / rate(p)[0]
             tau = np.clip(tau - step, 0.0, T)
             if (np.abs(step) <= _RANGE.inside).all():
                 break
-        inclined, rises = _exponentials(left, rise, T, tau)
-        return left + rises, inclined / rate(inclined)[0]
+        p, rises = _exponentials(u_left, rise, T, tau)
+        return u_left + rises, p / rate(p)[0]
 
 
 def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
     """Free surfaces between lines, or beside single ones.
 
-    One without another line is one to a line where it is flat, and at most upright.
+    Without another line u = u(0) e^-τ, and p = -u: a range of 40 leaves nothing of it. Where such a
+    surface would turn over, |u(0)| > √2, it is that with the steepest u(0).
 
     Parameters
     ----------
     u, rise : ndarray (n, 1)
         Displacement of the first line, and how much more the other one is displaced [l].
     width : ndarray (n, 1)
-        Distance of the lines [l], or infinity for all.
+        Distance of the lines [l]; infinity for all, if none has another line.
 
     Returns
     -------
@@ -384,10 +456,11 @@ def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
         return Gaps(T, p=-decaying, u=decaying, rises=decaying - u)
     u, rise, width = np.broadcast_arrays(u, rise, np.minimum(width, DECAYED))
 
-    def ends(T: Array, own: Indices) -> Ends:
-        """p at both lines of the gaps with these numbers, with these ranges."""
+    def ends(T: Array, own: Indices) -> PAtLines:
+        """p at both lines of the gaps with these numbers, if they have these ranges."""
         return _ends_of_displaced(u[own], rise[own], T)
 
+    # |p| <= |rise|/sinh T + |u| + |rise| at both lines, and sinh T > 1 from T = 1 on.
     steepest = 1 + np.abs(u[:, 0]) + 2 * np.abs(rise[:, 0])
     T = range_of(width, ends, steepest)
     tau = T * mesh_of(T).nodes
@@ -397,6 +470,6 @@ def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
 
 @functools.lru_cache(maxsize=1024)
 def single(u: float, rise: float, width: float) -> Gaps:
-    """A single surface, kept; see `surfaces`."""
+    """A single surface, kept as it is asked for often; parameters as of `surfaces`, numbers."""
     columns = (np.full((1, 1), part) for part in (u, rise, width))
     return surfaces(*columns)

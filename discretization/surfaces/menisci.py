@@ -4,8 +4,9 @@ In units of l and γ₁ the surface beside a line of radius s minimises, per len
 
     ∫ [u²/2 + √(1+u'²) - 1] (1 ± x/s) dx - S u₀,    S = sin φ,
 
-over its nodal displacements, x the distance from the line (a meniscus with k for ρg). φ is the
-inclination at the line. Displacement and energy are smooth in log s and sin²(φ/2),
+over its nodal displacements, x the distance from the line (a meniscus with k for ρg), + for a
+surface outside the line and - for a disc inside. φ is the inclination at the line, u₀ the
+displacement there. Displacement and energy are smooth in log s and sin²(φ/2),
 
     u₀ = sin(φ/2) g,    F = sin²(φ/2) e,
 
@@ -15,7 +16,18 @@ flat that small slopes are exact to rounding.
 A line rests where φ = β - 2 asin √(w/(2γ₁)), tan β = f'. ∂U/∂x = 2πx [2γ₁ sin²((β-φ)/2) - w]/cos β
 as for a line contact, because on the mesh, to rounding,
 
-    d(s F)/ds = ±s (1 - cos φ - u₀²/2)   at a given u₀.
+    d(s F)/ds = ±s (1 - cos φ - u₀²/2)   at a given u₀, + outside.
+
+Conventions
+-----------
+u is positive downwards. φ and β are inclinations away from the contact, positive upwards: tan φ =
+-du/dx, so that φ, u₀ and the pull S = sin φ, the force downwards that holds the line, have the same
+sign. `side` is 1 if the surface is outside its line, at larger radii, and -1 if inside, a disc
+around the axis. F and S are per length of the line; s F and s S, per radian, are what `Surfaces`
+wants. Surfaces on meshes are rows: nodes and elements from the line on, neighbouring elements share
+a node. The family (`Family` of network.py) has a "kind" for each side and range of φ: `side` for
+inclinations up to 60°, twice `side` for steeper ones. `leading_order(side, s)` is u₀/S of small
+slopes to leading order, and `stiffness(side, s)` S/u₀ exactly.
 """
 
 from __future__ import annotations
@@ -57,7 +69,7 @@ _MILD = math.radians(60)  # up to here inclinations are in the first of two piec
 LEAST_RADIUS = {1: 2.0**-1000, -1: 2.0**-15}
 # l: beside smaller radii springs do not matter next to the line: s² log² s = 2e-10, see `read`.
 _SOLVED = 2.0**-20
-# sin²(φ/2) at the ends of a piece of mild lines, and of the one of steep lines beyond
+# sin²(φ/2) from which the mild lines are, from which the steep ones, and up to which these
 _SQUARES = np.sin(np.array([0.0, _MILD, STEEPEST]) / 2) ** 2
 
 
@@ -104,7 +116,7 @@ class Meshing(NamedTuple):
 _MESH = Meshing()
 
 
-_HALVINGS = (2, 8)  # of the first element, next to mild and to steep lines
+_HALVINGS = (2, 8)  # of the first element, next to mild lines [0] and to steep ones [1]
 _ON_DISC = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # lengths of elements of a disc, or of 8 l of it
 
 
@@ -180,11 +192,11 @@ class Meniscus(NamedTuple):
     Attributes
     ----------
     lengths : ndarray (n, m)
-        Of the elements, from the line on.
+        Lengths of the elements, from the line on [l].
     u : ndarray (n, m * DEGREE + 1)
-        Nodal displacements.
+        Nodal displacements, from the line on [l].
     energy : ndarray (n,)
-        F.
+        F, per length of the line [γ₁ l].
     """
 
     lengths: Array
@@ -193,10 +205,10 @@ class Meniscus(NamedTuple):
 
 
 def solve(side: int, s: Array, sines: Array, halvings: int) -> Meniscus:
-    """Surfaces that are pulled at their lines, by Newton's method.
+    """Surfaces that are pulled at their lines, by Newton's method from flat ones on.
 
-    As U is convex, steps that are too long are halved. A surface is done with the step after one
-    that should lower U by at most 1e-16 of it.
+    What is least is F - S u₀, which is convex; steps that are too long are halved (Armijo's rule).
+    A surface is done with the step after one that should lower this by at most 1e-16 of it.
 
     Parameters
     ----------
@@ -205,9 +217,9 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Meniscus:
     s : ndarray (n,)
         Radii of the lines [l].
     sines : ndarray (n,)
-        S = sin φ.
+        S = sin φ, what pulls at each.
     halvings : int
-        Of the first element.
+        How often the first element beside the line is halved; see `elements`.
 
     Returns
     -------
@@ -220,9 +232,9 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Meniscus:
     """
     mesh = _mesh(side, s, sines, elements(side, s, halvings))
     u = np.zeros((s.size, mesh.half.shape[1] * DEGREE + 1))
-    energy, gradient, hessian = mesh.nodal(u)
+    energy, gradient, hessian = mesh.nodal(u)  # here the energy is F - S u₀
     unsettled = np.ones(s.size, bool)
-    last_decrease = np.full(s.size, math.inf)
+    last_decrease = np.full(s.size, math.inf)  # what the last step should lower the energy by
     for _ in range(_NEWTON.most_steps):
         step = np.zeros_like(u)
         for i in np.flatnonzero(unsettled).tolist():
@@ -262,16 +274,23 @@ def _unsolved(s: float, sine: float) -> NotCertifiedError:
 
 
 def _mesh(side: int, s: Array, sines: Array, lengths: Array) -> _Mesh:
-    """The mesh of elements beside lines; at the axis there is no far field."""
+    """The mesh of elements beside lines; on a disc that reaches the axis there is no far field.
+
+    Parameters
+    ----------
+    side : {1, -1}
+    s, sines : ndarray (n,)
+        Radii of the lines [l], and what pulls at them [γ₁].
+    lengths : ndarray (n, m)
+        From `elements`.
+    """
     points, weights, _ = gauss_lobatto(DEGREE)
     first_end = np.zeros((s.size, 1))
-    ends = np.cumsum(np.hstack([first_end, lengths]), axis=1)
+    ends = np.cumsum(np.hstack([first_end, lengths]), axis=1)  # distances from the line
     half = lengths[:, :, None] / 2
     distance = ends[:, :-1, None] + half * (points + 1)
-    radius_ratio = (
-        1 + side * distance / s[:, None, None]
-    )  # r over s, at the axis 0 but for rounding
-    measure = np.maximum(weights * half * radius_ratio, 0.0)
+    radius_ratio = 1 + side * distance / s[:, None, None]  # r over s
+    measure = np.maximum(weights * half * radius_ratio, 0.0)  # at the axis 0 but for rounding
     last_radius = np.maximum(s + side * ends[:, -1], 0.0)
     far = last_radius / s * far_stiffness(side, last_radius)
     return _Mesh(half, measure, far, sines)
@@ -287,7 +306,7 @@ class _Mesh(NamedTuple):
     measure : ndarray (n, m, DEGREE + 1)
         Weights of their nodes in integrals, times 1 ± x/s.
     far : ndarray (n,)
-        Stiffness of the far field beyond the last node.
+        Stiffness of the far field beyond the last node, per length of the line [γ₁/l].
     sines : ndarray (n,)
         S = sin φ, what pulls at the lines.
     """
@@ -308,23 +327,26 @@ class _Mesh(NamedTuple):
         Returns
         -------
         energy : ndarray (n,)
+            F - S u₀.
         gradient : ndarray (n, nodes)
+            Its derivatives by the nodal displacements.
         hessian : ndarray (n, DEGREE + 1, nodes)
-            In lower banded form.
+            Its second derivatives, in the lower banded form of LAPACK: row i is the i-th diagonal
+            below the main one.
         """
         derivative = gauss_lobatto(DEGREE).derivative
         first_nodes = np.arange(self.half.shape[1])[:, None] * DEGREE
         own = u[:, first_nodes + np.arange(DEGREE + 1)]  # (n, m, DEGREE + 1), of each element
-        slope = (own @ derivative.T) / self.half
+        slope = (own @ derivative.T) / self.half  # du/dx
         root = np.sqrt(1 + slope * slope)
         density = own * own / 2 + slope * slope / (1 + root)  # √(1+u'²) - 1 without cancellation
         energy = (self.measure * density).sum(axis=(1, 2)) + self.far * u[:, -1] ** 2 / 2
 
         tension = self.measure * slope / root / self.half
-        pull = self.measure * own + tension @ derivative
+        forces = self.measure * own + tension @ derivative  # of each element
         gradient = np.zeros_like(u)
-        gradient[:, :-1] = pull[:, :, :-1].reshape(u.shape[0], -1)
-        gradient[:, DEGREE::DEGREE] += pull[:, :, -1]
+        gradient[:, :-1] = forces[:, :, :-1].reshape(u.shape[0], -1)
+        gradient[:, DEGREE::DEGREE] += forces[:, :, -1]  # the last node is the next one's first
         gradient[:, -1] += self.far * u[:, -1]
         gradient[:, 0] -= self.sines
 
@@ -337,9 +359,10 @@ class _Mesh(NamedTuple):
 
 
 def _solved(kind: int, s: Array) -> Array:
-    """Coefficients of g and e by inclination, over 1/S to leading order, at radii s (n,).
+    """What the family holds of one kind at radii s (n,): g and e over `leading_order`.
 
-    Returns an ndarray (n, 2 · inclinations): the Chebyshev coefficients of g, then those of e.
+    Returns an ndarray (n, 2 · inclinations): the Chebyshev coefficients, in sin²(φ/2) over the
+    range of the kind, of g and then of e.
     """
     side = np.sign(kind)
     piece = int(abs(kind) > 1)  # 0 for mild lines, 1 for steep ones
@@ -349,7 +372,7 @@ def _solved(kind: int, s: Array) -> Array:
     half_sines = np.sqrt(low + (high - low) * (places + 1) / 2)  # sin(φ/2)
     grid = np.meshgrid(s, half_sines, indexing="ij")
     radii, halves = (part.ravel() for part in grid)
-    sines = 2 * halves * np.sqrt(1 - halves**2)
+    sines = 2 * halves * np.sqrt(1 - halves**2)  # sin φ
     found = solve(side, radii, sines, _HALVINGS[piece])
     values = np.array([found.u[:, 0] / halves, found.energy / halves**2])
     values = values / leading_order(side, radii)
@@ -359,7 +382,7 @@ def _solved(kind: int, s: Array) -> Array:
 
 _OUTSIDE = shipped(_SOLVED, _PIECE.octaves)
 _ON_DISCS = shipped(LEAST_RADIUS[-1], _PIECE.octaves)
-# Kinds: the side, twice as large for steep lines.
+# Its kinds are the side, and twice the side for steep lines.
 FAMILY = Family(
     "menisci",
     _solved,
@@ -373,15 +396,18 @@ FAMILY = Family(
 def read(side: Any, s: Array, phi: Array) -> tuple[Array, Array]:
     """Displacement and energy of surfaces whose inclination is known.
 
-    Where springs do not matter next to the line, both over s change by the tension's logarithm,
-    -sin φ and -sin² φ/2 times log s, but for s² log² s.
+    They are read from the family for radii down to s₀ = 2⁻²⁰ l. Outside smaller ones springs do not
+    matter next to the line, and a surface is a catenoid there: beside its own line u₀/s and F/s
+    differ from those at s₀ with the same φ by -sin φ and -sin² φ/2 times log(s/s₀), but for
+    s² log² s.
 
     Parameters
     ----------
     side : int or ndarray (n,)
         1 beyond the lines, -1 on the discs inside.
     s, phi : ndarray (n,)
-        Radii [l] and inclinations at the lines [rad].
+        Radii [l], on discs at least LEAST_RADIUS[-1], and inclinations at the lines [rad]. Steeper
+        ones than STEEPEST count as that.
 
     Returns
     -------
@@ -398,7 +424,7 @@ def read(side: Any, s: Array, phi: Array) -> tuple[Array, Array]:
     coefficients = FAMILY.at(side * (1 + piece), known).reshape(s.size, 2, _PIECE.inclinations)
     g, e = (coefficients * basis[:, None]).sum(axis=2).T * leading_order(side, known)
 
-    ratio = np.minimum(s / _SOLVED, 1.0)
+    ratio = np.minimum(s / _SOLVED, 1.0)  # s/s₀
     sine = np.sin(np.clip(phi, -STEEPEST, STEEPEST))
     logarithm = -ratio * _SOLVED * np.log(ratio) * sine
     u0 = ratio * np.copysign(half_sine * g, phi) + logarithm
@@ -423,10 +449,13 @@ def inclination(side: int, s: Array, u0: Array) -> Array:
     """
     rise = 1 / stiffness(side, s)  # du₀/dφ of small slopes
     most = np.full_like(s, STEEPEST)
-    flat = u0 / rise
-    guess = np.clip(flat / np.sqrt(1 + flat * flat / 4), -most, most)
+    of_small_slopes = u0 / rise
+    # That of small slopes where it is small, and at most 2, so that steep ones begin nearby.
+    guess = of_small_slopes / np.sqrt(1 + of_small_slopes * of_small_slopes / 4)
+    guess = np.clip(guess, -most, most)
 
     def excess(phi: Array, own: Indices) -> Array:
+        """u₀ at these inclinations, of the surfaces with these numbers, less what it should be."""
         return read(side, s[own], phi)[0] - u0[own]
 
     return crossings(excess, -most, most, guess, rise, 0.0)
@@ -434,7 +463,22 @@ def inclination(side: int, s: Array, u0: Array) -> Array:
 
 @functools.lru_cache(maxsize=256)
 def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
-    """The surface beside a line of this radius: ends of its elements, and u at their nodes."""
+    """The surface beside a line of this radius, displaced by u₀ there.
+
+    Parameters
+    ----------
+    side : {1, -1}
+        1 beyond the line, -1 on the disc inside.
+    s, u0 : float
+        [l].
+
+    Returns
+    -------
+    ends : ndarray (m + 1,)
+        Distances of the ends of its elements from the line [l].
+    u : ndarray (m * DEGREE + 1,)
+        Nodal displacements, from the line on [l].
+    """
     radius = np.array([s])
     phi = inclination(side, radius, np.array([u0]))
     is_steep = abs(float(phi[0])) > _MILD
@@ -443,7 +487,7 @@ def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
 
 
 class MeniscusSurfaces(Surfaces):
-    """Free surfaces about an axis of a scene with finite slopes."""
+    """Free surfaces about an axis with finite slopes; its methods are those of `Surfaces`."""
 
     lost = (
         "is inclined by more than 86°, which no mesh of this kind resolves (beyond 90° there is no "
@@ -451,15 +495,19 @@ class MeniscusSurfaces(Surfaces):
     )
 
     def at_rest(self, side: Any, s: Any, width: Any, rise: Any, outward_slope: Any, w: Any) -> Any:
-        """Displacement of a line at rest, read from its inclination, which is known.
+        """Displacement of a line at rest, read from its inclination φ, which is known.
 
-        Beyond the steepest inclination of the family u only has to grow: a line that rests there
-        has no state. At the axis u is next to nothing, of the right sign. On a disc narrower than
-        any that is known it falls with the radius, so that what is there does not count.
+        Where there is no such surface u only has to lead a root finder back to those that are:
+
+        - beyond the steepest inclination of the family it grows on with sin(φ/2);
+        - of a contact that is a point at the axis it is that of small slopes at the radius 2⁻⁴⁰ l,
+          next to nothing and of the right sign;
+        - on a disc narrower than any that is known it is the greater in size the narrower the disc;
+        - a line at the axis whose surface were inside it is none, and rests at any depth.
         """
         self._raise_for_ring(s + side * width)
         is_number = not np.ndim(s)
-        angle_at_line = np.arctan(outward_slope)
+        angle_at_line = np.arctan(outward_slope)  # β
         phi = angle_at_line - 2 * np.arcsin(np.sqrt(w / 2))
         side, s, phi = np.broadcast_arrays(*map(np.atleast_1d, (side, s, phi)))
         is_outside = side > 0
@@ -479,7 +527,7 @@ class MeniscusSurfaces(Surfaces):
         return u[0] if is_number else u
 
     def _raise_for_ring(self, other: Any) -> None:
-        """ValueError where there is another line."""
+        """Raise ValueError if another line is at a finite radius `other` [l]."""
         if np.isfinite(other).any():
             r = self.scene.elastocapillary_length * float(np.ravel(other)[0])
             raise ValueError(
@@ -491,16 +539,23 @@ class MeniscusSurfaces(Surfaces):
     def energy_and_reaction(
         self, side: int, s: Any, width: Any, u: Any, rise: Any
     ) -> tuple[Any, Any] | None:
-        """Those of the family."""
+        """Those of the family, per radian.
+
+        Lines closer to the axis than any that is known have F and sin φ of the closest one: a
+        surface there is neither steep nor worth anything.
+        """
         known = np.maximum(s, LEAST_RADIUS[side])
         phi = inclination(side, known, u)
-        upright = np.abs(phi) >= STEEPEST * (1 - _UPRIGHT)
-        if (upright & (s >= LEAST_RADIUS[side])).any():
+        too_steep = np.abs(phi) >= STEEPEST * (1 - _UPRIGHT)
+        if (too_steep & (s >= LEAST_RADIUS[side])).any():
             return None
         return s * read(side, known, phi)[1], s * np.sin(phi)
 
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free | None:
-        """As all nodes of the mesh are balanced, k∫u over the surface is what its line pulls."""
+        """One surface; None if it is too steep, or a disc narrower than any that is known.
+
+        As all nodes of the mesh are balanced, k∫u over the surface is what its line pulls.
+        """
         found = self.energy_and_reaction(side, np.array([s]), width, np.array([u]), rise)
         if s < LEAST_RADIUS[side] or found is None:
             return None
@@ -512,7 +567,19 @@ class MeniscusSurfaces(Surfaces):
 
         The derivative is taken at a given u₀. Next to 90° the inclination at a given u₀ changes
         ever faster with the radius. There φ is given in its place, and the work s sin φ du₀ of what
-        u₀ changes by is subtracted.
+        u₀ changes by is subtracted. Both sides are divided by s.
+
+        Parameters
+        ----------
+        side, s, u
+            As of `Surfaces`.
+        sine : float
+            sin φ.
+
+        Returns
+        -------
+        float
+            Dimensionless.
         """
         scaled = 1 + _DIFFERENCE * _STENCIL
         radii = s * scaled
@@ -527,13 +594,13 @@ class MeniscusSurfaces(Surfaces):
         energy_change = float(_STENCIL_WEIGHTS @ (scaled * read(side, radii, phi)[1]))
         rate = energy_change / (_DIFFERENCE * s) - work
         cosine = math.sqrt(1 - sine * sine)
-        expected = side * (sine * sine / (1 + cosine) - u * u / 2)
+        expected = side * (sine * sine / (1 + cosine) - u * u / 2)  # 1 - cos φ without cancellation
         return abs(rate - expected) / (sine * sine + u * u or 1.0)
 
     def profile(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
-        """The elements' polynomials, then the far field."""
+        """The elements' polynomials, then the far field, at distances x from the line."""
         self._raise_for_ring(s + side * width)
-        if not s:
+        if not s:  # at the axis there is no surface inside, and outside a point displaces none
             return np.zeros_like(x), np.zeros_like(x)
         ends, nodal = surface(side, s, u)
         end = ends[-1]
