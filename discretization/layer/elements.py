@@ -1,9 +1,22 @@
 """The fields of a layer's poles under the indenter, on elements that are graded towards the line.
 
-In units of the half-width a, for all poles at once: -(m v')' + τ m v = load, with v'(0) = 0 and v
-known at the line. In each Gauss-Lobatto element the inner nodes are eliminated with the modes
-K φ = λ M φ of its stiffness and mass, by division by λ + τ. What is left of the elements is
-tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth there and about f''/τ.
+In units of the half-width a, for all poles at once: -(m v')' + τ m v = load on 0 < x < 1, with
+v'(0) = 0 and v known at the line, x = 1. m is the measure, 1 or x about an axis. In each
+Gauss-Lobatto element the inner nodes are eliminated with the modes K φ = λ M φ of its stiffness and
+mass, by division by λ + τ. What is left of the elements is tridiagonal. Interior elements need not
+resolve 1/√τ, as v is smooth there and about f''/τ.
+
+Conventions
+-----------
+x is the distance from the lowest point of the profile, or the axis, over a; elements are numbered
+from x = 0 to the line, so that the left end of an element is the one nearer to 0. Their ends are
+kept as distances 1 - x from the line, beside which they may be tiny. e is the number of elements,
+13 = DEGREE + 1 that of their nodes, 11 that of their inner ones, n the number of poles; the last
+axis of complex arrays is the poles.
+
+The first of the poles is the flow sideways, of which the field is ψ, with two loads: one for each
+part of the surface displacement u, that which is u(a) and that which is the profile's (contact.py).
+All other poles have fields v_j, one load by the profile alone, and none by u(a).
 """
 
 import functools
@@ -59,6 +72,8 @@ def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ..
     Parameters
     ----------
     body : Body
+        Its `breaks` are where any derivative of the profile jumps, its `kinks` where f' does or,
+        at 0, where f' is no integer power of x.
     a : float
         Half-width of the contact [length].
     shortest : float
@@ -80,6 +95,7 @@ def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ..
         count = math.ceil(math.log(max(1.0, ratio), _GRADING.growth))
         if kink_on_the_left:
             count = max(count, _GRADING.fewest_at_kink)
+        # Distances from the kink or line, over a, at which elements end.
         steps = [(right - left) / a * first / _GRADING.growth**i for i in range(count)]
         ends += _graded(1 - right / a, 1, steps, ends)
         if kink_on_the_left:
@@ -89,7 +105,24 @@ def grid(body: Body, a: float, shortest: float, first: float) -> tuple[float, ..
 
 
 def _graded(origin: float, direction: int, steps: list[float], ends: list[float]) -> list[float]:
-    """Places in these steps from an origin, but for those that are next to other ends."""
+    """Ends of elements in these steps from an origin, but for slivers.
+
+    Parameters
+    ----------
+    origin : float
+        Distance of a kink from the line over a, or 0 for the line.
+    direction : {1, -1}
+        1 away from the line, -1 towards it.
+    steps : list of float
+        Distances from the origin over a.
+    ends : list of float
+        Ends that there are; what is too near to one of them is left out.
+
+    Returns
+    -------
+    list of float
+        Distances from the line over a.
+    """
     places = [(origin + direction * step, _GRADING.sliver * step) for step in steps]
     return [z for z, sliver in places if min(abs(z - end) for end in ends) > sliver]
 
@@ -97,17 +130,19 @@ def _graded(origin: float, direction: int, steps: list[float], ends: list[float]
 class Elements:
     """Elements of a grid, each with its inner nodes as modes.
 
+    K and M are the matrices of ∫v'² m dx and ∫v² m dx of one element; M is diagonal.
+
     Parameters
     ----------
     power : {0, 1}
-        Of x in the measure m.
+        Of x in the measure m: 1 about an axis.
     ends : tuple of float
         From `grid`; there are as many elements e as steps between them.
 
     Attributes
     ----------
     x, mass : ndarray (e, 13)
-        Distances of the nodes from 0, and their weights times the measure.
+        Places of the nodes, and the diagonals of M: their weights times the measure.
     half : ndarray (e, 1)
         Half the lengths of the elements.
     values : ndarray (e, 11)
@@ -115,22 +150,23 @@ class Elements:
     modes : ndarray (e, 11, 11)
         φ, one in each column.
     ties : ndarray (2, e, 11)
-        Stiffness between the modes and the left, and the right, end.
+        φᵀK of the left (0) and of the right (1) end: force on an end by a mode of amplitude 1.
     flat : ndarray (e, 11)
-        Mass of the modes: their shares of a field that is 1 everywhere.
+        φᵀM 1, the amplitudes of the modes in a field that is 1 everywhere.
     bridge : ndarray (e, 1)
-        Stiffness between both ends.
+        Element of K between both ends.
     tied : ndarray (e, 3, 11)
-        Products of the modes' ties: left with right, left with `flat`, right with `flat`.
+        For each mode the products of its ties: left with right, left with `flat`, right with
+        `flat`.
     """
 
     def __init__(self, power: int, ends: tuple[float, ...]) -> None:
         points, weights, derivative = gauss_lobatto(DEGREE)
-        far = np.array(ends[:-1])[:, None]
+        far = np.array(ends[:-1])[:, None]  # distances of the left ends from the line
         near = np.array(ends[1:])[:, None]
         self.half = (far - near) / 2
         distance = (far + near) / 2 - self.half * points
-        distance[:, [0, -1]] = np.hstack([far, near])
+        distance[:, [0, -1]] = np.hstack([far, near])  # to the last bit
         self.x = 1 - distance
         self.mass = self.half * weights * self.x**power
         stiffness = (derivative.T * (self.mass / self.half**2)[:, None]) @ derivative
@@ -156,9 +192,13 @@ def elements(power: int, ends: tuple[float, ...]) -> Elements:
 class Fields:
     """Fields v of n poles, each under two loads, condensed to the line.
 
-    Elements are eliminated from 0 to the line. The ground stiffness of an element, by which it
-    resists a displacement that is the same everywhere, and its total load are computed as such:
-    as differences of stiffnesses they would lose all digits where τ is small.
+    Elements are eliminated from 0 to the line, each as a network of two terminals: a `tie` between
+    its ends, and at each end a ground stiffness, by which it resists v, and a load. The ground
+    stiffness of both ends together, which resists a displacement that is the same everywhere, and
+    the total load are computed as such: as differences of stiffnesses they would lose all digits
+    where τ is small.
+
+    Arrays with an axis of 2 have the load by u(a) first, that by the profile second.
 
     Parameters
     ----------
@@ -166,22 +206,23 @@ class Fields:
     tau : ndarray (n,)
         τ a² of the poles.
     loads : ndarray (e, 3, 13)
-        Nodal loads: both of the first pole, then the second of all others, whose first is zero.
+        Nodal loads: of the first pole by u(a) and by the profile, and of all others by the profile.
 
     Attributes
     ----------
     own : ndarray (n,)
-        Stiffness at the line of what is inside: it pulls there with own v - given.
+        Stiffness at the line of what is inside: the force that holds the line at v is own v -
+        given.
     given : ndarray (2, n)
-        Reactions of both loads there.
+        The force that both loads exert on a line that is held at 0.
     share : ndarray (e, 11, n)
         Compliances 1/(λ + τ) of the modes.
     forced : ndarray (e, 3, 11)
-        Loads of the modes.
+        Loads of the modes, in the order of `loads`.
     passed : ndarray (e, n)
-        v on the left of each element over v on its right, without loads.
+        v at the left end of each element over v at its right end, without loads.
     rest : ndarray (e, 2, n)
-        v on its left where v on its right is 0, under the loads.
+        v at its left end where v at its right end is 0, under the loads.
     """
 
     def __init__(self, elements: Elements, tau: Complex, loads: Array) -> None:
@@ -190,11 +231,13 @@ class Fields:
         self.forced = loads[..., 1:-1] @ elements.modes
         tie, left_end, both_ends = self._condensed(tau, loads)
 
-        # From 0 on: stiffness (row 0) and loads (rows 1, 2) of all on the left of a node.
+        # From 0 on: ground stiffness (row 0) and loads (rows 1, 2) at a node, of all on its left.
         behind = np.zeros_like(left_end[0])
         at_left_ends = []
         passed = []
         for i in range(len(tie)):
+            # The left end is in balance, (ground + tie) v - tie v_right = load: it is at
+            # (tie v_right + load)/(ground + tie), and so passes a part of both on to the right.
             at_left = behind + left_end[i]
             at_left_ends.append(at_left)
             passed.append(tie[i] / (at_left[0] + tie[i]))
@@ -205,26 +248,39 @@ class Fields:
         self.rest = (self.passed / tie)[:, None] * np.array(at_left_ends)[:, 1:]
 
     def _condensed(self, tau: Complex, loads: Array) -> tuple[Complex, Complex, Complex]:
-        """Elements as two-terminal networks.
+        """Elements as two-terminal networks, their modes eliminated.
+
+        A mode between ends at v_left and v_right has the amplitude
+
+            share (forced - tie_left v_left - tie_right v_right),    share = 1/(λ + τ).
+
+        As K has no forces on a field that is 1 everywhere, tie_left + tie_right = -λ flat: with it
+        the ground stiffnesses and the total load are τ times, or less τ times, sums over the modes.
 
         Returns
         -------
         tie : ndarray (e, n)
             Stiffness between both ends.
         left_end, both_ends : ndarray (e, 3, n)
-            Ground stiffness and both loads, of the left end, and of both ends together.
+            Ground stiffness, load by u(a), and load by the profile: of the left end, and of both
+            ends together.
         """
         elements = self.elements
         flat = elements.flat[:, None]
         with_left = self.forced * elements.ties[0][:, None]
         with_flat = self.forced * flat
+        # Sums over the modes (e, 9, n): rows times shares, real times complex without a copy.
         rows = np.concatenate([elements.tied, with_left, with_flat], axis=1)
-        modal = (rows @ self.share.view(float)).view(complex)  # sums over the modes (e, 9, n)
+        modal = (rows @ self.share.view(float)).view(complex)
+        tied_sum = modal[:, 0]
+        ground_sums = modal[:, 1:3]  # of the left and the right end
+        left_load_sums = modal[:, 3:6]  # of the three loads
+        total_load_sums = modal[:, 6:]
 
-        tie = modal[:, 0] - elements.bridge
-        ground = tau * (elements.mass[:, [0, -1], None] - modal[:, 1:3])
-        left_load = loads[..., :1] - modal[:, 3:6]
-        total_load = loads.sum(axis=2)[..., None] - tau * modal[:, 6:]
+        tie = tied_sum - elements.bridge
+        ground = tau * (elements.mass[:, [0, -1], None] - ground_sums)
+        left_load = loads[..., :1] - left_load_sums
+        total_load = loads.sum(axis=2)[..., None] - tau * total_load_sums
         for load in (left_load, total_load):  # poles other than the first have loads of their own
             load[:, 0, 1:] = 0
             load[:, 1, 1:] = load[:, 2, 1:]
@@ -234,19 +290,19 @@ class Fields:
         return tie, left_end, both_ends
 
     def total(self, at_line: Complex, c: Complex) -> Array:
-        """Nodal values of Σ c v.
+        """Nodal values of Σ c v, the sum over all poles.
 
         Parameters
         ----------
         at_line : ndarray (2, n)
-            v at the line, under both loads.
+            v at the line, of the part by u(a) and of that by the profile.
         c : ndarray (n,)
             Weights of the poles.
 
         Returns
         -------
         ndarray (2, e, 13)
-            Their real part.
+            Their real part; poles that are not real come with their conjugates.
         """
         # v at the ends of all elements, from the line inwards.
         v = [at_line]
@@ -256,7 +312,7 @@ class Fields:
         at_left = at_ends[:-1]
         at_right = at_ends[1:]
 
-        # Amplitudes of the modes: what loads them less what the ends take, over λ + τ.
+        # Amplitudes of the modes, times c and summed over the poles (e, 2, 11), as in `_condensed`.
         share = self.share.swapaxes(1, 2)
         left_tie, right_tie = self.elements.ties[:, :, None]
         of_first_pole = c[0] * (self.forced[:, :2] * self.share[:, None, :, 0])

@@ -4,7 +4,7 @@ Forces on nodes (about an axis on rings) displace the surface of the layer with 
 compliance C between them, an integral over wave numbers q of 1/(k(q) + γ₁q²); of that what springs
 of stiffness γ₁m² under the same tension give is known in closed form, and the rest falls like q⁻³.
 Held down by g on the nodes of a contact the surface has the energy gᵀC⁻¹g/2, and with the Cholesky
-factor of C, nodes from the middle outwards, y = L⁻¹g,
+factor L of C = LLᵀ, nodes from the middle outwards, y = L⁻¹g,
 
     U_n = ½ Σ_{i≤n} y_i² - w A_n,    P_n = Σ_{i≤n} y_i ∂y_i/∂d,    u = L y of n nodes,
 
@@ -17,6 +17,17 @@ y_n is linear in d, so that D is known in the middle of every link. Neither pole
 under the indenter are used. Where the line is between the nodes is read from the polynomial through
 D of four links, and force, energy and fields are those of nodes that are stretched to it: of second
 order in the spacing.
+
+Conventions
+-----------
+d, u and g = d - f, the displacement that the indenter prescribes, are positive downwards, forces on
+nodes positive where they press; f is the height of the profile. Contacts are mirror-symmetric about
+the lowest point of the profile, or lie around an axis, and a place is its distance x >= 0 from
+there. One force belongs to the pair of nodes at -x and x, or to the whole ring of radius x; forces
+and energies are per length of a line contact, or all around. A_n = 2x_n or πx_n² is the contact
+area, w A_n is `Body.bound(x_n)`. `Body.power` is 1 about an axis, else 0; `Body.edge` is where the
+known profile ends, and `Body.walled` whether the body does, too; `Body.touch` is the depth of first
+touch. Node 0 is the innermost; link i lies between the nodes i and i + 1.
 """
 
 from __future__ import annotations
@@ -44,6 +55,9 @@ from energy.arrays import Array
 
 class NodeRules(NamedTuple):
     """How many nodes there are, and how a state on them estimates its errors.
+
+    Errors are of second order in the spacing. So nodes t times further apart have an error t² times
+    as large, and the difference over t² - 1 is the error, if the leading order rules.
 
     Attributes
     ----------
@@ -95,7 +109,8 @@ class WaveIntegral(NamedTuple):
     phase : float
         Width of a panel in q times the largest distance: 1.6 waves for 16 points.
     remainder : float
-        Of the compliance: what is left beyond the largest q.
+        Of the compliance: what may be left beyond the largest q after its leading term is
+        integrated in closed form.
     at_rings : float
         Largest q times the distance of the innermost ring from the axis, at least: J₀ is a wave
         there.
@@ -119,13 +134,11 @@ class WaveIntegral(NamedTuple):
 _WAVES = WaveIntegral()
 
 
-# The integral over wave numbers, whose error is to be _COMPLIANCE_ERROR at most;
-# tests/layer/test_independent.py compares the results with those of poles.
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)  # of one panel, on [-1, 1]
 
 
 class Nodes(FreeSurface):
-    """The surface with prescribed displacements at nodes on each side of a lowest point.
+    """All contacts of the innermost nodes at a depth, and the one that is in equilibrium.
 
     Parameters
     ----------
@@ -133,7 +146,7 @@ class Nodes(FreeSurface):
     depth, spacing : float
         [length].
     x : ndarray (n,)
-        Distances of the nodes from the lowest point, in contact or not [length].
+        Distances of the nodes from the lowest point, in contact or not, increasing [length].
 
     Attributes
     ----------
@@ -142,7 +155,7 @@ class Nodes(FreeSurface):
     lower : ndarray (n, n)
         L, the Cholesky factor of the compliance.
     y, rate : ndarray (n,)
-        y = L⁻¹g and ∂y/∂d.
+        y = L⁻¹g, g = d - f at the nodes, and ∂y/∂d.
     """
 
     def __init__(self, body: Body, depth: float, spacing: float, x: Array) -> None:
@@ -157,7 +170,11 @@ class Nodes(FreeSurface):
 
     @classmethod
     def of(cls, body: Body, depth: float, spacing: float, most: int) -> Nodes:
-        """At most so many on each side; the outermost one is at the edge of a body that ends."""
+        """Nodes a spacing apart, at most so many on each side.
+
+        The innermost one is at the lowest point; about an axis, where that would be no ring, at one
+        spacing; if the body ends, where it has to be so that the outermost one is at the edge.
+        """
         first = body.edge % spacing if body.walled else 0.0
         if body.power and first < _NODES.no_ring * spacing:
             first += spacing
@@ -166,13 +183,19 @@ class Nodes(FreeSurface):
 
     @functools.cached_property
     def rest_depths(self) -> Array:
-        """D of the links (n - 1,), in the middle between the nodes."""
+        """D of the links (n - 1,): the depths at which the node outside each joins the contact."""
         threshold = np.sqrt(2 * np.diff(self.body.bound(self.x)))
         return np.asarray(self.depth - (self.y[1:] + threshold) / self.rate[1:])
 
     @functools.cached_property
     def n(self) -> int:
-        """The outermost node in contact on the path from first touch; -1: none."""
+        """The outermost node in contact on the path from first touch; -1 if contact is lost.
+
+        At first touch, or the depth if that is more, the line has passed all links up to the first
+        whose D is no less. A line that is then withdrawn to a smaller depth comes back to the first
+        link, from outside, whose D is no more; a contact of node 0 alone is lost. A contact of all
+        nodes of a profile that goes on is not withdrawn: `on_layer_nodes` takes more nodes.
+        """
         last = self.x.size - 1
         touch = self.body.touch
         stops = np.append(self.rest_depths, math.inf) >= max(self.depth, touch)
@@ -184,32 +207,40 @@ class Nodes(FreeSurface):
 
     @property
     def pinned(self) -> bool:
-        """Whether the line is at the last node."""
+        """Whether the line is at the last node: if `ends_body`, at the edge of the body."""
         return self.n == self.x.size - 1
 
     @property
     def outermost(self) -> float:
-        """Distance of the outermost node in contact."""
+        """Distance of the outermost node in contact [length]."""
         return float(self.x[self.n])
 
     @functools.cached_property
     def a(self) -> float:
-        """The line, between the nodes."""
+        """Half-width of the contact: where D is the depth, within half a link of its last node.
+
+        D belongs to the middles of links and is the polynomial through those of four of them, two
+        on either side of the last node where there are so many. Where that does not have the depth
+        next to the node, as beside a corner, the line is taken to be at the node.
+        """
         low = max(self.outermost - self.spacing / 2, 0.0)
         high = self.outermost + self.spacing / 2
         if self.pinned:
             return self.outermost
-        first = min(max(self.n - 2, 0), max(self.rest_depths.size - 4, 0))
-        nodes = self.x[1:][first : first + 4]
+        first = min(max(self.n - 2, 0), max(self.rest_depths.size - 4, 0))  # of the four links
+        middles = self.x[1:][first : first + 4] - self.spacing / 2
         depths = self.rest_depths[first : first + 4]
-        rest = Polynomial.fit(nodes - self.spacing / 2, depths, nodes.size - 1)
+        rest = Polynomial.fit(middles, depths, middles.size - 1)
         if rest(low) <= self.depth < rest(high):
             return bracketed(lambda a: float(rest(a)) - self.depth, low, high)
         return self.outermost
 
     @functools.cached_property
     def in_contact(self) -> Nodes:
-        """The nodes in contact, stretched so that the outermost one is at the line."""
+        """The nodes in contact, stretched so that the outermost one is at the line.
+
+        They are this object itself if all its nodes are in contact, and node 0 if a is 0.
+        """
         if self.pinned:
             return self
         if not self.a:
@@ -221,22 +252,22 @@ class Nodes(FreeSurface):
 
     @property
     def stored(self) -> float:
-        """Energy of the surface whose displacement is prescribed at all nodes."""
+        """Energy of the surface whose displacement is prescribed at all nodes, gᵀC⁻¹g/2."""
         return float(self.y @ self.y) / 2
 
     @property
     def force(self) -> float:
-        """P."""
+        """P = ∂U/∂d of the stretched nodes, positive where the indenter is pressed."""
         return float(self.in_contact.y @ self.in_contact.rate)
 
     @property
     def energy(self) -> float:
-        """U."""
+        """U of the stretched nodes."""
         return self.in_contact.stored - self.body.bound(self.a)
 
     @functools.cached_property
     def forces(self) -> Array:
-        """The forces on the nodes in contact (n,)."""
+        """The forces C⁻¹g on the stretched nodes in contact, positive where they press."""
         return np.asarray(solve_triangular(self.in_contact.lower.T, self.in_contact.y))
 
     @functools.cached_property
@@ -246,9 +277,9 @@ class Nodes(FreeSurface):
         return {"force": force, "energy": self.in_contact.stored + self.body.bound(self.a)}
 
     def displaced(self, distance: Array) -> Array:
-        """u of the free surface and its outward slope (2, k) at distances from the line (k,).
+        """u of the free surface and du/dx (2, k) at distances from the line (k,), x outwards.
 
-        The slope is a difference of second order over two half links.
+        The slope is a difference of second order over two half links, from the place outwards.
         """
         step = self.spacing / 2
         nodes = self.in_contact.x
@@ -260,9 +291,12 @@ class Nodes(FreeSurface):
         return np.array([u, (4 * first - second - 3 * u) / (2 * step)])
 
     def pressure(self, state: Any, x: Array) -> Array:
-        """Pressure in contact: the forces on nodes less the tension's share, over their areas.
+        """Pressure of the layer in contact, between the nodes by straight lines.
 
-        Neither the innermost ring, which stands for more, nor the outermost node counts.
+        A node or ring stands for the area from half a link inside to half a link outside. Its force
+        less what the tension of the bent surface takes, γ₁ times the change of m f' over that area
+        (m = 1, or x about an axis), over the area is the pressure. Neither the innermost ring,
+        which stands for more, nor the outermost node, which has the force of the line, counts.
 
         Parameters
         ----------
@@ -290,7 +324,7 @@ class Nodes(FreeSurface):
                 f"is {self.a!r}: its pressure is not known; give a smaller spacing"
             )
         half = self.in_contact.spacing / 2
-        ends = np.maximum(nodes + half * np.array([[-1], [1]]), 0.0)
+        ends = np.maximum(nodes + half * np.array([[-1], [1]]), 0.0)  # inside (0), outside (1)
         power = body.power + 1
         area = body.symmetry_factor * np.diff(ends**power, axis=0)[0] / power
         bend = body.symmetry_factor * np.diff(ends**body.power * body.slope(ends), axis=0)[0]
@@ -298,11 +332,25 @@ class Nodes(FreeSurface):
         return np.interp(np.abs(x - body.apex), nodes, pressure)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """Energy and force of a state in parts; that of the surface is γ₁ ∂U/∂γ₁, as U is least."""
+        """Energy and force of a state in parts, under the names of `readings.with_surface`.
+
+        As U is least, the energy of the surface is γ₁ ∂U/∂γ₁ = -FᵀC'F/2, F the forces and C' the
+        derivative of the compliance by ln γ₁, here a difference.
+
+        Parameters
+        ----------
+        state : Equilibrium
+            That which these nodes are a part of.
+
+        Returns
+        -------
+        dict of float
+        """
         scene = self.body.scene
         nodes = self.in_contact.x
 
         def compliance_at(factor: float) -> Array:
+            """Compliance between the nodes if γ₁ were that many times as large."""
             surfaces = SurfaceEnergies.from_work(factor * scene.gamma1, 0.0)
             return compliance(replace(scene, surfaces=surfaces), nodes, nodes, self.spacing)
 
@@ -317,32 +365,50 @@ class Nodes(FreeSurface):
         They are those at the nodes, before these are stretched: the line is anywhere in its link,
         and the surface of a state that is right to second order may be inside the indenter there.
         A contact of few nodes passes, too, with an error that is not known.
+
+        Penetration, stationarity and what neighbours gain are over the largest displacement that is
+        prescribed, the rest over the sum of the sizes of all forces.
         """
         n = self.n
-        own = slice(n + 1)
-        lower = self.lower[own, own]
-        forces = solve_triangular(lower.T, self.y[own])
-        gap = self.depth - self.body.height(self.x)
-        inside = gap - self.lower[:, own] @ (lower.T @ forces)
-        size = float(np.abs(gap[own]).max()) or 1.0
+        in_contact = slice(n + 1)
+        lower = self.lower[in_contact, in_contact]
+        forces = solve_triangular(lower.T, self.y[in_contact])
+        prescribed = self.depth - self.body.height(self.x)  # g of all nodes
+        displaced = self.lower[:, in_contact] @ (lower.T @ forces)  # u of all nodes
+        inside = prescribed - displaced
+        size = float(np.abs(prescribed[in_contact]).max()) or 1.0
         pressed = float(np.abs(forces).sum())
         pulled = 0.0 if self.body.scene.work_of_adhesion else -float(forces.min())
+        # The line must not pass the link outside, nor come back over the one inside.
         advances = self.depth - self.rest_depths[n : n + 1]
         recedes = self.rest_depths[max(n - 1, 0) : n] - self.depth
         gains = np.append(advances, recedes)
+        of_energy = self.y[in_contact] @ self.rate[in_contact]  # the force dU/dd
         return Certificate(
             penetration=float(inside[n + 1 :].max(initial=0.0)) / size,
-            stationarity=float(np.abs(inside[own]).max()) / size,
+            stationarity=float(np.abs(inside[in_contact]).max()) / size,
             opening=worst(pulled) / (pressed or 1.0),
             neighbours=float(gains.max(initial=0.0)) / size,
-            force=abs(float(self.y[own] @ self.rate[own] - forces.sum())) / (pressed or 1.0),
+            force=abs(float(of_energy - forces.sum())) / (pressed or 1.0),
         )
 
     def errors(self, state: Any) -> dict[str, float]:
         """Relative errors of half-width, force and energy, from nodes 2 and 3 times further apart.
 
         Of second order in the spacing: a difference is divided by 2² - 1 or 3² - 1, and multiplied
-        by 4 for safety. Infinite for a contact of few nodes, or if an error is above 5 %.
+        by 4 for safety. Infinite (`UNRESOLVED`) for a contact of few nodes, or if an error is above
+        5 %.
+
+        Parameters
+        ----------
+        state : Equilibrium
+            Not needed.
+
+        Returns
+        -------
+        dict of float
+            By the names of `QUANTITIES`: of the half-width over itself, of force and energy over
+            `scales`.
         """
         largest = np.full(3, _WAVES.error)
         sizes = np.array([self.a, *self.scales.values()])
@@ -385,6 +451,7 @@ def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -
         If the contact reaches the end of a known profile, or has too many nodes.
     """
     body = Body(scene)
+    # More and more nodes, until the contact has no more than half of them or the profile ends.
     for power in range(_NODES.first_power, _NODES.last_power + 1):
         nodes = Nodes.of(body, depth, spacing, 2**power)
         if nodes.ends_body or nodes.x.size < 2**power or 2 * nodes.n < nodes.x.size:
@@ -405,7 +472,12 @@ def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
 
     is that of springs of stiffness γ₁m² in closed form, and by Gauss's rule the integral of the
     difference, 1/(k + γ₁q²) - 1/(γ₁m² + γ₁q²). Beyond the largest q that is -H/(γ₁²q³), k = Hq on
-    a half-space, which is integrated in closed form; what that leaves out falls like q⁻⁴.
+    a half-space, which is integrated in closed form. What that leaves out begins with
+    (m² + H²/γ₁²)/(γ₁q⁴); its integral beyond Q over the compliance 1/(2γ₁m) of the springs is about
+
+        m (m² + H²/γ₁²)/(4 Q³),
+
+    from which the largest q follows. There qh > 10, too, so that k = Hq but for e⁻²⁰.
 
     Parameters
     ----------
@@ -429,7 +501,7 @@ def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
     """
     layer = scene.layer
     gamma1 = scene.gamma1
-    m = math.sqrt(layer.shear_modulus / layer.h / gamma1)
+    m = math.sqrt(layer.shear_modulus / layer.h / gamma1)  # any would do; γ₁m² = G/h is like k
     half_space = layer.shear_modulus / (1 - layer.nu)  # H
     largest = math.cbrt(m * (m * m + (half_space / gamma1) ** 2) / (4 * _WAVES.remainder))
     largest += 10 / layer.h + 10 * m + _WAVES.at_rings / spacing
@@ -443,21 +515,44 @@ def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
     density *= q / (2 * math.pi) if scene.axisymmetric else 1 / math.pi
     wave = scipy.special.j0 if scene.axisymmetric else np.cos
     found = _springs(scene, z, x, m)
-    blocks = max(1, q.size * max(x.size, z.size) // 10**7)  # of 80 MB at most
+    blocks = max(1, q.size * max(x.size, z.size) // 10**7)  # 10⁷ numbers are 80 MB
     for block in np.array_split(np.arange(q.size), blocks):
         waves_z = wave(np.outer(z, q[block]))
         waves_x = waves_z if z is x else wave(np.outer(x, q[block]))
         found += (waves_z * density[block]) @ waves_x.T
 
+    # cos(qz) cos(qx) is half of cos(q(z-x)) + cos(q(z+x)). J₀(qz) J₀(qx) is, for large arguments,
+    # cos(q(z-x))/(πq√(zx)), but for a wave of z + x whose integral is next to nothing.
     beyond = _beyond(largest, np.abs(np.subtract.outer(z, x)))
     size = half_space / (2 * math.pi * gamma1**2)
-    if scene.axisymmetric:  # J₀ J₀ for large arguments
+    if scene.axisymmetric:
         return found - size / math.pi / np.sqrt(np.outer(z, x)) * beyond
     return found - size * (beyond + _beyond(largest, np.add.outer(z, x)))
 
 
 def _wave_numbers(first: float, largest: float, furthest: float) -> tuple[Array, Array]:
-    """Gauss points q and weights on panels that grow twofold until waves turn on them."""
+    """Gauss points and weights of the integral over wave numbers from 0 to the largest.
+
+    Panels grow twofold from the first on, until they are as wide as waves over the largest distance
+    allow (`WaveIntegral.phase`).
+
+    Parameters
+    ----------
+    first, largest : float
+        End of the first panel, and the largest wave number [1/length].
+    furthest : float
+        The largest distance from the middle [length].
+
+    Returns
+    -------
+    q, weights : ndarray (k,)
+        [1/length].
+
+    Raises
+    ------
+    ValueError
+        If that would be too many panels.
+    """
     if largest * furthest > _WAVES.widest:
         raise ValueError(
             f"the surface {furthest!r} from the middle of the contact is "
@@ -474,7 +569,10 @@ def _wave_numbers(first: float, largest: float, furthest: float) -> tuple[Array,
 
 
 def _beyond(largest: float, distance: Array) -> Array:
-    """∫ cos(qs)/q³ dq from the largest q on, of distances s."""
+    """∫ cos(qs)/q³ dq from the largest q on, of distances s, an array [length²].
+
+    With y = qs at the largest q it is (cos y - y sin y + y² Ci(y))/(2q²), Ci the cosine integral.
+    """
     y = np.maximum(largest * distance, _WAVES.coincident)
     cosine_integral = scipy.special.sici(y)[1]
     integral = np.cos(y) - y * np.sin(y) + y * y * cosine_integral
@@ -482,7 +580,11 @@ def _beyond(largest: float, distance: Array) -> Array:
 
 
 def _springs(scene: Scene, z: Array, x: Array, m: float) -> Array:
-    """The compliance of springs of stiffness γ₁m² under the tension γ₁ (m, n)."""
+    """The compliance of springs of stiffness γ₁m² under the tension γ₁, as of `compliance`.
+
+    It is (e^(-m|z-x|) + e^(-m(z+x)))/(4γ₁m), or I₀ of the nearer and K₀ of the further place times
+    m, over 2πγ₁.
+    """
     near = np.minimum.outer(z, x)
     far = np.maximum.outer(z, x)
     decay = np.exp(-m * (far - near)) / (2 * scene.gamma1)
