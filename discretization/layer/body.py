@@ -2,6 +2,10 @@
 
 The only contact of such a scene is mirror-symmetric about the lowest point of the profile, or lies
 around the axis. So one number describes it: its half-width or radius a, measured from there.
+
+Heights f are positive upwards, depths d and displacements u = d - f downwards; distances x from the
+lowest point are >= 0, and positions those of the scene. A side is 1 for what is further out, -1 for
+what is further in.
 """
 
 import math
@@ -95,13 +99,19 @@ class Body:
         self.corners = sorted({*self.kinks, *edges} - {0.0})
 
     def _distances(self, positions: ArrayLike) -> list[float]:
-        """The distances of those positions that are not on the left of the lowest point."""
+        """The distances of those positions that are not on the left of the lowest point.
+
+        What is within `tip` of that is at it, 0.
+        """
         distances = np.asarray(positions, float) - self.apex
         distances[np.abs(distances) <= self.tip] = 0.0
         return list(distances[distances >= 0].tolist())
 
     def _has_integer_power(self, x: float) -> bool:
-        """Whether f' grows as an integer power of the distance between x and 2x."""
+        """Whether f' grows as an integer power of the distance between x and 2x [length].
+
+        It is if the profile is flat there.
+        """
         slope = self.slope(x * np.array([1.0, 2.0]))
         if slope[0] <= 0:
             return True
@@ -154,14 +164,15 @@ class Body:
         return np.asarray(self.scene.indenter.height(self.apex + np.asarray(x)), float)
 
     def slope(self, x: Any, side: Any = 0) -> Any:
-        """Slope f' of the profile.
+        """Slope f' of the profile, by x outwards.
 
         Parameters
         ----------
         x : float or ndarray
             Distances from the lowest point [length].
         side : {0, 1, -1}, or ndarray
-            At a corner 1 for the slope on its right, -1 for that on its left.
+            1 for the slope just outside x, -1 for that just inside, which differ at corners; 0 for
+            that at x itself.
 
         Returns
         -------
@@ -189,8 +200,8 @@ class Body:
     def rest_depth(self, a: Any, reaction: Array, excess: float, side: Any) -> Any:
         """Depth at which a line rests, D = f(a) + (f'(a) - s₀ - √(2w/γ₁))/σ.
 
-        Beyond the edge of a body it is infinite, and a contact with the lowest point alone opens at
-        the depth of first touch.
+        A line at the edge of the profile does not advance, whatever the depth: D is infinite. A
+        contact with the lowest point alone opens at the depth of first touch.
 
         Parameters
         ----------

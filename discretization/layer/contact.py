@@ -21,6 +21,19 @@ Of ∂U/∂a = m [γ₁/2 (f' - S/γ₁)² - w] the line rests where that vanish
 with the layer's pressure p = k₀u + k₁ψ + Σ c_j v_j and the symmetry factor c, 2 or 2π. The square
 is left because f' γ₁ - S is the force on the line and a line that advances takes the surface along.
 What is stored at fixed a is ½ c (∫p u dm + m S u(a)), and c γ₁/2 ∫f'² dm of the surface in contact.
+
+Conventions
+-----------
+Displacements u and depths are positive downwards, the height f of the profile upwards: in contact
+u = d - f. x is the distance from the lowest point of the profile, or the axis; f', v' and slopes
+are by x, outwards. `Body.power` is 1 about an axis, else 0: the power of x in m, and
+`Body.symmetry_factor` is c; energies and forces are per length of a line contact, or all around.
+The poles (`Poles` of poles.py): `still` is k₀, `flow` k₁, `first` τ₁, and `tau` and `c` belong to
+the n - 2 others, `decays` are the n values of λ. τ and fields are counted from the first pole on,
+n - 1 of them. e is the number of elements, each with 13 nodes.
+
+Everything is the sum of two parts, and arrays with an axis of 2 have both: u(a) times the response
+to u(a) = 1 with a flat profile (index 0), and the response to the profile with u(a) = 0 (index 1).
 """
 
 import functools
@@ -44,7 +57,15 @@ _LARGEST_ARGUMENT = 2e4
 
 
 class ForceAndEnergy(NamedTuple):
-    """Force of a contact, and its energy without adhesion; numbers or arrays."""
+    """Force of a contact, and its energy without adhesion; numbers or arrays alike.
+
+    Attributes
+    ----------
+    force : float or ndarray
+        P, positive if the indenter is pressed.
+    without_adhesion : float or ndarray
+        U + w·area.
+    """
 
     force: Any
     without_adhesion: Any
@@ -67,9 +88,9 @@ def at_depth(coefficients: Any, u: Any) -> ForceAndEnergy:
     ForceAndEnergy
         [force] and [energy], or these per length of a line contact.
     """
-    _, _, stiffness, force, stored = coefficients
-    energy = stored + force * u + stiffness * u * u / 2
-    return ForceAndEnergy(stiffness * u + force, energy)
+    _, _, stiffness, force_at_0, stored_at_0 = coefficients
+    energy = stored_at_0 + force_at_0 * u + stiffness * u * u / 2
+    return ForceAndEnergy(stiffness * u + force_at_0, energy)
 
 
 def decayed(power: int, decays: Complex, a: float, distance: Array) -> Complex:
@@ -91,7 +112,7 @@ def decayed(power: int, decays: Complex, a: float, distance: Array) -> Complex:
     Returns
     -------
     ndarray (2, n, k)
-        The solutions and their slopes.
+        The solutions (0) and their slopes by the distance (1).
     """
     exponential = np.exp(-np.outer(decays, distance))
     found = exponential * np.stack([decays**0, -decays])[..., None]
@@ -103,7 +124,7 @@ def decayed(power: int, decays: Complex, a: float, distance: Array) -> Complex:
 
 
 def _scaled_bessel(order: int, z: Complex) -> Complex:
-    """K(z) exp(z) of order 0 or 1."""
+    """K(z) exp(z) of order 0 or 1, for complex z with positive real parts, of any shape."""
     found = np.empty_like(z)
     real = z.imag == 0
     near = ~real & (np.abs(z) <= _LARGEST_ARGUMENT)
@@ -118,7 +139,8 @@ def _scaled_bessel(order: int, z: Complex) -> Complex:
 class Contact:
     """The linear response of a contact of fixed half-width, by u(a) at its line and 1.
 
-    Arrays with two rows belong to these: the first to u(a), the second to 1.
+    Arrays with two rows belong to these: the first to u(a), the second to 1. A quantity of the
+    contact at a depth is the first times u(a) = d - f(a), plus the second.
 
     Parameters
     ----------
@@ -135,19 +157,21 @@ class Contact:
     f : float
         Height of the profile at the line [length].
     slopes, weights : ndarray (e, 13)
-        f' at the nodes of the elements, and their weights in integrals over the contact.
+        f' at the nodes of the elements, and their weights in integrals c ∫ dm over the contact.
     stretched : float
-        Energy γ₁/2 ∫f'² of the surface in contact.
+        Energy c γ₁/2 ∫f'² dm of the surface in contact.
     u : ndarray (2, e, 13)
-        Displacements of the nodes.
+        Displacements of the nodes, 1 and f(a) - f.
+    fields : Fields
+        ψ and the v_j inside the contact, condensed to the line.
+    outside : ndarray (n - 1, n)
+        Fields of what decays by each λ (columns), over its u: ψ, then φ of the other poles.
     amplitudes : ndarray (n, 2)
         A of the decays outside.
-    outside : ndarray (n - 1, n)
-        Fields of what decays by each λ, over its u: ψ, then φ of the other poles.
     reaction : ndarray (2,)
-        σ [1/length] and s₀.
+        σ [1/length] and s₀: what is outside pulls with S = γ₁ (σ u(a) + s₀).
     lines : ndarray (2,)
-        c m S of all lines together.
+        c m S of all lines together [force/length] and [force].
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
@@ -160,7 +184,7 @@ class Contact:
         shortest = np.abs(tau).max() ** -0.5
         self.elements = elements(body.power, grid(body, a, shortest, first))
 
-        nodes = a * self.elements.x
+        nodes = a * self.elements.x  # distances from the lowest point
         self.weights = body.symmetry_factor * a ** (body.power + 1) * self.elements.mass
         self.f = float(body.height(a))
         self.slopes = body.slope(nodes, _SIDE_OF_NODES)
@@ -175,22 +199,27 @@ class Contact:
         self.lines = scene.gamma1 * body.symmetry_factor * a**body.power * self.reaction
 
     def _loads(self) -> Array:
-        """Nodal loads of the fields, in units of a: of the flow, and of all other poles.
+        """Nodal loads of the fields, with x in units of a: of the flow, and of all other poles.
+
+        By parts (m f')' is the load -∫ m f' N' dx, N the function of a node. What is left at the
+        line, m (v' + f'), is -m φ', as u' = -f' in contact; at the lowest point it is 0.
 
         Returns
         -------
         ndarray (e, 3, 13)
-            m u for the part of u that is u(a), and for the other part; (m f')' of the v_j, which
-            have no load by u(a).
+            m u for both parts of u; (m f')' of the v_j, which have no load by u(a).
         """
         mass = self.elements.mass
-        derivative = gauss_lobatto(DEGREE)[2]
+        derivative = gauss_lobatto(DEGREE).derivative
         flow = self.a * self.a * mass * self.u
         bend = self.a * (-(self.slopes * mass / self.elements.half) @ derivative)
         return np.stack([*flow, bend], axis=1)
 
     def _outward_slopes(self) -> Complex:
-        """-u' at the line of what decays by each λ (n,), over its u."""
+        """-u' at the line of what decays by each λ (n,), over its u [1/length].
+
+        λ, or λ K₁(λa)/K₀(λa) about an axis.
+        """
         slopes = self.poles.decays.copy()
         if self.body.power:
             argument = self.poles.decays * self.a
@@ -200,9 +229,12 @@ class Contact:
     def _amplitudes(self, outward_slopes: Complex) -> Complex:
         """A (n, 2): the fields outside have the values and slopes of those inside at the line.
 
-        The first equation, Σ A = u(a), is that of u itself. The others are those of ψ and φ_j:
-        what a field pulls from inside, own · value - given (`Fields`), and from outside, a times
-        its slope, add up to 0. Rows are scaled to the size 1.
+        The first equation, Σ A = u(a), is that of u itself. The others are those of ψ and φ_j. What
+        a field takes from inside if its value at the line is V, own V - given (`Fields`), and from
+        outside, -a times its slope there, add up to 0. For φ_j = u - v_j the inside is that of v_j
+        = u(a) - φ_j with the opposite sign. Rows are scaled to the size 1.
+
+        outward_slopes: from `_outward_slopes`.
         """
         own = self.fields.own
         given = self.fields.given
@@ -210,22 +242,25 @@ class Contact:
         matrix[1:] = (own[:, None] + self.a * outward_slopes) * self.outside
         of_u = [[1], [0]]
         of_flow = given[:, :1]
-        of_poles = [own[1:], -given[1, 1:]]
-        right_side = np.concatenate([of_u, of_flow, of_poles], axis=1).T
+        of_poles = [own[1:], -given[1, 1:]]  # v_j has no load by u(a)
+        right_side = np.concatenate([of_u, of_flow, of_poles], axis=1).T  # (n, 2)
         size = np.abs(matrix).max(axis=1, keepdims=True)
         return np.linalg.solve(matrix / size, right_side / size)
 
     @functools.cached_property
     def pressures(self) -> Array:
-        """Pressure p at the nodes (2, e, 13)."""
-        at_line = self.outside @ self.amplitudes
+        """Pressure p = k₀u + k₁ψ + Σ c_j v_j of the layer at the nodes (2, e, 13)."""
+        at_line = self.outside @ self.amplitudes  # ψ and the φ_j (n - 1, 2)
         at_line[1:] = [1, 0] - at_line[1:]  # v = u - φ
         weights = np.append(self.poles.flow, self.poles.c)
         return self.poles.still * self.u + self.fields.total(at_line.T, weights)
 
     @functools.cached_property
     def quadratic_form(self) -> Array:
-        """∫p u + m S u(a) (2, 2): p and S of the part in the row, u of that in the column."""
+        """c (∫p u dm + m S u(a)) (2, 2): p and S of the part in the row, u of that in the column.
+
+        It is symmetric but for the errors of the fields (`Layer.certificate`).
+        """
         pressed = (self.pressures * self.weights).reshape(2, -1)
         found = pressed @ self.u.reshape(2, -1).T
         found[:, 0] += self.lines
@@ -235,7 +270,8 @@ class Contact:
     def coefficients(self) -> Array:
         """σ, s₀, P' = dP/du(a), and P₀ and U₀ at u(a) = 0 without adhesion (5,): all of a contact.
 
-        See `at_depth` and `Body.rest_depth`.
+        See `at_depth` and `Body.rest_depth`. As u = 1 in the first part, the first column of the
+        quadratic form is the force c (∫p dm + m S) of both parts.
         """
         stored = self.quadratic_form[1, 1] / 2 + self.stretched
         return np.array([*self.reaction, *self.quadratic_form[:, 0], stored])

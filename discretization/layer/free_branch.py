@@ -3,6 +3,13 @@
 As in fitted/free_branch.py half-widths are chosen, and D and P follow from the coefficients of a
 `Contact`. These are computed at some half-widths and are polynomials in between: of log a about an
 axis, and of ∛a for a line contact, which closes up.
+
+Depths are positive downwards; a is the half-width or radius [length]. The coefficients (5, n) of n
+contacts are σ, s₀, P', P₀, U₀: the line is pulled by γ₁ (σ u(a) + s₀), so that it rests at
+D = f + (f' - s₀ - √(2w/γ₁))/σ, with f and f' the height and slope of the profile there
+(`Body.rest_depth`), and P = P₀ + P'u(a), u(a) = D - f (`at_depth`). √(2w/γ₁) is
+`small_slope_deficit`. The branch goes from where D is least, where a contact about an axis is lost
+as it opens, or from a = 0, to the depth asked for.
 """
 
 from __future__ import annotations
@@ -85,7 +92,7 @@ def free_branch(scene: Scene, deepest: float, count: int, rtol: float) -> FreeBr
     scene : Scene
         One to which this `applies`.
     deepest : float
-        [length].
+        That depth [length].
     count : int
         How many states.
     rtol : float
@@ -105,18 +112,20 @@ def free_branch(scene: Scene, deepest: float, count: int, rtol: float) -> FreeBr
     branch = _Polynomials.of(Body(scene), deepest, rtol)
     if branch is None:
         return None
-    places = branch.half_width(np.linspace(-1.0, 1.0, _BRANCH.samples))
+    places = branch.half_width(np.linspace(-1.0, 1.0, _BRANCH.samples))  # increasing
     rest = branch.rest_depth(places)
     least = int(np.argmin(rest))
     steps = np.diff(rest)
     if (steps[:least] > 0).any() or (steps[least:] < 0).any():
         return None
+    # About an axis the branch begins where D is least, else at the narrowest contact.
     lowest = None if scene.axisymmetric else float(places[0])
     spread = spread_evenly(branch.rest_depth, places, lowest, deepest, count)
     if spread is None:
         return None
     a, depth = spread
     touched = int(np.searchsorted(depth, branch.body.touch))
+    # Two states are judged for all: the first one above the depth of first touch, and the deepest.
     for i in {min(touched, count - 1), count - 1}:
         _certify(branch.body, float(a[i]), rtol)
     force = at_depth(branch.coefficients(a), depth - branch.body.height(a)).force
@@ -127,8 +136,15 @@ def free_branch(scene: Scene, deepest: float, count: int, rtol: float) -> FreeBr
 class _Polynomials:
     """`Contact.coefficients` as polynomials of t from -1 to 1.
 
-    a = high (low/high)^((1 - t)/2), or where low is 0 high ((1 + t)/2)³; series: Chebyshev
-    coefficients (n, 5).
+    a = high (low/high)^((1 - t)/2), or where low is 0 high ((1 + t)/2)³.
+
+    Attributes
+    ----------
+    body : Body
+    low, high : float
+        Half-widths at t = -1 and t = 1 [length].
+    series : ndarray (n, 5)
+        Chebyshev coefficients, of increasing degree down a column.
     """
 
     body: Body
@@ -140,14 +156,14 @@ class _Polynomials:
     def of(cls, body: Body, deepest: float, rtol: float) -> _Polynomials | None:
         """For half-widths from where D falls to where it exceeds a depth.
 
-        The degree is doubled until that changes D and P by less than `_AGREEMENT`. None if there
-        are no such half-widths, or no degree is enough.
+        The degree is doubled until that changes D and P by less than `BranchRules.agreement`. None
+        if there are no such half-widths, or no degree is enough.
         """
         ends = _around(body, deepest, rtol)
         if ends is None:
             return None
         low, high = ends
-        found = cls(body, low, high, np.empty((0, 5)))
+        found = cls(body, low, high, np.empty((0, 5)))  # no polynomials yet
         known: dict[float, Array] = {}
         for degree in _DEGREES:
             half = found
@@ -162,7 +178,7 @@ class _Polynomials:
         return None
 
     def agrees_with(self, half: _Polynomials, a: Array) -> bool:
-        """Whether D and P at half-widths differ little from those of half the degree."""
+        """Whether D and P at half-widths a (n,) differ little from those of half the degree."""
         depth = self.rest_depth(a)
         u = depth - self.body.height(a)
         force = at_depth(self.coefficients(a), u).force
@@ -173,7 +189,7 @@ class _Polynomials:
         return bool(off <= _BRANCH.agreement * np.abs(depth).max())
 
     def half_width(self, t: Array) -> Array:
-        """a at t."""
+        """a (n,) at t (n,), not quite 0 where that would be."""
         if self.low:
             return np.asarray(self.high * (self.low / self.high) ** ((1 - t) / 2))
         return np.asarray(self.high * np.maximum(((1 + t) / 2) ** _BRANCH.power, _BRANCH.narrowest))
@@ -193,19 +209,26 @@ class _Polynomials:
 
 
 def _series(values: Array) -> Array:
-    """Chebyshev coefficients (n, 5) of values at cos(πj/(n - 1))."""
-    n = len(values) - 1
+    """Chebyshev coefficients (n, 5) of values (n, 5) at cos(πj/(n - 1)), j from 0 on.
+
+    As T_k is cos kθ with θ = πj/(n - 1), they are the Fourier coefficients of the values continued
+    evenly beyond θ = π; the first and the last one stand for one wave instead of two.
+    """
+    degree = len(values) - 1
     mirrored = np.concatenate([values, values[-2:0:-1]])
-    series = np.fft.rfft(mirrored, axis=0).real / n
+    series = np.fft.rfft(mirrored, axis=0).real / degree
     series[[0, -1]] /= 2
     return np.asarray(series)
 
 
 def _around(body: Body, deepest: float, rtol: float) -> tuple[float, float] | None:
-    """Half-widths between which D falls, if it does, and grows beyond a depth.
+    """Half-widths between which D first falls, if it does, and then grows beyond a depth.
 
     The first is 0 for a line contact, which has states of any half-width. None if the profile ends
     before, or D still falls after many octaves.
+
+    The second is looked for outwards from where the indenter is as high as the depth of
+    indentation, the first from there inwards until D grows again.
     """
     excess = body.scene.surfaces.small_slope_deficit
 
@@ -236,7 +259,7 @@ def _around(body: Body, deepest: float, rtol: float) -> tuple[float, float] | No
 
 
 def _certify(body: Body, a: float, rtol: float) -> None:
-    """NotCertifiedError unless the contact of this half-width is in equilibrium."""
+    """Raise NotCertifiedError unless the contact of this half-width is in equilibrium."""
     contact = Contact(body, a, rtol)
     excess = body.scene.surfaces.small_slope_deficit
     depth = float(body.rest_depth(a, contact.reaction, excess, 1))

@@ -6,6 +6,20 @@ recedes while D(a) > d, D as in contact.py. At corners and edges D jumps and may
 
 The coefficients of a contact are the same at any depth: a state computes them at a few a, a path
 reads a `Table`.
+
+Conventions
+-----------
+Depths are positive downwards, heights f of the profile upwards. a is a distance from the lowest
+point of the profile, or the axis. A direction is 1 outwards, as the depth grows, and -1 inwards, as
+it falls: then direction times (D - d) < 0 is what moves a line on in its direction. A side is the
+direction of a line for which D is meant; it matters at corners, where D outwards is that of the
+slope outside, D inwards of the slope inside, and D outwards is no less. `Body` has the profile:
+its `touch` is the depth of first touch, `tip` the half-width that counts as a contact of the lowest
+point alone, `edge` where the known profile ends, `corners` the places that may pin a line.
+
+`Contact.coefficients` are σ, s₀, P', P₀, U₀ of a contact of half-width a in this order: the line
+pulls γ₁ (σ u + s₀) if it is displaced by u, and the force is P₀ + P' u. Of these σ and s₀, the
+`reaction`, give D = f + (f' - s₀ - √(2w/γ₁))/σ.
 """
 
 import functools
@@ -93,7 +107,7 @@ class Rest(NamedTuple):
     a : float
         Half-width [length].
     depth : float
-        The depth there [length].
+        D there, as the line comes to it [length]: the depth itself if the line rests there.
     how : {"rests", "corner", "turns", "lost"}
         It is in equilibrium; pinned at a corner; where D turns, from where it jumps; or the contact
         is lost.
@@ -112,9 +126,9 @@ class Lines:
     ----------
     body : Body
     reaction : callable
-        σ, s₀, and maybe more rows, at half-widths; see `Contact`.
+        reaction(a): σ [1/length] and s₀ in the first two rows, at a half-width or at many.
     excess : float
-        √(2w/γ₁).
+        √(2w/γ₁), by which the slope of the indenter exceeds that of the free surface at the line.
     step : float
         Octaves of a in which D turns once at most.
     """
@@ -147,16 +161,21 @@ class Lines:
     ) -> Rest:
         """How far a line comes that moves in one direction as the depth changes.
 
+        It goes from place to place (`_ahead`) until D has come as far as the depth: between the
+        last two it then rests. Where D turns between places, its extreme decides.
+
         Parameters
         ----------
         start : float
-            Half-width at which it rests [length].
+            Half-width at which it begins [length].
         here, to : float
-            The depth there, and the depth that is reached [length].
+            D there in this direction, and the depth that is reached [length].
         direction : {1, -1}
             Outwards or inwards.
         past : bool
-            Whether it goes on where D turns, and over corners that do not pin it at `to`.
+            True for the line at the depth `to`, whatever is in between: it goes on where D turns,
+            and over corners that do not pin it at `to`. False for a path from `start`, where the
+            line rests, up to what interrupts it: the first such place.
 
         Returns
         -------
@@ -171,14 +190,16 @@ class Lines:
         place_before = start
         place = start
         depth = here
-        depth_follows = not past  # whether D has changed in the direction of the line so far
+        # Whether D has changed in the direction of the line so far: of a line at rest it does. It
+        # turns only if it then changes the other way, by more than rounding.
+        depth_follows = not past
         for next_place, next_depth in self._ahead(start, direction):
             # A place that comes twice is a corner; here D jumps on its far side.
             is_corner = next_place == place
             if is_corner and (not past or direction * (next_depth - to) >= 0):
                 return Rest(next_place, depth, "corner")
             turns = depth_follows and direction * (next_depth - depth) < -tie
-            if turns:
+            if turns:  # within the last two intervals
                 begin = place_before
                 end, furthest = self._turn(place_before, next_place, to, direction)
             else:
@@ -201,6 +222,15 @@ class Lines:
     def _turn(self, one: float, other: float, to: float, direction: int) -> tuple[float, float]:
         """Where D turns back between two half-widths, or where it has come as far as a depth.
 
+        Parameters
+        ----------
+        one, other : float
+            Half-widths between which D has one extreme: a maximum for a line that moves outwards, a
+            minimum for one that moves inwards [length].
+        to : float
+            The depth [length].
+        direction : {1, -1}
+
         Returns
         -------
         a, depth : float
@@ -214,24 +244,45 @@ class Lines:
     def _zero(self, begin: float, end: float, to: float, direction: int, fraction: float) -> float:
         """The half-width between two others at which D is a depth.
 
-        At the end, which may be a corner, D counts as the line comes to it; fraction: where it is
-        looked for first, from `begin` to `end`.
+        At the end, which may be a corner, D counts as the line comes to it.
+
+        Parameters
+        ----------
+        begin, end : float
+            The half-widths, in the order in which the line comes to them [length].
+        to : float
+            The depth [length].
+        direction : {1, -1}
+            From `begin` to `end`.
+        fraction : float
+            Where it is looked for first, from 0 at `begin` to 1 at `end`.
         """
 
         def beyond_depth(a: float) -> float:
             side = -direction if a == end else direction
             return float(direction * (self.rest_depth(a, side) - to))
 
-        first = max(0.1, min(0.9, fraction))
+        first = max(0.1, min(0.9, fraction))  # inside, whatever the straight line says
         return bracketed(beyond_depth, begin, end, _LINE.straight, first)
 
     def _ahead(self, a: float, direction: int) -> Iterator[tuple[float, float]]:
-        """Places to which a line comes one after the other, and D there.
+        """Half-widths to which a line comes one after the other, and D there.
 
         A corner comes twice, first with D before it, then with D beyond it if that is further on.
         A lowest point alone opens at first touch, until when it stays. A line contact closes up;
         about an axis D returns to first touch as the radius vanishes. Far below all lengths, and
         where adhesion begins to rule, D turns once at most.
+
+        Parameters
+        ----------
+        a : float
+            Where the line is [length].
+        direction : {1, -1}
+
+        Yields
+        ------
+        a, depth : float
+            The half-width, and D there [length].
         """
         body = self.body
         layer = body.scene.layer
@@ -240,9 +291,10 @@ class Lines:
             end = min(body.edge, float(_PLACES[-1]) * layer.h)
         else:
             end = min(a, max(_LINE.closed * small, self.narrowest))
+        # The shortest length of the layer: its thickness, or γ₁/G, below which tension rules.
         length = max(small, min(layer.h, body.scene.gamma1 / layer.shear_modulus))
-        middle = sorted((a, _LINE.far_below * length, end))[1]
-        # Up to the middle contacts are far below all lengths, beyond it they are not; or inwards.
+        middle = sorted((a, _LINE.far_below * length, end))[1]  # the second of three
+        # Outwards, contacts are far below all lengths before the middle; inwards, beyond it.
         step_before = _LINE.sparse if direction > 0 else self.step
         step_beyond = self.step if direction > 0 else _LINE.sparse
         places = set(_octaves(a, middle, step_before, direction))
@@ -251,6 +303,7 @@ class Lines:
         corners = {x for x in pinning if direction * a < direction * x <= direction * end}
         places |= {middle, end, *corners}
         for x in sorted(places - {a}, reverse=direction < 0):
+            # D before a corner has the slope on the side from which the line comes.
             is_corner = x == end or x in corners
             before = self.rest_depth(x, -direction if is_corner else direction)
             yield x, before
@@ -261,6 +314,9 @@ class Lines:
 
     def settled(self, depth: float) -> Rest:
         """Where the line rests at a depth on the path from first touch.
+
+        The line advances from a small half-width to where it rests at this depth, or at that of
+        first touch if the depth is less, from where it then recedes.
 
         Parameters
         ----------
@@ -277,8 +333,9 @@ class Lines:
             If it comes beyond a known profile.
         """
         pressed = max(depth, self.body.touch)
-        a = 8 * self._small(pressed)
+        a = 8 * self._small(pressed)  # 8 times as wide as the first that is tried
         here = math.inf
+        # A line that does not advance at the small half-width may at one 8 times smaller.
         while a > self.narrowest and here >= pressed:
             a = max(a / 8, self.narrowest)
             here = self.rest_depth(a, 1)
@@ -292,10 +349,11 @@ class Lines:
         return found
 
     def _small(self, depth: float) -> float:
-        """A half-width so small that a line there advances at this depth, if any does.
+        """A half-width so small that a line there advances at this depth, if any does [length].
 
-        It is the largest of powers of 2 times h at which slope and height are a quarter at most of
-        what adhesion, or the depth of indentation, can overcome.
+        It is the largest of powers of 2 times h at which the slope is a quarter at most of
+        √(2w/γ₁), and the height a quarter at most of the sum of the depth of indentation and
+        √(2w/γ₁) times h or l, whichever is longer; the narrowest half-width, if there is none.
         """
         body = self.body
         h = body.scene.layer.h
@@ -309,7 +367,10 @@ class Lines:
 
     @functools.cached_property
     def narrowest(self) -> float:
-        """The half-width of the lowest point, or of a flat face that parts at once (w = 0)."""
+        """The half-width that counts as a contact of the lowest point alone [length].
+
+        Without adhesion it is that of a flat face around the lowest point, which parts at once.
+        """
         if self.excess:
             return self.body.tip
         level = [x for x in self.body.corners if self.body.height(x) == self.body.touch]
@@ -317,7 +378,10 @@ class Lines:
 
 
 def _octaves(start: float, end: float, step: float, direction: int) -> list[float]:
-    """Places from one half-width to another, in steps of so many octaves, without these two."""
+    """Half-widths from one to another, in steps of so many octaves, without these two.
+
+    `end` is in the direction of `start`: larger for 1, smaller for -1.
+    """
     exponents = direction * np.arange(step, direction * math.log2(end / start), step)
     return list((start * 2.0**exponents).tolist())
 
@@ -328,9 +392,9 @@ class Panel(NamedTuple):
     Attributes
     ----------
     series : ndarray (5, 11)
-        Their Legendre coefficients.
+        Their Legendre coefficients, of increasing degree, on the range from -1 to 1.
     resolved : bool
-        Whether the last ones are small enough.
+        Whether the last two of each are small enough.
     """
 
     series: Array
@@ -348,6 +412,13 @@ class Table:
     body : Body
     tolerance : float
         That of the poles, and of the polynomials.
+
+    Attributes
+    ----------
+    breaks : list of float
+        log₂ of the half-widths at which the coefficients are not smooth, or the profile ends.
+    panels : dict of Panel
+        Those that are known, by their ends in log₂ a.
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
@@ -367,12 +438,17 @@ class Table:
         Returns
         -------
         ndarray (5, n)
+            n = 1 for a single one.
         """
         t = np.log2(np.atleast_1d(a))
         return self._read(t, float(np.ceil(t.min())) - 1, float(np.ceil(t.max())))
 
     def _read(self, t: Array, low: float, high: float) -> Array:
-        """The coefficients (5, n) at log₂ a (n,) between two of them: from a panel, or in parts."""
+        """The coefficients (5, n) at t = log₂ a (n,), all between `low` and `high`.
+
+        They are read from the panel over this range if it is an octave or less without a break, and
+        resolved. Else the range is divided: between octaves, at a break, or in the middle.
+        """
         breaks = [x for x in self.breaks if low < x < high]
         if high - low > 1:
             middle = (low + high) // 2
@@ -392,7 +468,7 @@ class Table:
         return found
 
     def _panel(self, low: float, high: float) -> Panel:
-        """The panel between two log₂ a."""
+        """The panel between two log₂ a, made if it is not known yet."""
         if (low, high) not in self.panels:
             self.panels[low, high] = self._made(low, high)
         return self.panels[low, high]
@@ -406,13 +482,13 @@ class Table:
         t = (low + high + (high - low) * gauss_lobatto(_PANEL.degree)[0]) / 2
         half_widths = np.minimum(np.exp2(t), self.body.edge)
         contacts = [Contact(self.body, a, self.tolerance) for a in half_widths.tolist()]
-        values = np.array([contact.coefficients for contact in contacts])
+        values = np.array([contact.coefficients for contact in contacts])  # (11, 5)
         series = values.T @ to_legendre(_PANEL.degree)
         excess = self.body.scene.opened.surfaces.small_slope_deficit
         slope = abs(float(self.body.slope(2.0**high, -1)))
         sigma = values[:, 0].min()
         offset = np.abs(values[:, 1]).max() + (slope + excess)
-        stiffness = values[:, 2].max()
+        stiffness = values[:, 2].max()  # dP/du
         displacement = offset / sigma
         sizes = np.array(
             [sigma, offset, stiffness, stiffness * displacement, stiffness * displacement**2]

@@ -1,4 +1,10 @@
-"""What states of one contact of a layer have in common, on the mesh (state.py) and on nodes."""
+"""What states of one contact of a layer have in common, on the mesh (state.py) and on nodes.
+
+Displacements u and depths are positive downwards. The contact is mirror-symmetric or lies around an
+axis; its half-width a and places on the free surface are distances. `Body.ends(a)` are the
+positions of both ends of a contact, the first that of the axis if there is one. The members that an
+`Equilibrium` takes for its `surfaces` are those of `OneContact` and `FreeSurface.shape`.
+"""
 
 import math
 from abc import ABC, abstractmethod
@@ -17,11 +23,14 @@ from energy.arrays import Array
 
 
 class FreeSurface(ABC):
-    """A free surface known by its displacement at distances from the line."""
+    """A free surface known by its displacement at distances from the line, the same on both sides.
+
+    As `surfaces` of an `Equilibrium` it has the method `shape` of `surfaces.protocol.Surfaces`.
+    """
 
     @abstractmethod
     def displaced(self, distance: Array) -> Array:
-        """u and its outward slope (2, k) at distances from the line (k,)."""
+        """u [length] and its slope by the distance (2, k), at distances from the line (k,)."""
 
     def shape(
         self, z: Array, left: LinePosition | None, right: LinePosition | None, depth: float
@@ -64,27 +73,27 @@ class OneContact(Protocol):
 
     @property
     def pinned(self) -> bool:
-        """Whether the line is at a corner."""
+        """Whether the line is at a corner or the edge of a body."""
 
     @property
     def force(self) -> float:
-        """P."""
+        """P [force], positive if the indenter is pressed; per length of a line contact."""
 
     @property
     def energy(self) -> float:
-        """U."""
+        """U [energy], less the work of adhesion; per length of a line contact."""
 
     @property
     def scales(self) -> dict[str, float]:
-        """Sums of the sizes of the terms of force and energy."""
+        """Sums of the sizes of the terms of "force" and "energy", by these names."""
 
     @property
     def certificate(self) -> Certificate:
-        """The conditions of certificate.py."""
+        """How far the conditions of certificate.py are violated."""
 
     @property
     def errors(self) -> Callable[[Any], dict[str, float]]:
-        """Relative errors of half-width, force and energy."""
+        """A function of the Equilibrium: relative errors of "half_width", "force" and "energy"."""
 
 
 def certified(
@@ -111,9 +120,9 @@ def certified(
     Raises
     ------
     NotCertifiedError
-        If it is none.
+        If it violates a condition of its certificate.
     """
-    if found is None:
+    if found is None:  # no force acts on the surface
         flat = Certificate.undeformed()
         return detached(scene, depth, branch, SmallSurfaces(scene), flat, spacing)
     body = found.body

@@ -6,12 +6,21 @@ With s = q²,
 
 the first pole that of the flow sideways, and k₀ + k₁/τ₁ the stiffness at q = 0; τ₁ = 0 and k₁ =
 3G/h³ for an incompressible layer. The first poles are the layer's own: k is infinite where
-(3 - 4ν) sinh z = z, s = z²/4h². The others are real, in steps as far apart as the tolerance allows
-where tension has not yet taken over from the layer, k < γ₁q² times the tolerance: a sum over poles
-in steps of a factor e^h is off by 4 exp(-π²/h). k₀, c_j: least squares of the error over k + γ₁q².
+(3 - 4ν) sinh z = z, s = z²/4h². The others are real, in steps as far apart as the tolerance allows:
+a sum over poles in steps of a factor F is off by 4 exp(-π²/ln F). They end where k is hardly more
+than the tolerance times γ₁q², and tension has taken over from the layer. k₀, c_j: least squares of
+the error over k + γ₁q².
 
 A sum that is bounded for q -> ∞ leaves to tension alone what happens at a contact line: there the
 displacement has a kink, and nothing of the layer may compete with γ₁u'².
+
+Conventions
+-----------
+k is pressure over displacement of a surface wave cos(qx), both positive downwards, q its wave
+number, h the thickness, G the shear modulus, ν Poisson's ratio; `relative_stiffness(ν, qh)` is
+k h/G. The poles are at s = -τ, τ real and positive, or complex in pairs of conjugates, of which
+"pairs" have the one with Im τ > 0. While they are sought lengths are in h and stiffnesses in G/h;
+`Poles` has the units of the layer.
 """
 
 import functools
@@ -98,12 +107,13 @@ class Poles(NamedTuple):
     still : float
         k₀ [stress/length].
     flow, first : float
-        k₁ [stress/length³] and τ₁ [1/length²].
+        k₁ [stress/length³] and τ₁ [1/length²]; τ₁ is real.
     tau, c : ndarray (n,)
-        The other τ [1/length²] and their weights [stress/length].
+        The other τ [1/length²] and their weights [stress/length]: real ones in increasing order,
+        then one of each pair of conjugates, then the other ones in the same order.
     decays : ndarray (n + 2,)
         λ with k(-λ²) = γ₁λ² and positive real parts [1/length]: a free surface is a sum of
-        exp(-λx).
+        exp(-λx). What is not real comes with its conjugate.
     error : float
         Largest error of the sum over k + γ₁q² at the samples. It may exceed the tolerance a little
         (1.3 times in the worst of 300 random layers): error estimates are built on this number.
@@ -120,7 +130,7 @@ class Poles(NamedTuple):
 
 @functools.lru_cache(maxsize=32)
 def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
-    """The poles of a layer under a surface tension.
+    """The poles of a layer under a surface tension, kept.
 
     Parameters
     ----------
@@ -147,6 +157,7 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     first = _flow_pole(layer.nu)
     pairs = _own_pairs(layer.nu, count)
     real = _spaced_poles(abs(pairs[-1]) * _POLES.beyond, gamma * half_space, tolerance)
+    # k(0) τ₁, which is k₀τ₁ + k₁; without τ₁ it is k₁.
     at_rest = first * float(relative_stiffness(layer.nu, 0.0)) if first else _FLOW
 
     furthest = max(_POLES.furthest / (tolerance * gamma * half_space), _POLES.furthest)
@@ -157,7 +168,7 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
     fitted, error = _fitted(layer.nu, gamma, q, at_rest, first, real, pairs)
     still = fitted[0]
     c_real = fitted[1 : real.size + 1]
-    c_pairs = np.dot([1, 1j], np.reshape(fitted[real.size + 1 :], (2, -1)))
+    c_pairs = np.dot([1, 1j], np.reshape(fitted[real.size + 1 :], (2, -1)))  # Re c, then Im c
 
     tau: Complex = np.array([*real, *pairs, *pairs.conj()], complex)
     c: Complex = np.array([*c_real, *c_pairs, *c_pairs.conj()], complex)
@@ -170,16 +181,35 @@ def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
 def _fitted(
     nu: float, gamma: float, q: Array, at_rest: float, first: float, real: Array, pairs: Complex
 ) -> tuple[list[float], float]:
-    """Least squares of k₀, the c of real poles, and of real and imaginary parts of pairs.
+    """Least squares of k₀, the c of real poles, and of the c of pairs of poles.
 
-    k₁ follows from k(0) τ₁ = `at_rest`, and with it k₀ has the shape s/(s + τ₁) of a pole. Columns
-    are scaled to one size. Returned with the largest error at all samples q, of which every second
-    is fitted.
+    As k₁ = `at_rest` - k₀τ₁, k₀ + k₁/(s + τ₁) is at_rest/(s + τ₁) + k₀ s/(s + τ₁): k₀ has the shape
+    of a pole at τ₁. Columns are scaled to one size. All is in units of h and G.
+
+    Parameters
+    ----------
+    nu, gamma : float
+        Poisson's ratio, and γ₁.
+    q : ndarray (m,)
+        Samples of the wave number, of which every second one is fitted.
+    at_rest : float
+        k(0) τ₁.
+    first : float
+        τ₁.
+    real, pairs : ndarray
+        τ of the other poles; of each pair of conjugates one.
+
+    Returns
+    -------
+    fitted : list of float
+        k₀, the c of `real`, the real parts of the c of `pairs`, and their imaginary parts.
+    error : float
+        Largest error of the sum over k + γ₁q², at all samples.
     """
     s = (q * q)[:, None]
     exact = relative_stiffness(nu, q)
     size = exact + gamma * q * q
-    of_pairs = 2 * s / (s + pairs)
+    of_pairs = 2 * s / (s + pairs)  # c times this has the real part of both conjugates together
     of_real = s / (s + np.append(first, real))
     matrix = np.concatenate([of_real, of_pairs.real, -of_pairs.imag], axis=1)
     matrix /= size[:, None]
@@ -191,7 +221,7 @@ def _fitted(
 
 
 def _flow_pole(nu: float) -> float:
-    """τ₁h²: that of z = iy with (3 - 4ν) sin y = y, and 0 for ν = ½."""
+    """τ₁h² = y²/4 of the zero z = iy, (3 - 4ν) sin y = y with 0 < y < π, and 0 for ν = ½."""
     if nu >= 0.5:
         return 0.0
     ratio = 3 - 4 * nu
@@ -200,25 +230,47 @@ def _flow_pole(nu: float) -> float:
 
 
 def _own_pairs(nu: float, count: int) -> Complex:
-    """τh² (count,), above the real axis, of the layer's own pairs of poles, by Newton's method."""
+    """τh² (count,) of the layer's own pairs of poles, the one of each with Im τ > 0.
+
+    With τ = -z²/4h² they are the zeros of (3 - 4ν) sinh z = z off the axes, by Newton's method from
+    the asymptotic ones: z is so far up the imaginary axis, at y, that e^z (3 - 4ν)/2 = iy.
+    """
     ratio = 3 - 4 * nu
-    height = (2 * np.arange(1, count + 1) + 0.5) * math.pi
-    z = np.log(2 * height / ratio) + 1j * height
+    y = (2 * np.arange(1, count + 1) + 0.5) * math.pi
+    z = np.log(2 * y / ratio) + 1j * y
     for _ in range(_ZEROS.newton_steps):
         z -= (ratio * np.sinh(z) - z) / (ratio * np.cosh(z) - 1)
     return np.asarray((-z * z / 4).conj())
 
 
 def _spaced_poles(first: float, gamma: float, tolerance: float) -> Array:
-    """Real τh² from the first to where tension dominates; gamma: over a half-space's stiffness."""
+    """Real τh² of the poles beyond the layer's own, up to where tension dominates.
+
+    There the layer is a half-space of stiffness q/(1 - ν). The relative error of k may be the
+    tolerance times 1 + γ₁q²/k at q = √τ, and the steps from pole to pole, of a factor F with
+    4 exp(-π²/ln F) that error, grow with it. Each pole is in the middle of its step in log τ.
+
+    Parameters
+    ----------
+    first : float
+        τh² where they begin.
+    gamma : float
+        γ₁q²/k of a half-space at qh = 1.
+    tolerance : float
+
+    Returns
+    -------
+    ndarray
+        Increasing.
+    """
     found = []
     tau = first
     error = 0.0
     while error < _POLES.tension_dominates:
         error = min(tolerance * (1 + gamma * math.sqrt(tau)), _POLES.tension_dominates)
-        step = math.exp(math.pi**2 / math.log(4 / error))
-        found.append(tau * math.sqrt(step))
-        tau *= step
+        factor = math.exp(math.pi**2 / math.log(4 / error))
+        found.append(tau * math.sqrt(factor))
+        tau *= factor
     return np.array(found)
 
 
@@ -229,7 +281,23 @@ def _decays(found: Poles, gamma1: float) -> Complex:
 
     at once by Aberth's method, which starts beside the poles and from both zeros of the first pole
     alone (O. Aberth, Math. Comp. 27 (1973) 339). It stops where every step is at most 1e-9 |μ|.
+    The function times all its denominators is a polynomial p of degree n + 2: Newton's step for p
+    is f/(f' + f Σ 1/(μ - pole)), and what other zeros that are known so far would add is subtracted
+    from the sum.
+
+    Parameters
+    ----------
+    found : Poles
+        All but the decays.
+    gamma1 : float
+        [force/length].
+
+    Raises
+    ------
+    NotCertifiedError
+        If it does not converge.
     """
+    # Off the real axis, on the side of each pole; those beside conjugates begin as conjugates.
     side = np.where(found.tau.imag == 0, 0.5, np.sign(found.tau.imag))
     beside_poles = found.tau * 1.05 * np.exp(0.05j * side)
     mean = math.sqrt((found.still * found.first + found.flow) / gamma1)

@@ -2,6 +2,17 @@
 
 The force is known from what the poles' fields press, and as dU/dd of the energy at fixed contact,
 a parabola of the depth; what these fields press and pull is known from other elements, too.
+
+Conventions
+-----------
+Depths and displacements u are positive downwards, heights f upwards; a is the half-width or radius,
+and distances x from the line count outwards. A `Contact` is the response of a contact of fixed a:
+its `reaction` (σ, s₀) gives what the line pulls, γ₁ (σ u(a) + s₀), and D(a) = f + (f' - s₀ -
+√(2w/γ₁))/σ (`Body.rest_depth`, whose last argument says for a corner whether the slope outside, 1,
+or inside, -1, counts); its `coefficients` are (σ, s₀, P', P₀, U₀) with P = P₀ + P'u and
+U + w·area = U₀ + P₀u + P'u²/2. `small_slope_deficit` is √(2w/γ₁), and `scene.opened` the same scene
+with the work of adhesion of a contact that opens. `Body.tip` is the half-width that counts as a
+contact of the lowest point alone, and `Body.touch` the depth of first touch.
 """
 
 import functools
@@ -67,7 +78,7 @@ class ErrorRules(NamedTuple):
 _ERRORS = ErrorRules()
 
 
-_OCTAVE = 1.0  # of a: over so much of it D turns once at most
+_OCTAVE = 1.0  # log₂ of a: over so much of it D turns once at most
 PRESSURE_KNOWN = 1e-3  # of the largest: by how much the pressures on two sets of elements differ
 
 
@@ -95,7 +106,8 @@ class OutsideRules(NamedTuple):
 _OUTSIDE = OutsideRules()
 
 
-_PLACES = np.exp(np.arange(-30.0, _OUTSIDE.step, _OUTSIDE.step))  # these, over how far it reaches
+# Places for integrals over the free surface, over how far that reaches: from e⁻³⁰ = 9e-14 to 1.
+_PLACES = np.exp(np.arange(-30.0, _OUTSIDE.step, _OUTSIDE.step))
 
 
 @functools.lru_cache(maxsize=8)
@@ -119,16 +131,18 @@ class Layer(FreeSurface):
         [length].
     contact : Contact
     rate : float
-        dD/da of its line; infinite where that is pinned.
+        dD/da of its line, negative where that would run away; infinite where it is pinned.
 
     Attributes
     ----------
     u_line : float
         Displacement u(a) of the line [length].
     opening : float
-        √(2w/γ₁) of a contact that opens.
+        √(2w/γ₁) with the work of adhesion of a contact that opens.
     size : float
         Size of u: |u(a)|, and what slope and adhesion displace the line by [length].
+    pinned : bool
+        Whether the line is at a corner or an edge.
     """
 
     def __init__(self, depth: float, contact: Contact, rate: float = math.inf) -> None:
@@ -148,7 +162,8 @@ class Layer(FreeSurface):
     def is_point(self) -> bool:
         """Whether it is a contact with the lowest point alone that carries no force.
 
-        The force may be what the half-width of such a contact makes of it, which is not quite 0.
+        `Body.tip` stands for the half-width 0 of such a contact. So what counts as no force is up
+        to twice what P₀ and the rise of the profile from 0 to there make at first touch.
         """
         if self.a > self.body.tip:
             return False
@@ -158,7 +173,7 @@ class Layer(FreeSurface):
 
     @functools.cached_property
     def totals(self) -> Array:
-        """What its lines pull, the force, and the energy without adhesion (3,)."""
+        """What its lines pull, c m S, the force P, and the energy U + w·area (3,)."""
         pull = self.contact.lines @ np.array([self.u_line, 1.0])
         return np.array([pull, *at_depth(self.contact.coefficients, self.u_line)])
 
@@ -174,12 +189,15 @@ class Layer(FreeSurface):
 
     @functools.cached_property
     def pressed(self) -> Array:
-        """Pressure at the nodes (e, 13)."""
+        """Pressure of the layer at the nodes of the contact's elements (e, 13)."""
         return np.tensordot(np.array([self.u_line, 1.0]), self.contact.pressures, 1)
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
-        """∫|p| and what the free surface pulls; the sizes of the terms of the energy."""
+        """Sums of the sizes of the terms of force and energy, by these names.
+
+        Of the force ∫|p| and what the free surface pulls; of the energy what is stored, and w·area.
+        """
         pressed = float((self.contact.weights * np.abs(self.pressed)).sum())
         pull, _, stored = np.abs(self.totals)
         energy = float(stored + self.body.bound(self.a))
@@ -187,14 +205,18 @@ class Layer(FreeSurface):
 
     @functools.cached_property
     def certificate(self) -> Certificate:
-        """The conditions of certificate.py; depths over |d|, u and what displaces a line.
+        """The conditions of certificate.py.
 
         penetration   looked for the closer the nearer to the line, and where the gap is least
         stationarity  what the poles' fields press, pull and store, on two sets of elements
         opening       no pressure is negative where nothing adheres
         neighbours    d <= D just outside the line by closing, D just inside by opening <= d; where
                       D falls outwards the line would run away
-        force         P against dU/dd, its rounding
+        force         P, the first column of the quadratic form of the energy, against dU/dd, its
+                      first row: what they differ by is rounding
+
+        Depths are over the sum of |d| from first touch, |u(a)|, and what slope and adhesion
+        displace the line by; forces over their sum of sizes.
         """
         if self.is_point:
             return Certificate.undeformed()
@@ -214,7 +236,11 @@ class Layer(FreeSurface):
         )
 
     def _penetration(self) -> float:
-        """How far the free surface is inside the indenter [length], 0 if it is not."""
+        """How far the free surface is inside the indenter at most [length], 0 if it is not.
+
+        It is looked for in even steps of ln x, between them where the gap is least, and not beyond
+        the edge of the profile.
+        """
         decays = self.contact.poles.decays
         nearest = _OUTSIDE.nearest / float(np.abs(decays).max())
         furthest = DECAYED / float(decays.real.min())
@@ -223,6 +249,7 @@ class Layer(FreeSurface):
         )
         x = np.minimum(np.exp(logs), (self.body.edge - self.a) * (1 - EPSILON))
         u, slope = self.displaced(x)
+        # The gap is u - (d - f), the surface below the indenter.
         gap_falls = self.body.slope(self.a + x) + slope < 0
         turns = np.flatnonzero(gap_falls[:-1] & ~gap_falls[1:])
         if turns.size:
@@ -232,7 +259,10 @@ class Layer(FreeSurface):
         return float(inside.max(initial=0.0))
 
     def _mismatch_of_elements(self, pressed: float) -> float:
-        """How far totals on other elements differ, over what is pressed and what is stored."""
+        """How far totals on other elements differ, over what is pressed and what is stored.
+
+        pressed: the size of the forces.
+        """
         contact = Contact(self.body, self.a, self.contact.tolerance, _ERRORS.other_elements)
         other = Layer(self.depth, contact).totals
         sizes = (pressed, pressed, self.totals[2] or 1.0)
@@ -253,9 +283,20 @@ class Layer(FreeSurface):
         that changes, divided by 30, is the error, and rounding is added.
 
         - The half-width is off by what D is off by, over dD/da.
-        - The force is off directly, and by dP/da = -m γ₁σ √(2w/γ₁) times the error of a.
+        - The force is off directly, and by dP/da = -c m γ₁σ √(2w/γ₁) times the error of a.
         - The energy is the least of a quadratic form at a fixed contact, and so relatively as
           wrong as the poles; a that is off changes it by nothing, as ∂U/∂a = 0.
+
+        Parameters
+        ----------
+        state : Equilibrium
+            Not needed.
+
+        Returns
+        -------
+        dict of float
+            By the names of `QUANTITIES`: of the half-width over itself, of force and energy over
+            `scales`.
         """
         if self.is_point:
             return dict.fromkeys(QUANTITIES, 0.0)
@@ -267,7 +308,8 @@ class Layer(FreeSurface):
         depth_own = self.body.rest_depth(self.a, self.contact.reaction, excess, -1)
         least = self.certificate.force + _ERRORS.chance * fit
 
-        move = abs(float(depth_coarse - depth_own) / self.rate)
+        # All that follows is 30 times the error, until the last line.
+        move = abs(float(depth_coarse - depth_own) / self.rate)  # of the line; 0 if it is pinned
         move += _ERRORS.coarser * least * self.size / abs(self.rate)
         force = abs(coarse.force - self.force) + move * excess * float(self.contact.lines[0])
         coarse_errors = (
@@ -279,7 +321,7 @@ class Layer(FreeSurface):
         return dict(zip(QUANTITIES, errors, strict=True))
 
     def displaced(self, distance: Array) -> Array:
-        """Displacement of the free surface, and its slope outwards.
+        """Displacement of the free surface, and its slope du/dx, x outwards.
 
         Parameters
         ----------
@@ -339,13 +381,26 @@ class Layer(FreeSurface):
         return pressure
 
     def _pressure(self, distance: Array) -> Array:
-        """The pressure at distances from the lowest point, from these elements."""
-        ends = self.a * np.append(self.contact.elements.x[:, 0], 1.0)
+        """The pressure at distances (k,) from the lowest point, from these elements."""
+        ends = self.a * np.append(self.contact.elements.x[:, 0], 1.0)  # elements share their ends
         nodal = np.append(self.pressed[:, :-1], self.pressed[-1, -1])
         return on_elements(ends, nodal, distance)[0]
 
     def parts(self, state: Any) -> dict[str, float]:
-        """Energy and force of a state in parts; γ₁/2 ∫u'² outside is summed in steps of ln x."""
+        """Energy and force of a state in parts, under the names of `readings.with_surface`.
+
+        The energy of the surface is γ₁/2 ∫f'² in contact, and γ₁/2 ∫u'² outside by the trapezoidal
+        rule in even steps of ln x, dx = x d ln x.
+
+        Parameters
+        ----------
+        state : Equilibrium
+            The state of this contact.
+
+        Returns
+        -------
+        dict of float
+        """
         x = DECAYED / float(self.contact.poles.decays.real.min()) * _PLACES
         slope = self.displaced(x)[1]
         density = slope**2 * self.body.symmetry_factor * (self.a + x) ** self.body.power
@@ -391,8 +446,9 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
     a, _, how = lines.settled(depth)
     if how == "lost":
         return certified(scene, depth, None, branch)
-    rate = math.inf
+    rate = math.inf  # pinned
     if how == "rests":
+        # dD/da by a difference from a half-width that the search has met, or a bit outwards.
         near = [x for x in tried if _ERRORS.nearest * a <= abs(x - a) <= _ERRORS.furthest * a]
         other = near[-1] if near else a + _ERRORS.furthest * a
         rate = (lines.rest_depth(other, 1) - depth) / (other - a)
