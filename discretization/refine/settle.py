@@ -17,9 +17,9 @@ the line advances, so that the contact grows; where F > 0 it recedes. D rises ou
 where a rest is stable. Directions are 1 where the depth grows, with the work of adhesion of
 closing, and -1 where it falls, with that of opening.
 
-Joints are the places where F may jump, the ends of the profile among them. A room is a piece of the
-profile between two neighbouring joints; `Equations.rooms` has the lower and upper ends of all of
-them, some roundings inside of the joints, so that F there is that of the room.
+Joints are the places where F may jump: corners, edges of a pattern, and both ends of the profile. A
+room is a piece of the profile between two neighbouring joints; `Equations.rooms` has the lower and
+upper ends of all of them, some roundings inside of the joints, so that F there is that of the room.
 """
 
 from __future__ import annotations
