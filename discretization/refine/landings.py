@@ -5,6 +5,24 @@ a rest that exists at few depths, or a contact that is narrower than the nodes s
 balance of energy and the certificate of the state are blind to that. So lines are moved from where
 they are before the event as their forces push them, and must not rest earlier; and every landing is
 repeated on nodes CLOSER times as close.
+
+Conventions
+-----------
+Depths grow as the indenter goes down. A direction is 1 where the depth grows and -1 where it falls;
+"beyond" is further in this direction. A margin is by how much the depth of an event on nodes may be
+off (`FoundNodes.margin`).
+
+Lines of neighbouring free surfaces are arrays (n, 2), a row for each from left to right, with its
+left and its right line [length], -inf and inf where a tail has none. The contact between rows i and
+i + 1 reaches from [i, 1] to [i + 1, 0]; lines are in order if [i, 1] <= [i + 1, 0]. On nodes a free
+surface is a pair of contact nodes, None where there is none. OUTWARDS = (1, -1) is where the left
+and the right line of a surface go when their contacts grow.
+
+A `Happening` is an event, with the surfaces that end at it, `before`, and those that begin, `after`
+(each a `Life`), its depth on the nodes, `at`, and its refined depth, `depth`. `Events.rest` takes
+lines of surfaces to rest by Newton's method; with `downhill` they go where their forces push them
+where that leads to no stable rest. `Events.clearance` is the least minimum of the gap between a
+surface and the indenter, negative where the surface would be in the indenter, and its place.
 """
 
 from __future__ import annotations
@@ -25,9 +43,9 @@ from discretization.refine.first_touch import faces_at_touch
 from discretization.refine.lives import CREEPING, Happening, Life, Pair, pairs
 from discretization.refine.nodes import FROM_NODES, FoundNodes
 from discretization.refine.settle import settle
-from energy.arrays import Array
+from energy.arrays import Array, Indices, Mask
 
-CLOSER = 8
+CLOSER = 8  # times as close are the nodes on which landings are repeated
 
 
 class LandingRules(NamedTuple):
@@ -72,7 +90,7 @@ class Landings:
     Attributes
     ----------
     events : Events
-        Takes lines to rest.
+        What takes lines to rest, and finds how far surfaces are from the indenter.
     closer : FoundNodes
         Nodes CLOSER times as close, which must agree.
     """
@@ -84,12 +102,13 @@ class Landings:
         """Find the lines after events of known depths.
 
         They are followed from their nodes a little beyond the event back to it, from ever further
-        beyond; where that fails they move as their forces push them.
+        beyond: next to where they are born equilibria may be hard to find from the nodes. Where
+        that fails lines move from their nodes as their forces push them.
 
         Parameters
         ----------
         happened : sequence of Happening
-            Their `lines_after` are written.
+            Their `lines_after` are written, where these are not known yet.
 
         Raises
         ------
@@ -110,16 +129,18 @@ class Landings:
         self._demand_first(happened)
 
     def _demand_first(self, happened: Sequence[Happening]) -> None:
-        """NotRefined if lines rest somewhere on their path to where they land.
+        """Raise NotRefined if lines rest somewhere on their path to where they land.
 
         From where they are before the event they are moved as their forces push them. Energies are
-        submodular in the contact, so that lines stop at the first rest on the path.
+        submodular in the contact, so that lines stop at the first rest on the path. Events whose
+        lines do not jump, or begin at unknown places, are not looked at.
         """
         events = [event for event in happened if not event.smooth and event.after]
         starts = [(event, self._start(event)) for event in events]
         known = [(event, rows) for event, rows in starts if rows is not None]
         if not known:
             return
+        # The surfaces of all these events in one array, those of an event next to each other.
         lives = [life for event, _ in known for life in event.after]
         rows = np.concatenate([rows for _, rows in known])
         depths = np.concatenate(
@@ -136,14 +157,15 @@ class Landings:
                 )
 
     def _just_beyond(self, event: Happening) -> float:
-        """A depth just beyond an event, where lines are still pushed in its direction."""
+        """A depth just beyond an event: at the event itself, a fold, no force pushes the lines."""
         margin = (event.before or event.after)[0].nodes.margin
         return event.depth + event.direction * _LANDING.beyond * margin
 
     def _start(self, event: Happening) -> Array | None:
-        """Lines (n, 2) of the surfaces after an event before they move; None where not known.
+        """Where the lines (n, 2) of the n surfaces after an event are before they move.
 
-        Those that were there before, or both sides of the place where a surface touches.
+        Of one surface these are the outermost lines of those before it; a contact begins as a
+        point, where the surface touches. None of more surfaces, or where that place is not known.
         """
         before = event.lines_before
         if len(before) == 0 or len(event.after) > 2:
@@ -157,6 +179,8 @@ class Landings:
                 return None
             return np.array([[before[0, 0], place], [place, before[0, 1]]])
         if place is not None:
+            # The gap on one side of the new contact has closed at once: the line that is left on
+            # that side is the other end of the new contact.
             left, right = event.lines_after[0]
             if left >= place:
                 outer[0, 0] = place
@@ -165,7 +189,7 @@ class Landings:
         return outer
 
     def _touched(self, event: Happening) -> float | None:
-        """Where the one surface before an event touches the indenter; None if it does not."""
+        """Where the one surface before an event touches the indenter [length]; None if nowhere."""
         clearance, place = self.events.clearance(event.lines_before[0], event.depth)
         touches = abs(clearance) <= PENETRATION * self.events.equations.size
         return place if touches else None
@@ -176,47 +200,59 @@ class Landings:
             return False
         finite = np.isfinite(rows)
         forwards = event.direction * OUTWARDS  # pressed, contacts grow from both lines of a surface
-        with np.errstate(invalid="ignore"):
-            left = np.where(finite, (event.lines_after - rows) * forwards, 0.0)
+        with np.errstate(invalid="ignore"):  # inf - inf of tails
+            remaining = np.where(finite, (event.lines_after - rows) * forwards, 0.0)
         near = _LANDING.elsewhere * self.events.equations.length
-        return bool((left >= -near).all() and (left > near).any())
+        return bool((remaining >= -near).all() and (remaining > near).any())
 
     def _landed(
         self, todo: Sequence[Happening], ahead: float, *, downhill: bool = False
     ) -> list[Happening]:
-        """Find lines after events, some margins beyond and back; those that fail."""
-        lives = [life for event in todo for life in event.after]
-        owner = np.repeat(np.arange(len(todo)), [len(event.after) for event in todo])
-        depths = np.array([event.depth for event in todo])
-        directions = np.array([float(event.direction) for event in todo])
-        margins = np.array([life.nodes.margin for life in lives])
-        length = self.events.equations.length
-        at = depths[owner]
-        beyond = at + directions[owner] * ahead * margins
-        on_nodes = np.array([event.at for event in todo])[owner]
-        read = on_nodes + directions[owner] * ahead * margins
-        lines = np.array([life.guess(d) for life, d in zip(lives, read, strict=True)])
+        """Write the lines after events into them; the events for which that fails.
+
+        They fail if a surface does not come to rest, lines of neighbours overlap, or a surface is
+        in the indenter. `ahead` is how many margins beyond the event the lines are followed from.
+        """
         if self.events.equations.scene.hysteretic:
             for event in todo:
                 self._stand(event)
-        reach = FROM_NODES * length
-        found = self.events.rest(
-            lives, lines[:, None], beyond[:, None], reach=reach, downhill=downhill
-        )
-        good = found.at_rest
-        if ahead:
-            found = self.events.rest(lives, found.lines[:, None], at[:, None], reach=reach)
-            good = good & found.at_rest
+        owner = np.repeat(np.arange(len(todo)), [len(event.after) for event in todo])
+        lines, at_rest = self._rest_after(todo, owner, ahead, downhill=downhill)
         failed = list[Happening]()
         for i, event in enumerate(todo):
-            own = np.flatnonzero(owner == i)
-            rows = self._without_overlap(found.lines[own])
-            apart = bool((rows[:-1, 1] <= rows[1:, 0]).all())
-            if good[own].all() and apart and self._clear(rows, event.depth):
+            own = owner == i
+            rows = self._without_overlap(lines[own])
+            in_order = bool((rows[:-1, 1] <= rows[1:, 0]).all())
+            if at_rest[own].all() and in_order and self._clear(rows, event.depth):
                 event.lines_after = rows
             else:
                 failed.append(event)
         return failed
+
+    def _rest_after(
+        self, todo: Sequence[Happening], owner: Indices, ahead: float, *, downhill: bool
+    ) -> tuple[Array, Mask]:
+        """Lines (n, 2) of all surfaces after events, and whether they are at rest (n,).
+
+        First they are taken to rest some margins beyond the event, from the nodes as far beyond
+        their own event, then from there at the event. owner (n,): the number of each surface's
+        event.
+        """
+        lives = [life for event in todo for life in event.after]
+        directions = np.array([float(event.direction) for event in todo])[owner]
+        margins = np.array([life.nodes.margin for life in lives])
+        further = directions * ahead * margins
+        at = np.array([event.depth for event in todo])[owner]
+        on_nodes = np.array([event.at for event in todo])[owner]
+        guess = np.array([life.guess(d) for life, d in zip(lives, on_nodes + further, strict=True)])
+        reach = FROM_NODES * self.events.equations.length
+        beyond = (at + further)[:, None]
+        found = self.events.rest(lives, guess[:, None], beyond, reach=reach, downhill=downhill)
+        at_rest = found.at_rest
+        if ahead:
+            found = self.events.rest(lives, found.lines[:, None], at[:, None], reach=reach)
+            at_rest = at_rest & found.at_rest
+        return found.lines, at_rest
 
     def merged(self, event: Happening, place: int) -> Array | None:
         """Lines of the surface that two neighbours become at an event, the other contacts staying.
@@ -224,37 +260,40 @@ class Landings:
         Parameters
         ----------
         event : Happening
+            Several contacts are lost at it; the one between both surfaces is lost first.
         place : int
-            Number of the left one of both surfaces.
+            Number of the left one of both surfaces in `before`.
 
         Returns
         -------
         ndarray (2,) or None
-            [length]; None where it does not come to rest.
+            [length]; None where it does not come to rest, or only where it would meet the line on
+            the other side of a neighbouring contact.
         """
         rows = event.lines_before
         outer = np.array([rows[place, 0], rows[place + 1, 1]])
-        both = Life(event.before[place].nodes, event.direction, [], first=outer)
+        merged = Life(event.before[place].nodes, event.direction, [], first=outer)
         depths = np.array([[event.depth]])
-        found = self.events.rest([both], outer[None, None], depths, downhill=True)
+        found = self.events.rest([merged], outer[None, None], depths, downhill=True)
         (lines,) = found.lines
-        inside = place == 0 or rows[place - 1, 1] < lines[0]
-        inside &= place + 2 == len(rows) or lines[1] < rows[place + 2, 0]
-        if not (found.at_rest[0] and inside):
+        left_stays = place == 0 or rows[place - 1, 1] < lines[0]
+        right_stays = place + 2 == len(rows) or lines[1] < rows[place + 2, 0]
+        if not (found.at_rest[0] and left_stays and right_stays):
             return None
         return np.asarray(lines)
 
     def _stand(self, event: Happening) -> None:
-        """Find where the lines after an event stand before they move, with two works of adhesion.
+        """Write into surfaces after an event where their lines stand before they move (`first`).
 
-        Those that were there stay. A contact begins where the surface touches; where that is not
-        known, in the middle of its nodes.
+        For two works of adhesion. The outermost lines are those of the surfaces before. A contact
+        begins where the surface touches; where that is not known, in the middle of its nodes.
         """
         begins = self._begins(event)
         for i, (life, following) in enumerate(itertools.pairwise(event.after)):
             life.first = np.array([life.first[0], begins[i, 0]])
             following.first = np.array([begins[i, 1], following.first[1]])
-        left, right = -math.inf, math.inf
+        left = -math.inf
+        right = math.inf
         if len(event.lines_before):
             left = float(event.lines_before[0, 0])
             right = float(event.lines_before[-1, 1])
@@ -264,11 +303,14 @@ class Landings:
         last.first = np.array([last.first[0], right])
 
     def _begins(self, event: Happening) -> Array:
-        """The left and the right end (m, 2) of the places at which contacts begin at an event."""
+        """Where the m contacts between the surfaces after an event begin: their ends (m, 2).
+
+        The left and the right end are the same where a contact begins as a point.
+        """
         nodes = event.after[0].nodes
         contacts = list[tuple[int, int]]()
         for life, following in itertools.pairwise(event.after):
-            first = life.trace[0][1][1]
+            first = life.trace[0][1][1]  # the right node of the surface on the left
             last = following.trace[0][1][0]
             if first is not None and last is not None:
                 contacts.append((first, last))
@@ -284,7 +326,7 @@ class Landings:
         return in_the_middle
 
     def _without_overlap(self, rows: Array) -> Array:
-        """Lines (n, 2) of surfaces with contacts of no width where lines overlap by rounding.
+        """Lines (n, 2), those of a contact that overlap by rounding both put in their middle.
 
         Without adhesion a contact begins as a point, whose lines are known to about the root of
         rounding.
@@ -302,19 +344,25 @@ class Landings:
         return found
 
     def _clear(self, rows: Array, depth: float) -> bool:
+        """Whether no surface with lines (n, 2) is in the indenter, but for rounding."""
         least = -PENETRATION * self.events.equations.size
         return all(self.events.clearance(row, depth)[0] >= least for row in rows)
 
     def agrees_at_touch(self, after: Array) -> bool:
-        """Whether closer nodes find the same surfaces (n, 2) at first touch."""
+        """Whether closer nodes have the surfaces with these lines (n, 2) after first touch."""
         return self._near(pairs(self.closer.walk.touched(self.closer.row.lowest)), after)
 
     def agrees(self, event: Happening, before: Array, first: int) -> bool:
         """Whether closer nodes divide, or join, the surfaces of an event likewise.
 
+        They are followed on closer nodes from a little before the event to a little beyond, ever
+        further, until something happens to them. What they become then must be what is there after
+        the event; if nothing happens, what they are at the last of these depths.
+
         Parameters
         ----------
         event : Happening
+            Some surface ends at it.
         before : ndarray (n, 2)
             Lines of all free surfaces before it [length].
         first : int
@@ -328,37 +376,41 @@ class Landings:
         if any(start > end for start, end in contacts):
             return True  # a contact narrower than the closer nodes are apart is all but closed
         on_nodes = pairs(contacts)
-        last = first + len(event.before)
-        left = on_nodes[first][0]
-        right = on_nodes[last - 1][1]
+        stop = first + len(event.before)
+        left = on_nodes[first][0]  # the outermost nodes of the surfaces of the event
+        right = on_nodes[stop - 1][1]
         neighbours = 0 if event.direction > 0 else _LANDING.neighbours
-        own = on_nodes[max(first - neighbours, 0) : last + neighbours]
-        known = list[Pair]()
+        start = on_nodes[max(first - neighbours, 0) : stop + neighbours]
+        reached = list[Pair]()
         for passed in _LANDING.passed:
             reach = event.direction * passed * self.closer.margin
-            now = own
-            at: float | None = event.depth - reach
-            while at is not None:
-                track = self.closer.walk.track_part(now, at, event.depth + reach)
-                known = _parts(paired(track.trace[-1][1]), left, right)
-                at = track.at
-                now = _between(track.after, own)
-                landed = _parts(track.after, left, right)
-                if at is not None and not _alike(known, landed):
+            followed = start
+            depth: float | None = event.depth - reach
+            while depth is not None:
+                track = self.closer.walk.track_part(followed, depth, event.depth + reach)
+                reached = _within(paired(track.trace[-1][1]), left, right)
+                depth = track.at
+                followed = _between(track.after, start)
+                landed = _within(track.after, left, right)
+                if depth is not None and not _alike(reached, landed):
                     return self._lands_at(landed, event)
-        return self._lands_at(known, event)
+        return self._lands_at(reached, event)
 
     def _lands_at(self, surfaces: list[Pair], event: Happening) -> bool:
-        """Whether surfaces on closer nodes are those after an event, with lines nearby.
+        """Whether surfaces on closer nodes agree with those after an event.
 
-        Or, if they are others, are not in equilibrium off the nodes at the depth of the event:
-        nodes come too late by their spacing, also where a landing is about to disappear.
+        They do if they are as many, with lines nearby; or if they are not in equilibrium off the
+        nodes at the depth of the event. Nodes come too late by their spacing, also where a landing
+        is about to disappear, so that they may land there when off the nodes it is gone.
         """
         bounded = [pair for pair in surfaces if pair != (None, None)]
         return self._near(bounded, event.lines_after) or not self._rests(bounded, event)
 
     def _rests(self, surfaces: list[Pair], event: Happening) -> bool:
-        """Whether surfaces on closer nodes rest nearby at the depth of an event."""
+        """Whether surfaces on closer nodes rest near these at the depth of an event.
+
+        Where there is none, as when all is detached, nothing need rest.
+        """
         if not surfaces:
             return True
         where = self.closer.positions
@@ -379,8 +431,8 @@ class Landings:
             np.full(count, float(event.direction)),
             reach=_LANDING.landed * self.events.equations.length,
         )
-        apart = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
-        return bool(found.at_rest.all()) and apart
+        in_order = bool((found.lines[:-1, 1] <= found.lines[1:, 0]).all())
+        return bool(found.at_rest.all()) and in_order
 
     def _near(self, surfaces: list[Pair], lines: Array) -> bool:
         """Whether surfaces on closer nodes are as many as these (n, 2), with lines nearby."""
@@ -396,18 +448,24 @@ class Landings:
         return True
 
 
-def _between(contacts: Contacts, surfaces: list[Pair]) -> list[Pair]:
-    """The surfaces between the outermost lines of these, after what has happened to them."""
+def _between(contacts: Contacts, start: list[Pair]) -> list[Pair]:
+    """What has become of some neighbouring surfaces, given the contacts between and beside them.
+
+    start: these surfaces at first. Beside the outermost ones are contacts, beyond which surfaces
+    are not followed, unless they are tails.
+    """
     found = pairs(contacts) or [(None, None)]
-    start = 0 if surfaces[0][0] is None else 1
-    end = len(found) if surfaces[-1][1] is None else -1
-    return found[start:end]
+    first = 0 if start[0][0] is None else 1
+    stop = len(found) if start[-1][1] is None else -1
+    return found[first:stop]
 
 
-def _parts(contacts: Contacts, left: End, right: End) -> list[Pair]:
-    """The surfaces on nodes that share what is between two lines.
+def _within(contacts: Contacts, left: End, right: End) -> list[Pair]:
+    """The surfaces of contacts on nodes that lie between two nodes, at least in part.
 
-    Of a pressed surface lines only move inwards, of retracted ones only outwards.
+    Of the surfaces of an event these are the outermost nodes before it: of a pressed surface lines
+    only move inwards, of retracted ones only outwards, so that what lies there in part has come
+    from these surfaces.
     """
     low = -math.inf if left is None else left
     high = math.inf if right is None else right
@@ -421,7 +479,7 @@ def _parts(contacts: Contacts, left: End, right: End) -> list[Pair]:
 
 
 def _alike(before: list[Pair], after: list[Pair]) -> bool:
-    """Whether surfaces on nodes are as many, with lines that have at most crept."""
+    """Whether surfaces before and after are as many, with lines at most CREEPING links apart."""
     if len(before) != len(after):
         return False
     for old, new in zip(before, after, strict=True):
