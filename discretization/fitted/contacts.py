@@ -18,6 +18,22 @@ TIE of the largest, and the scale is no less than makes that pass:
                   closes, D <= d just behind with that of one that opens; where a line is free, D
                   grows outwards, of both lines of a gap together
     force         dU/dd against k∫u dx
+
+Conventions
+-----------
+The depth d, the rest depth D, at which a line would be in equilibrium, and the displacement u of
+the surface are positive down into the layer, heights f of the profile upwards [length]; the profile
+stands at g = d - f. Forces are positive where the indenter is pressed. Lines are a flat tuple, both
+ends of every contact from left to right; as arrays (m, 2) they are the left and right ends of m
+contacts. Free surfaces are listed from left to right: m contacts have m + 1 of them, the first and
+the last one tails. About an axis x is the radius, the left end of a disc at x = 0 is no line, and
+the first free surface of a disc is none.
+
+`LineState` is the evidence of one line: `closing` is D just outside with the adhesion of a contact
+that closes, `bare` the same without adhesion, `opening` D just inside with the adhesion of one that
+opens. `Free` is one free surface; its `pulls` are ∂F/∂u at its left and right line. `Interval`,
+of quadrature.py, has energy and force with the errors of their integrals, and `force_by_field`,
+the second way to the force.
 """
 
 import functools
@@ -42,12 +58,12 @@ _POSITION = ROUNDING / 4
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Contacts at a depth.
+    """One or more contacts at a depth, with what is computed of them.
 
     Attributes
     ----------
     contact_lines : ContactLines or SingleContact
-        What knows their lines and free surfaces.
+        The scene with its lines and free surfaces: evidence of lines, and what penetrates or opens.
     lines : tuple of float
         Both ends of every contact, from left to right [length].
     depth : float
@@ -60,7 +76,7 @@ class Contacts:
 
     @functools.cached_property
     def x(self) -> Array:
-        """Ends of each contact (m, 2)."""
+        """Left and right end of each contact (m, 2) [length]."""
         return np.array(self.lines).reshape(-1, 2)
 
     @functools.cached_property
@@ -72,7 +88,7 @@ class Contacts:
 
     @functools.cached_property
     def surfaces(self) -> list[Free]:
-        """The free surfaces from left to right.
+        """The m + 1 free surfaces of m contacts from left to right.
 
         Raises
         ------
@@ -80,11 +96,12 @@ class Contacts:
             If one would turn over.
         """
         f = np.asarray(self.contact_lines.scene.indenter.height(self.x), float)
-        ends = [None, *map(LinePosition, self.lines, f.ravel().tolist()), None]
+        # In turns the left and the right line of each surface; the tails have only one.
+        lines = [None, *map(LinePosition, self.lines, f.ravel().tolist()), None]
         solve = self.contact_lines.surfaces.solve
         return [
             solve(left, right, self.depth)
-            for left, right in zip(ends[::2], ends[1::2], strict=True)
+            for left, right in zip(lines[::2], lines[1::2], strict=True)
         ]
 
     @functools.cached_property
@@ -94,12 +111,15 @@ class Contacts:
 
     @property
     def size(self) -> float:
-        """The terms that cancel in D - d, at most [length]."""
+        """The size of the terms that cancel in D - d, the largest of all lines [length]."""
         return max(line.size for line in self.line_states)
 
     @property
     def neutral(self) -> bool:
-        """Whether a line at an edge of the body costs nothing to move inwards."""
+        """Whether the energy does not change as a line at an edge of the body moves inwards.
+
+        There D just inside is the depth, to rounding, as of a flat punch at its critical depth.
+        """
         scene = self.contact_lines.scene
         walls = scene.indenter.walls
         if not (scene.work_of_adhesion and walls):
@@ -108,7 +128,10 @@ class Contacts:
         return min(distances, default=math.inf) <= 2 * ROUNDING * self.size
 
     def totals(self) -> Interval:
-        """Energy and force, with the features that the samples of the profile have missed."""
+        """Energy and force, with errors, and features that the samples of the profile have missed.
+
+        It integrates over the contacts and adds the free surfaces.
+        """
         profile = self.contact_lines.profile
         return refined(self.contact_lines.scene, self.depth, self.x, self.surfaces, profile)
 
@@ -118,8 +141,8 @@ def estimated(
 ) -> dict[str, float]:
     """Relative errors of half-width, force and energy: of quadrature, lines, and rounding.
 
-    A line that may be off by δq changes the force by at most |dP/dq| δq, see `push`, and the energy
-    by nothing: where it rests, ∂U/∂q = 0.
+    A line at q that may be off by δq changes the force by at most |dP/dq| δq, see `push`, and the
+    energy by nothing: where it rests, ∂U/∂q = 0.
 
     Parameters
     ----------
@@ -127,14 +150,14 @@ def estimated(
     depth : float
         [length].
     lines, moves : ndarray (m, 2)
-        The lines, and how far they may be off [length].
+        Left and right ends of the contacts, and how far each may be off [length].
     found : Interval
         Energy and force, and the errors of their quadrature.
 
     Returns
     -------
     dict
-        By the names of `equilibrium.QUANTITIES`.
+        Three relative errors, by the names of `equilibrium.QUANTITIES`.
     """
     energy_error, force_error = found.errors
     uncertain = moves > 0
@@ -218,7 +241,11 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
 
 
 def _steepest(contacts: Contacts) -> float:
-    """l |f'| at the lines, with finite slopes l |sin β| [length]."""
+    """The largest l |f'| at any line, with finite slopes l |sin β| with tan β = f' [length].
+
+    At corners the steeper side counts. It is the term of D = f + l (f' - √(2w/γ₁)) that may be much
+    larger than D.
+    """
     scene = contacts.contact_lines.scene
     beside = (-1, 1) if len(scene.indenter.corners) else 0
     slopes = scene.indenter.slope_beside(contacts.x[..., None], beside)
@@ -228,7 +255,7 @@ def _steepest(contacts: Contacts) -> float:
 
 
 def _opening(contacts: Contacts, scale: float) -> float:
-    """Largest force that would open a contact, over klδ with the depth δ that sets the scale."""
+    """Largest force that would open a contact, over kl times `scale`, the size of depths."""
     scene = contacts.contact_lines.scene
     forces = contacts.contact_lines.opening(contacts.lines, contacts.depth)
     forces += _pulls_on_points(contacts)
@@ -237,10 +264,11 @@ def _opening(contacts: Contacts, scale: float) -> float:
 
 
 def _pulls_on_points(contacts: Contacts) -> list[float]:
-    """What the free surfaces on both sides of contacts of one point pull at them, per length.
+    """By what the free surfaces beside contacts of one point are pulled up there [force/length].
 
-    One that stands for a contact too narrow for doubles may be pulled, it adheres; and at the axis
-    a point has no length.
+    The surface exerts the sum of `pulls` on the point, positive where it presses against it; where
+    that is negative only adhesion could hold the point. A point that stands for a contact too
+    narrow for doubles adheres, so it is left out; and so is one at the axis, which has no length.
     """
     x = contacts.x
     measure = contacts.contact_lines.scene.measure(x[:, 0])
@@ -249,6 +277,8 @@ def _pulls_on_points(contacts: Contacts) -> list[float]:
         points &= ~np.array([contacts.contact_lines.pointed(left) for left in x[:, 0].tolist()])
     if not points.any():
         return []
+    # In a row the pulls are those at the left and right line of each surface; without the ends of
+    # the tails at infinity, they are those at the left and right end of each contact.
     pulls_at_lines = np.ravel([each.pulls for each in contacts.surfaces])[1:-1].reshape(-1, 2)
     return (-pulls_at_lines.sum(axis=1)[points] / measure[points]).tolist()
 
@@ -265,17 +295,17 @@ def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     Returns
     -------
     dict
-        As of `estimated`.
+        Relative errors, as of `estimated`.
     """
     off = ROUNDING * contacts.size + found.rounding
     moves = [_line_error(line, off) for line in contacts.line_states]
-    at_axis = [0.0] * (contacts.x.size - len(moves))
+    at_axis = [0.0] * (contacts.x.size - len(moves))  # the left end of a disc, which is no line
     all_moves = np.reshape(at_axis + moves, contacts.x.shape)
     return estimated(contacts.contact_lines.scene, contacts.depth, contacts.x, all_moves, found)
 
 
 def _line_error(line: LineState, off: float) -> float:
-    """How far a line may be off where D may be by `off` [length]; one that is pinned is not."""
+    """How far a line may be off where D may be off by `off` [length]; 0 if it is pinned."""
     if not line.free:
         return 0.0
     return off * line.moved + _POSITION * abs(line.x)

@@ -5,6 +5,16 @@ of depths has to find a for each depth, and where the contact is lost. Here a is
 the certificate follow for all states at once. Of a convex profile D grows with a from a = 0 on;
 about an axis it falls to its least value, where the contact is lost, and grows from there on
 (single_contact.py).
+
+Conventions
+-----------
+The depth d and the rest depth D(a), at which a contact of half-width (or radius) a is in
+equilibrium, are positive down into the layer; the force P is positive where the indenter is
+pressed. States are in the order of growing a, from the loss of contact on. D₀ is the least D.
+
+`ManyLines.rest_depth` is D of right lines at given places; `ManyContacts.found` are the states of
+contacts with given ends, of which `residual` is |D - d| over the size of depths, `stable` is
+whether D grows outwards, and `lost` is whether a free surface turns over or is not resolved.
 """
 
 from __future__ import annotations
@@ -72,7 +82,7 @@ class FreeBranch(NamedTuple):
 
 
 def applies(scene: Scene) -> bool:
-    """Whether there is one contact, the line of which is free from its loss on.
+    """Whether there is one contact, whose lines are free, not pinned, from its loss on.
 
     That is where `minimise_many` applies, with surface tension, of a profile without corners; a
     line contact has to be symmetric about x = 0 as well.
@@ -97,14 +107,15 @@ def applies(scene: Scene) -> bool:
 def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
     """States of a scene to which this `applies`, from the loss of contact to a depth.
 
-    Roots of the distances of their depths from the first one are about evenly spaced, since over
-    these the force is smooth.
+    The roots √(d - d₀) of the distances of their depths from the first one are about evenly spaced,
+    since the force is smooth over these: next to the loss, where D is least, a and P vary like the
+    root.
 
     Parameters
     ----------
     scene : Scene
     deepest : float
-        [length].
+        The depth of the last state [length].
     count : int
         How many states.
 
@@ -154,7 +165,8 @@ def spread_evenly(
 ) -> tuple[Array, Array] | None:
     """Half-widths from the least D to where D is `deepest`, and D there.
 
-    Roots of the distances of D from the least one are about evenly spaced.
+    The roots √(D - D₀) are about evenly spaced. First a few half-widths are tried whose own roots
+    √(a - a₀) are, and then a is interpolated over √(D - D₀) by a spline.
 
     Parameters
     ----------
@@ -171,8 +183,9 @@ def spread_evenly(
 
     Returns
     -------
-    tuple of ndarray (count,), or None
-        [length]. None where the places are not enough, or D does not grow.
+    a, depth : ndarray (count,)
+        Half-widths and D there, both increasing [length]. None in place of both where `places` do
+        not reach far enough, where D does not grow, or the roots are not evenly spaced.
     """
     ends = _ends(rest_depth, places, lowest, deepest)
     if ends is None:
@@ -195,7 +208,7 @@ def spread_evenly(
 
 
 def _roots(depth: Array) -> Array:
-    """√(d - d₀) of depths (n,) that follow the first one."""
+    """√(d - d₀) of depths (n,), with the first one d₀; 0 of any that are less by rounding."""
     return np.sqrt(np.maximum(depth - depth[0], 0.0))
 
 
@@ -206,8 +219,10 @@ def _ends(
 
     D is least at the first, and `deepest` at the other one. They are looked for between ever closer
     places, and are at last the lowest point of a parabola through three places, and the zero of a
-    straight line: D is then known to rounding where it is least. None if they are not among the
-    places.
+    straight line: D is then known to rounding where it is least. Where D is least at the first of
+    the places and `lowest` is given, the contact is lost at `lowest`.
+
+    Parameters as of `spread_evenly`. None if they are not among the places.
     """
     depth = rest_depth(places)
     least = int(np.argmin(depth))
@@ -224,8 +239,9 @@ def _ends(
         near_least = np.linspace(*around_least, _SPREAD.places)
         near_end = np.linspace(*around_end, _SPREAD.places)
         depth = rest_depth(np.append(near_least, near_end))  # of both at once
-        fall = depth[: _SPREAD.places]
+        fall = depth[: _SPREAD.places]  # D around its least value
         excess = depth[_SPREAD.places :] - deepest
+        # The least D has a neighbour on both sides; the first D above `deepest` has one before it.
         i = int(np.clip(np.argmin(fall), 1, _SPREAD.places - 2))
         j = int(np.clip(np.argmax(excess > 0), 1, _SPREAD.places - 1))
         around_least = (float(near_least[i - 1]), float(near_least[i + 1]))
@@ -237,14 +253,17 @@ def _ends(
 
 
 def _zero_of_line(places: tuple[float, float], values: list[float]) -> float:
-    """Where the straight line through values at two places is 0."""
+    """Where the straight line through the values at two places is 0."""
     low, high = places
     before, after = values
     return low - before * (high - low) / (after - before)
 
 
 def _least_of_parabola(places: tuple[float, float], values: list[float]) -> float:
-    """Where the parabola through values at two places and in the middle is least, or the middle."""
+    """Where a parabola is least; the middle if it has no least value.
+
+    places: two places, between which the third one is half-way; values: at these three, in order.
+    """
     inner, outer = places
     before, middle, after = values
     bend = before - 2 * middle + after
@@ -253,13 +272,13 @@ def _least_of_parabola(places: tuple[float, float], values: list[float]) -> floa
 
 
 def _states(contact: SingleContact, a: Array, depth: Array) -> ManyStates:
-    """Force, energy and evidence of states with these half-widths, at the depths D (n,) there."""
+    """The states with half-widths a (n,) at the depths D (n,), at which these are at rest."""
     states = _of_scene(contact.scene, depth)
     left = np.zeros_like(a) if contact.scene.axisymmetric else -a
     return ManyContacts(ManyLines.tense(contact, states), states, left, a).found
 
 
 def _of_scene(scene: Scene, depth: Array) -> States:
-    """States of a scene at depths (n,)."""
+    """The parameters of n states of one scene at depths (n,)."""
     parameters = scene.work_of_adhesion, scene.gamma1, scene.stiffness
     return States(depth, *(np.full_like(depth, value) for value in parameters))

@@ -3,6 +3,20 @@
 As for one state (contacts.py), energy and force are sums over the contact and the free surfaces
 beside it. The integrals over the contact are those of g = min f - f and of powers of it, which no
 state's depth enters, so that one density serves all of them.
+
+Conventions
+-----------
+The depth d, the rest depth D and the displacement u of the surface are positive down into the
+layer, heights f of the profile upwards [length]. Forces P are positive where the indenter is
+pressed. For a line contact energy and force count per length of it; about an axis x is the radius,
+and integrals have the weight 2πx (`Scene.measure`).
+
+Arrays (n,) have one entry a state. `side` is 1 for the right line of a contact and -1 for the left
+one; outwards is the direction `side` along x. `ManyLines.rest_depth` is D at given places,
+with `beside` 1 just outwards of the contact, -1 just inwards; `ManyLines.goal` is the depth at
+which a line would rest, that of the state where there is tension; `ManyLines.off` is
+(D - goal)/size. `energy_and_reaction` of the free surfaces is their energy F and what they pull at
+the line, S = ∂F/∂u, in units of l and γ₁.
 """
 
 from __future__ import annotations
@@ -37,14 +51,18 @@ class ManyStates(NamedTuple):
     half_width : ndarray (n,)
         Half of the width of the contact, or its radius [length].
     force, energy : ndarray (n,)
-        As of `Equilibrium`.
+        P, positive where pressed, and U, 0 for the undeformed surface without contact [force and
+        energy, or these per length of a line contact].
     contact_angle : ndarray (n,)
-        [rad], of both lines the mean; nan without contact.
-    in_contact, stable : ndarray of bool (n,)
+        θ [rad], of both lines the mean; nan without contact.
+    in_contact : ndarray of bool (n,)
+    stable : ndarray of bool (n,)
+        Whether D grows outwards of the lines; True without contact.
     residual : ndarray (n,)
-        By how much a line is off its rest, over the depths.
+        The largest violation of D = d (of D >= d ahead and D <= d behind of pinned lines), or
+        without contact the penetration, over the size of depths.
     off_half_width, off_force, off_energy : ndarray (n,)
-        What these may be off by.
+        What half-width, force and energy may be off by, in their units.
     lost : ndarray of bool (n,)
         Whose contact leaves the known profile, or whose surface turns over.
     """
@@ -63,7 +81,7 @@ class ManyStates(NamedTuple):
 
     @classmethod
     def detached(cls, count: int) -> ManyStates:
-        """The flat surface without contact."""
+        """This many states of the flat surface without contact."""
         return cls(
             half_width=np.zeros(count),
             force=np.zeros(count),
@@ -108,7 +126,11 @@ def solved(contact: SingleContact, states: States) -> ManyStates:
 
 
 def _of_lines(lines: ManyLines, states: States) -> ManyStates:
-    """States with their contact lines brought to rest."""
+    """The states to which these lines belong, once the lines have been brought to rest.
+
+    Lines that have crossed, or are nowhere (nan), mean no contact. So do lines that meet below the
+    depth of touching; at or above it they are a contact of one point.
+    """
     contact = lines.contact
     left, right, lost = _both(lines)
     touches = (left < right) | ((left == right) & (lines.goal >= contact.touch))
@@ -123,22 +145,27 @@ def _of_lines(lines: ManyLines, states: States) -> ManyStates:
     detached_states = np.flatnonzero(~(touches | lost))
     found.residual[detached_states] = _penetration(contact, states, detached_states)
     if contact.scene.slopes == "finite" and not contact.scene.axisymmetric and lines.length.any():
+        # So near to the depth at which contact is lost a state without it is only known to be the
+        # state if the surface beside a contact there would not turn over.
         apex = np.full(detached_states.size, contact.apex)
-        near = detached_states[np.abs(lines.off(1, apex, detached_states)) <= UNDECIDED]
-        u = (states.depth[near] - contact.touch) / lines.length[near]
-        found.lost[near] = _turned(contact.surfaces, np.zeros(near.size), u)
+        at_loss = detached_states[np.abs(lines.off(1, apex, detached_states)) <= UNDECIDED]
+        u = (states.depth[at_loss] - contact.touch) / lines.length[at_loss]
+        found.lost[at_loss] = _turned(contact.surfaces, np.zeros(at_loss.size), u)
     return found
 
 
 def _penetration(contact: SingleContact, states: States, detached_states: Indices) -> Array:
-    """How far the profile sticks through the flat surface of states, over their depths."""
+    """How far the profile sticks through the flat surface, over max(|d|, δ₀) of each state."""
     size = np.maximum(np.abs(states.depth[detached_states]), states.separation[detached_states])
     through = np.maximum(states.depth[detached_states] - contact.touch, 0.0)
     return np.divide(through, size, out=np.zeros_like(size), where=size > 0)
 
 
 def _both(lines: ManyLines) -> tuple[Array, Array, Mask]:
-    """Both ends of the contacts, 0 at the axis; and which leave the known profile."""
+    """Both ends of the contacts [length], and which leave the known profile.
+
+    A left end about an axis is 0; ends where no line rests are nan.
+    """
     right, lost = lines.find(1)
     scene = lines.contact.scene
     apex = lines.contact.apex
@@ -151,7 +178,10 @@ def _both(lines: ManyLines) -> tuple[Array, Array, Mask]:
 
 
 def _turned(surfaces: Surfaces, s: Array, u: Array) -> Mask:
-    """Which of these surfaces beside lines at s, displaced by u, would turn over."""
+    """Which of these surfaces beside lines at s, displaced by u, would turn over; in units of l.
+
+    The solver only says whether one of several does, so they are halved until that is clear.
+    """
     if not u.size or surfaces.energy_and_reaction(1, s, math.inf, u, -u) is not None:
         return np.zeros(u.size, bool)
     if u.size == 1:
@@ -163,21 +193,22 @@ def _turned(surfaces: Surfaces, s: Array, u: Array) -> Mask:
 
 
 class Contribution(NamedTuple):
-    """What one line and its free surface contribute to a state, and what judges the line.
+    """What one line of every state contributes to it, with the contact and the surface beside it.
 
     Attributes
     ----------
     energy, force : ndarray (n,)
-        Of the contact from the apex to the line, and of the surface beyond it.
+        U and P of the contact from the apex to the line, and of the surface beyond it.
     deficit : ndarray (n,)
-        π - θ [rad].
+        π - θ [rad]; nan without tension.
     stable : ndarray of bool (n,)
+        Whether D grows outwards of the line, or it is pinned.
     residual : ndarray (n,)
-        By how much the line is off its rest, over the depths.
+        By how much D violates the condition of the line, over the size of depths.
     moves : ndarray (n,)
-        How far it may be off [length].
+        How far the line may be off [length].
     off_force, off_energy : ndarray (n,)
-        What force and energy may be off by.
+        What force and energy may be off by, in their units.
     lost : ndarray of bool (n,)
         Whose surface turns over or is not resolved.
     """
@@ -193,9 +224,36 @@ class Contribution(NamedTuple):
     lost: Mask
 
 
+class _ContactSums(NamedTuple):
+    """Sums over one half of each contact, from the apex to a line; arrays (n,).
+
+    Attributes
+    ----------
+    energy, force : ndarray (n,)
+        ∫ [k/2 (d - f)² + γ₁ψ(f') - w s(f')] dx and ∫ k (d - f) dx.
+    energy_size, force_size : ndarray (n,)
+        Sums of the absolute values of the terms of both, of which rounding is a part.
+    """
+
+    energy: Array
+    force: Array
+    energy_size: Array
+    force_size: Array
+
+
 @dataclass(frozen=True, eq=False)
 class ManyContacts:
-    """Contacts with lines (n,) at both ends, which rest."""
+    """Contacts of many states, whose lines rest.
+
+    Attributes
+    ----------
+    lines : ManyLines
+        What gives D of the lines of the states.
+    states : States
+        Depths and materials.
+    left, right : ndarray (n,)
+        Both ends of the contacts; about an axis 0 and the radius [length].
+    """
 
     lines: ManyLines
     states: States
@@ -209,7 +267,7 @@ class ManyContacts:
 
     @property
     def found(self) -> ManyStates:
-        """Energies, forces, angles and what judges the lines."""
+        """The states: sums of what both lines contribute, or of twice that of the right one."""
         scene = self.lines.contact.scene
         sides = [self._contribution(1, self.right)]
         if not scene.axisymmetric:
@@ -232,7 +290,7 @@ class ManyContacts:
         )
 
     def _contribution(self, side: int, x: Array) -> Contribution:
-        """The contact from the apex to a line, and the free surface beyond it."""
+        """The contact from the apex to the line at x on this side, and the surface beyond it."""
         scene = self.lines.contact.scene
         states = self.states
         length = states.length
@@ -240,7 +298,7 @@ class ManyContacts:
         if scene.axisymmetric:
             pinned |= x == 0
         rate, stable = self._rate(side, x, pinned)
-        energy, force, energy_size, force_size = self._of_contact(side, x)
+        energy, force, energy_size, force_size = self._of_contact(side, x)  # of _ContactSums
         deficit = np.full(x.size, math.nan)
         lost = np.zeros(x.size, bool)
         if length.any():
@@ -268,19 +326,24 @@ class ManyContacts:
         )
 
     def _displacement(self, x: Array) -> Array:
-        """d - f at lines [length]."""
+        """d - f at lines at x: the displacement u of the surface there [length]."""
         return self.states.depth - np.asarray(self.lines.contact.scene.indenter.height(x), float)
 
     def _moves(self, x: Array, pinned: Mask, rate: Array) -> Array:
-        """How far lines may be off: rounding times their condition, as for one state."""
+        """How far lines at x may be off: rounding times their condition, as for one state.
+
+        rate: dD/dx outwards. Pinned lines are where they are.
+        """
         with np.errstate(divide="ignore"):
             moves = ROUNDING * self.lines.size / np.abs(rate) + ROUNDING * np.abs(x)
         return np.where(pinned, 0.0, moves)
 
     def _force_error(self, x: Array, pinned: Mask, moves: Array) -> Array:
-        """What forces may be off by because lines are, at most (k|g| + k l |f'|) per length.
+        """What forces may be off by because lines at x may be off by `moves`.
 
-        A line without a condition may be as far off as it is from the apex at 0.
+        That is |dP/dx| times it, at most (k|g| + k l |f'|) with g = d - f, times 2πx about an axis.
+        A line without a condition, whose `moves` is inf, may be as far off as it is from the apex
+        at 0.
         """
         scene = self.lines.contact.scene
         slope = np.nan_to_num(np.asarray(scene.indenter.slope(x), float))
@@ -289,15 +352,16 @@ class ManyContacts:
         push = self.states.stiffness * displacement * scene.measure(np.abs(x))
         return np.where(pinned, 0.0, push * np.where(np.isfinite(moves), moves, np.abs(x)))
 
-    def _of_contact(self, side: int, x: Array) -> tuple[Array, Array, Array, Array]:
-        """∫ [k/2 (d - f)² + γ₁ψ(f') - w s(f')] dx and ∫ k (d - f) dx from the apex to x.
+    def _of_contact(self, side: int, x: Array) -> _ContactSums:
+        """Sums over the contacts from the apex to lines at x.
 
-        And the sizes of the terms of both. With d - f = (d - min f) + g, g = min f - f.
+        With d - f = (d - min f) + g, g = min f - f <= 0, they are combinations of integrals of g
+        and g² that do not depend on the state.
         """
         states = self.states
         k = states.stiffness
         width, g, square, stretched, area = integrals(self.lines.contact, side, x)
-        d = states.depth - self.lines.contact.touch
+        d = states.depth - self.lines.contact.touch  # counted from first touch
         springs = np.array([k / 2 * d * d * width, k * d * g, k / 2 * square])
         surface = states.gamma1 * stretched
         adhesion = states.work * area
@@ -305,10 +369,14 @@ class ManyContacts:
         energy_size = np.abs(springs).sum(axis=0) + surface + adhesion
         force = k * (d * width + g)
         force_size = k * (np.abs(d) * width - g)
-        return energy, force, energy_size, force_size
+        return _ContactSums(energy, force, energy_size, force_size)
 
     def _free_surface(self, s: Array, u: Array) -> tuple[Array, Array, Mask]:
-        """F and S in units of l and γ₁, and which surfaces turn over or are not resolved."""
+        """F and S in units of l and γ₁, and which surfaces turn over or are not resolved.
+
+        s, u: positions of lines and displacements there, over l. A meniscus about a radius too
+        small for its mesh is not resolved. Where one surface turns over, all F and S are nan.
+        """
         surfaces = self.lines.contact.surfaces
         lost = np.zeros(s.size, bool)
         if isinstance(surfaces, MeniscusSurfaces):
@@ -323,22 +391,23 @@ class ManyContacts:
     def _deficit(self, side: int, x: Array, pinned: Mask, s: Array, pull: Array) -> Array:
         """π - θ: f'(a-0) + u'(a+0), Eq. (12), or with the angles of these slopes.
 
-        At a corner f' is taken on the contact's side; at a lone tip on the outer side. S is γ₁u',
-        or with finite slopes the sine of the inclination, per length of the line.
+        At a corner f' is taken on the contact's side, at a contact of one point on the outer side.
+        `pull` is S: -γ₁u', or with finite slopes -γ₁ times the sine of the inclination, per length
+        of the line, in units of γ₁; about an axis it is that times s, the radius over l.
         """
         scene = self.lines.contact.scene
-        own = np.where(pinned, np.where(self.pointed, side, -side), 0)
-        slope_there = side * np.asarray(scene.indenter.slope_beside(x, own), float)
+        read_on = np.where(pinned, np.where(self.pointed, side, -side), 0)  # 1 right, -1 left of x
+        outward_slope = side * np.asarray(scene.indenter.slope_beside(x, read_on), float)
         if scene.axisymmetric:
             pull = np.divide(pull, s, out=np.zeros_like(s), where=s > 0)
         if scene.slopes == "small":
-            return slope_there - pull
-        return np.asarray(np.arctan(slope_there) - np.arcsin(np.clip(pull, -1.0, 1.0)))
+            return outward_slope - pull
+        return np.asarray(np.arctan(outward_slope) - np.arcsin(np.clip(pull, -1.0, 1.0)))
 
     def _residual(self, side: int, x: Array, pinned: Mask) -> Array:
         """By how much a depth violates D >= d ahead of a line and D <= d behind, over D's terms.
 
-        Where a line is free both are D.
+        Of a free line both are D, so it is |D - d|. A contact of one point cannot recede further.
         """
         lines = self.lines
         own = np.arange(x.size)
@@ -352,7 +421,7 @@ class ManyContacts:
             behind = lines.rest_depth(side, at, pinned_lines, -1) - goal
             behind = np.where(self.pointed[pinned_lines], 0.0, behind)
             off[pinned_lines] = np.maximum(np.maximum(ahead, behind), 0.0)
-        size = lines.size + lines.length * self._steepest(x)
+        size = lines.size + lines.length * self._steepest(x)  # with l |f'|, a term of D
         return np.asarray(off / size)
 
     def _steepest(self, x: Array) -> Array:
@@ -366,9 +435,10 @@ class ManyContacts:
         return np.asarray(np.fmax.reduce(slopes))
 
     def _rate(self, side: int, x: Array, pinned: Mask) -> tuple[Array, Mask]:
-        """How D grows outwards of lines, and whether they are stable.
+        """dD/dx outwards of lines at x, and whether they are stable.
 
-        By a central difference that crosses no corner; without tension D is the height.
+        It is a central difference that crosses no corner; without tension D is the height of the
+        profile. It may be negative by what rounding makes of it where D is least.
         """
         lines = self.lines
         scene = lines.contact.scene
@@ -387,9 +457,10 @@ class ManyContacts:
         return rate, np.asarray(pinned | (rate + FLAT * size / span > 0))
 
     def _difference(self, x: Array, span: Array) -> tuple[Array, Array]:
-        """Places on both sides of lines for a central difference that crosses no corner.
+        """Places on the left and on the right of lines at x, for a central difference of D.
 
-        span: the length over which D varies.
+        They are a step away, but at most half of the distance to a corner, and inside the known
+        profile. span: the length over which D varies [length].
         """
         indenter = self.lines.contact.scene.indenter
         step = np.maximum(DIFFERENCES.step * span, DIFFERENCES.least_ulps * np.spacing(np.abs(x)))
@@ -409,7 +480,7 @@ def integrals(contact: SingleContact, side: int, x: Array) -> Array:
     """∫1, ∫g, ∫g², ∫ψ(f') and ∫s(f') from the apex to lines, of g = min f - f.
 
     Up to the last corner or knot before x they are sums over the panels between those, which all
-    states share.
+    states share. About an axis the integrals have the weight 2πx.
 
     Parameters
     ----------
@@ -422,6 +493,9 @@ def integrals(contact: SingleContact, side: int, x: Array) -> Array:
     Returns
     -------
     ndarray (5, n)
+        One row for each integral, in the order above. ψ(f') = f'²/2 is by how much the surface is
+        stretched and s = 1 the part of it that adheres, with finite slopes √(1+f'²) - 1 and
+        √(1+f'²), both per dx.
     """
     unit = _of_unit_tension(contact.scene)
     density = functools.partial(densities, unit, contact.touch)
@@ -429,6 +503,7 @@ def integrals(contact: SingleContact, side: int, x: Array) -> Array:
     breaks = np.unique(unit.indenter.breaks())[::side]
     places = np.append(contact.apex, breaks[side * breaks > side * contact.apex])
     number = np.maximum(np.searchsorted(side * places, side * x) - 1, 0)
+    # From the last break before each line to the line; then all panels before that break.
     found = summed_each(density, np.sort([places[number], x], axis=0), smooth=smooth)
     last = int(number.max())
     if last:

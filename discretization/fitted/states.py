@@ -7,6 +7,17 @@ slopes or under a pattern, "adhered" is the end of the path from first touch (co
 around an axis "global" what has the least energy of: the lowest rings of a lattice, moved to rest
 on the fitted mesh, the adhered state, and none. Lattices are halved until two of them lead to the
 same state.
+
+Conventions
+-----------
+The depth d is positive down into the layer [length]. `Lines` are both ends of every contact from
+left to right, a flat tuple; () is the flat surface without contact. About an axis x is the radius,
+and the left end of a contact around the axis is 0. Energies count from the undeformed surface, so
+that a state of less than 0 has less than no contact has.
+
+`ContactLines.adhered` are the lines of the adhered state at a depth; its `settled` moves lines that
+are near a state at rest to it. `hidden` are places of features between the samples of the profile
+that quadrature has come across: the profile is resolved again with samples there.
 """
 
 import math
@@ -96,9 +107,12 @@ def on_one_contact(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     lines = contact.lines(depth)
     if lines:
         state = state_of(contact, lines, depth, branch)
+        # Before first touch no contact is a state, too, with the energy 0.
         if branch != "global" or state.energy <= 0 or depth > contact.touch:
             return state
     else:
+        # So near to the depth at which contact is lost, none is the state only if the surface
+        # beside a contact would not turn over.
         size = contact.size(depth) or 1.0
         distance = abs(float(contact.rest_depth(1, contact.apex)) - depth)
         if distance <= UNDECIDED * size:
@@ -152,7 +166,10 @@ def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
 def _lowest_of(
     contact_lines: ContactLines, candidates: set[Lines], adhered: Equilibrium
 ) -> Equilibrium:
-    """The state of least energy: the adhered one, or one of these that is an equilibrium."""
+    """The state of least energy: the adhered one, or one of the candidates.
+
+    Candidates that fail their certificate are no equilibria and are left out.
+    """
     states = [adhered]
     for lines in candidates:
         try:
@@ -166,7 +183,7 @@ def _lowest_of(
 
 
 def _lowest_of_discs(contact_lines: ContactLines, adhered: Equilibrium) -> Equilibrium:
-    """The state of least energy of a convex profile about an axis."""
+    """The state of least energy of a convex profile about an axis: a disc, or no contact."""
     return _lowest_of(contact_lines, _discs(contact_lines, adhered.depth), adhered)
 
 
@@ -195,7 +212,7 @@ def _lowest_on_lattices(contact_lines: ContactLines, adhered: Equilibrium) -> Eq
 
 
 def _alike(one: Equilibrium, other: Equilibrium) -> bool:
-    """Whether two states are the same, by their energies and the number of their contacts."""
+    """Whether two states are the same, by the number of their contacts and their energies."""
     if len(one.contacts) != len(other.contacts):
         return False
     return abs(one.energy - other.energy) <= _SEARCH.same_energy * other.scales["energy"]
@@ -230,12 +247,16 @@ def _lattice_candidates(
 
 
 def _spacings(contact_lines: ContactLines) -> list[float]:
-    """Spacings of the lattices [length], by the shortest wave of the profile and l."""
+    """Spacings of the lattices in the order in which they are tried [length].
+
+    The first one has so many nodes in l, and in the shortest wave of the slope of the profile; each
+    further one is half of that before, down to what the most nodes leave.
+    """
     scene = contact_lines.scene
     profile = contact_lines.profile
     kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
     turns = slope_turns(profile.x, profile.slope, _SEARCH.noticed * kink)
-    waves = turns[2:] - turns[:-2]
+    waves = turns[2:] - turns[:-2]  # from a maximum of the slope to the next one, and of minima
     of_length = scene.elastocapillary_length / _SEARCH.per_length
     of_waves = (waves / _SEARCH.per_wave).tolist()
     first = min([of_length, *of_waves])
@@ -246,11 +267,13 @@ def _spacings(contact_lines: ContactLines) -> list[float]:
 def _discs(contact_lines: ContactLines, depth: float) -> set[Lines]:
     """No contact, and all contacts around the axis whose line is at rest; of a convex profile.
 
-    The lowest state of that is one of them. A gap a < r < b in a contact would cost energy: filled,
+    Their lines stand between samples where D - d changes its sign, growing outwards. The state of
+    least energy of a convex profile is one of these. A gap a < r < b in a contact would cost energy: filled,
     it gains ∫ [w - k/2 (g² - u²)] dA + γ₁ ∫ [v'²/2 + v Δf] dA with v = u - g >= 0 and Δf >= 0, more
     than 0 where |g| <= δ₀; and beyond r = b, where g is less still, every contact with |g| > δ₀
     costs more than the surface that is free there.
     """
+    # D of the left line of a tail, with the contact around the axis on its left, at all samples.
     x = contact_lines.profile.x
     no_line = np.full(x.size, math.inf)
     rest_depths = contact_lines.rests.ahead(np.column_stack([x, no_line]), 1)[:, 0]

@@ -3,6 +3,15 @@
 With finite slopes it is f'/√(1+f'²) for f'. Without adhesion nothing holds the surface there, and a
 gap opens. Between two lines v = u - g obeys l² v'' = v + g + l² f'' with v = v' = 0 at both, so
 there is no gap where nothing pulls, and one around every place that does.
+
+Conventions
+-----------
+The pull is a traction, positive where the surface is pulled up, off the indenter; divided by k it
+is a length, -g - l² f'' with g = d - f. The depth d and the displacement u are positive down into
+the layer, heights f of the profile upwards. An integral of the pull along x is a force per length;
+divided by kl it is a length again. f'' is taken as a difference of slopes, over an interval of the
+samples of the profile (`Resolved`): so the mean pull of the interval is exact, whatever f'' does.
+About an axis x is the radius, and `Scene.measure` is 2πx, in place of 1.
 """
 
 import math
@@ -50,16 +59,16 @@ _TO_END = np.array([11, -7, 2]) / 6
 
 
 class Pull(NamedTuple):
-    """Where the profile pulls most in a part of the contact.
+    """Where the profile pulls most in a part of the contact; `Pull()` is nowhere.
 
     Attributes
     ----------
     worst : float
-        The pull over k, beyond what may be rounding of f' [length].
+        The largest pull over k, beyond what may be rounding of f' [length]; 0 if nowhere.
     ends : tuple of float
-        Of where it pulls [length], nan if nowhere.
+        Both ends of where it pulls around that [length], nan if nowhere.
     force : float
-        What it pulls there at most, over kl [length].
+        A bound of the force there, over kl: the largest pull times the width, at most l [length].
     """
 
     worst: float = 0.0
@@ -71,7 +80,7 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     """The largest pull in contact between two positions, in either order.
 
     The mean pull of parts of the intervals between samples is read, then that of parts of what is
-    around the largest one, until it is clear that it falls short of 0.
+    around the largest one, until it is clear that the pull stays below 0, or `closer` times.
 
     Parameters
     ----------
@@ -80,7 +89,7 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
     one, other : float
         [length].
     depth : float
-        [length].
+        d [length].
 
     Returns
     -------
@@ -102,12 +111,13 @@ def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float
         if worst < -_RULES.rises * float(np.ptp(around)):
             break
         if worst > 0:
-            found = _around(x, values, i)
-            # closer looks may not see the ends of where it pulls
-            sees_first = found[0] > x[0] or x[0] == start
-            sees_last = found[1] < x[-1] or x[-1] == end
+            pulls_between = _around(x, values, i)
+            # A closer look covers a shorter part of the contact, which the profile may pull at all
+            # over: then the ends are those that a wider look has seen.
+            sees_first = pulls_between[0] > x[0] or x[0] == start
+            sees_last = pulls_between[1] < x[-1] or x[-1] == end
             if (sees_first and sees_last) or math.isnan(ends[0]):
-                ends = found
+                ends = pulls_between
         intervals = parts.beside(i)
     if worst <= 0:
         return Pull(0.0, ends, 0.0)
@@ -137,11 +147,11 @@ class _Intervals(NamedTuple):
         return self.high - self.low
 
     def of(self, own: Any) -> "_Intervals":
-        """Those of these numbers."""
+        """The intervals with these numbers, or where a mask is true."""
         return _Intervals(*(values[own] for values in self))
 
     def divided(self, profile: Resolved) -> "_Intervals":
-        """Each in equal parts (n, parts)."""
+        """Each interval in equal parts: arrays (n, parts)."""
         share = np.arange(_RULES.parts + 1) / _RULES.parts
         x = self.low[:, None] + self.width[:, None] * share
         x[:, -1] = self.high
@@ -151,7 +161,11 @@ class _Intervals(NamedTuple):
         return _Intervals(x[:, :-1], x[:, 1:], slope[:, :-1], slope[:, 1:])
 
     def beside(self, i: int) -> "_Intervals":
-        """The part in which `_along` has its place i, and those on both sides of it."""
+        """Of divided intervals the part in which `_along` has its place i, and both next to it.
+
+        `_along` has parts + 2 places for each interval: its low end, the middles of its parts, and
+        its high end. Parts are counted through all intervals.
+        """
         interval, place = divmod(i, _RULES.parts + 2)
         number_in_interval = min(max(place - 1, 0), _RULES.parts - 1)
         number = _RULES.parts * interval + number_in_interval
@@ -160,7 +174,11 @@ class _Intervals(NamedTuple):
 
 
 def _between_samples(profile: Resolved, start: float, end: float) -> _Intervals:
-    """The intervals between neighbouring samples from one position to another."""
+    """The intervals between neighbouring samples from one position to another, start < end.
+
+    f' at a sample that is a corner is that on the side of the interval, as corners stand twice
+    among the samples; the interval of no width between them is left out by the caller.
+    """
     own = profile.beyond(start, end)
     x = np.concatenate([[start], profile.x[own], [end]])
     slope = profile.slope[own]
@@ -172,6 +190,8 @@ def _between_samples(profile: Resolved, start: float, end: float) -> _Intervals:
 def bounds(scene: Scene, profile: Resolved) -> Array:
     """Safe bounds of the pull at depth 0 between neighbouring samples.
 
+    At a depth d the pull, and with it both bounds, is less by d.
+
     Parameters
     ----------
     scene : Scene
@@ -180,7 +200,8 @@ def bounds(scene: Scene, profile: Resolved) -> Array:
     Returns
     -------
     ndarray (2, n)
-        Lower and upper ones over k [length]; far below any pull in intervals that are too short.
+        In the first row lower, in the second upper ones, over k [length], for the intervals between
+        the samples i and i + 1; ANY, far below any pull, in those that are too short to say.
     """
     x = profile.x
     slope = profile.slope
@@ -196,9 +217,11 @@ def bounds(scene: Scene, profile: Resolved) -> Array:
 
 
 def _mean_pulls(scene: Scene, profile: Resolved, parts: _Intervals, depth: float) -> Array:
-    """The mean pull over k of parts, -g - l² times the mean of f'', less what may be rounding.
+    """The mean pull over k of each part [length], less what may be rounding of f'.
 
-    The mean of f is that of the cubic through heights and slopes at both ends.
+    It is the mean of f - d - l² f'', about an axis of l² (r f')'/r, with f' or the sine of its
+    angle. The mean of f'' is the difference of f' at both ends over the width; that of f is that of
+    the cubic through heights and slopes at both ends. Arrays in the shape of the parts.
     """
     height = profile.indenter.height
     width = parts.width
@@ -236,12 +259,16 @@ def _along(parts: _Intervals, mean: Array) -> tuple[Array, Array]:
 
 
 def _around(x: Array, values: Array, i: int) -> tuple[float, float]:
-    """Between which places values are positive around the one with the number i."""
+    """Between which places values are positive around the one with the number i, left and right."""
     return _last_positive(x[i::-1], values[i::-1]), _last_positive(x[i:], values[i:])
 
 
 def _last_positive(x: Array, values: Array) -> float:
-    """How far values are positive from the first place on: to the zero of a straight line."""
+    """How far values are positive from the first place on, where they are.
+
+    That is the zero of the straight line between the last positive value and the first that is
+    not, or the last place if all are positive. x may fall as well as grow.
+    """
     k = int(np.argmax(values <= 0))
     if not k:
         return float(x[-1])
