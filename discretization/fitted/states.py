@@ -268,10 +268,10 @@ def _discs(contact_lines: ContactLines, depth: float) -> set[Lines]:
     """No contact, and all contacts around the axis whose line is at rest; of a convex profile.
 
     Their lines stand between samples where D - d changes its sign, growing outwards. The state of
-    least energy of a convex profile is one of these. A gap a < r < b in a contact would cost energy: filled,
-    it gains ∫ [w - k/2 (g² - u²)] dA + γ₁ ∫ [v'²/2 + v Δf] dA with v = u - g >= 0 and Δf >= 0, more
-    than 0 where |g| <= δ₀; and beyond r = b, where g is less still, every contact with |g| > δ₀
-    costs more than the surface that is free there.
+    least energy of a convex profile is one of these: a gap a < r < b in a contact would cost
+    energy. Filled, it gains ∫ [w - k/2 (g² - u²)] dA + γ₁ ∫ [v'²/2 + v Δf] dA with v = u - g >= 0
+    and Δf >= 0, more than 0 where |g| <= δ₀; and beyond r = b, where g is less still, every contact
+    with |g| > δ₀ costs more than the surface that is free there.
     """
     # D of the left line of a tail, with the contact around the axis on its left, at all samples.
     x = contact_lines.profile.x

@@ -1,4 +1,22 @@
-"""What a load path is made of, states and events, and what it needs to know of a discretisation."""
+"""What a load path is made of, states and events, and what it needs to know of a discretisation.
+
+A branch is the family of states that are met as an imposed depth changes. `Branch` is what each
+discretisation provides of it; load paths under any control are read off that (load_path.py).
+
+Conventions
+-----------
+The depth d is positive down into the layer [length]. The force P is positive where the indenter is
+pressed (compressive) and negative where it is pulled; for a line contact P and the energy U count
+per length of it, about an axis they are those of the whole contact. U includes - w times what is in
+contact, with w of closing, and is 0 without contact.
+
+Contact lines are a flat tuple: both ends of every contact from left to right, (left, right, left,
+right, ...). About an axis they are radii, and the left end of a contact on the axis is 0.
+
+Of a control, "force" and "drive" are loads whose energy counts: F is a dead load, K the stiffness
+of a machine and D the position of its far end (control.py). Per-point arrays (2, n) hold U in their
+first row and P in the second one.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,6 +29,7 @@ from discretization.quadrature import summed
 from energy import Scene
 from energy.arrays import Array
 
+# Where the left and the right outermost line is pinned: "edge" of the body, "tip", or "" if free.
 Pinned = tuple[str, str]
 _ROUNDING = 2e-16  # of the sum of what P is made of
 _KNOWN = 1e-14  # of ∫|P dd|: as well as it is known
@@ -117,16 +136,17 @@ class PullOff(NamedTuple):
 
 
 class Point(NamedTuple):
-    """Contacts at a depth.
+    """Contacts at a depth: a place on a path, of which energy and force are not yet computed.
 
     Attributes
     ----------
     depth : float
-        [length].
+        d [length].
     lines : tuple of float or None
         All contact lines from left to right [length], () where only touching, None if detached.
     memory : object
-        What else its branch has to know of a point.
+        What else its branch has to know to go on from here, such as contacts on nodes. Only that
+        branch reads it.
     """
 
     depth: float
@@ -148,16 +168,17 @@ class Point(NamedTuple):
 class PathSegment:
     """A part of a path at imposed depths, with nothing but smooth motion between its ends.
 
-    Depths on it are start + (end - start) t²(3 - 2t), 0 <= t <= 1: at both ends P may be like a
-    root of the depth, which is smooth in t.
+    Depths on it are start + (end - start) t²(3 - 2t), 0 <= t <= 1: at both ends P may vary like a
+    root of the distance in depth, which is smooth in t, as the distance is like t² there.
 
     Attributes
     ----------
     branch : Branch
         What has followed it.
     start, end : Point
+        In the order of the path, so that the depth may fall from one to the other.
     after : Point or None
-        What is beyond an event at the end, None where nothing happens there.
+        The contacts beyond an event at the end, at the same depth; None where nothing happens.
     jumps : bool
         Whether lines jump at that event.
     """
@@ -175,7 +196,11 @@ class PathSegment:
 
     @property
     def pinned(self) -> Pinned:
-        """Where the outermost lines are pinned on it, as in `Branch.pinned`."""
+        """Where the outermost lines are pinned on it, as in `Branch.pinned`.
+
+        If they are not pinned alike at both ends, the middle of the segment decides: at an end a
+        line may have just come to a corner, or be about to leave it.
+        """
         if self.branch.pinned(self.start) == self.branch.pinned(self.end):
             return self.branch.pinned(self.start)
         (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
@@ -190,25 +215,29 @@ class PathSegment:
         return [known[depth] for depth in depths.tolist()]
 
     def between(self, depths: Array) -> list[Point]:
-        """The same at depths that are not its ends: as the branch moves from the start."""
+        """The contacts at depths (n,) strictly between its ends, by moving on from the start."""
         return list(self.branch.moved(self.start, depths))
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P [force/length] at depths (n,) on the segment.
+        """P (n,) at depths (n,) on the segment.
 
-        roughly: only as good as is needed to draw it.
+        roughly: whether P need only be as good as the polynomials that represent it (`Curve`).
         """
         return np.asarray(self.branch.totals(self.points(depths))[1])
 
     def depths(self, t: Array) -> Array:
-        """d at t, an array [length]."""
+        """d at parameters t (n,) [length]; the depth of the end itself at t = 1."""
         start, end = self.start.depth, self.end.depth
         depths = start + (end - start) * (t * t * (3 - 2 * t))
         return np.where(t == 1.0, end, np.clip(depths, min(start, end), max(start, end)))
 
     @property
     def rounding(self) -> float:
-        """Of P, by the sizes of what it is a sum of."""
+        """What rounding leaves of P on the segment.
+
+        It is a part of the size of what P is a sum of: the pressure k (d - f) over the contact and
+        over l beside it, where |d - f| is at most about |d| + 2 |min f| + δ₀.
+        """
         branch, scene = self.branch, self.branch.scene
         widths = np.fmax(0.0, np.diff([self.start.ends, self.end.ends]))
         width = float(widths.max()) + scene.elastocapillary_length
@@ -219,7 +248,8 @@ class PathSegment:
     def external_work(self) -> float:
         """∫P dd from the start to the end, on parts halved until that changes it no more.
 
-        The error is at most 1e-14 ∫|P dd|, or what rounding leaves [energy/length].
+        The error is at most 1e-14 ∫|P dd|, or what rounding leaves. It is positive where the load
+        does work on the layer [energy/length].
         """
         span = self.end.depth - self.start.depth
 
@@ -234,7 +264,10 @@ class PathSegment:
 
 
 class Branch(Protocol):
-    """Contacts under a prescribed depth, which a load path is made of.
+    """The states under a prescribed depth, which a load path is made of.
+
+    A subclass provides `touch`, `first`, `segment` and `opened`, and `many` or `totals`; the rest
+    has defaults.
 
     Attributes
     ----------
@@ -257,7 +290,7 @@ class Branch(Protocol):
 
     @property
     def holding_range(self) -> float:
-        """How far below touching a contact can stay: δ₀ of opening [length]."""
+        """How far below the depth of touching a contact can stay: δ₀ of opening [length]."""
         return self.scene.opened.critical_separation
 
     @property
@@ -265,7 +298,7 @@ class Branch(Protocol):
         """The contacts at first touch."""
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point at a depth whose lines are here, two for every contact."""
+        """The point at a depth with these lines, two for every contact [length]."""
         return Point(depth, lines)
 
     def segment(self, point: Point, goal: float) -> PathSegment:
@@ -330,10 +363,10 @@ class Branch(Protocol):
         return found
 
     def many(self, points: Sequence[Point]) -> Array:
-        """The same of points with as many lines as each other."""
+        """U and P (2, n) of points in contact that all have the same number of lines."""
 
     def total(self, point: Point) -> Array:
-        """U and P (2,) of one point; 0 when detached."""
+        """U and P (2,) of one point; both 0 when detached."""
         return np.zeros(2) if point.lines is None else self.totals([point])[:, 0]
 
     def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
@@ -355,7 +388,7 @@ class Branch(Protocol):
         return np.array([point.ends for point in points]), force, energy
 
     def snapshot(self, point: Point) -> Snapshot:
-        """A point just before or after an event."""
+        """A point just before or after an event, with its energy and force."""
         energy, force = self.total(point).tolist()
         return snapshot_of(point, energy, force, self.scene.axisymmetric)
 
@@ -366,7 +399,8 @@ class Branch(Protocol):
     def friction(self, before: Point, after: Point) -> float:
         """Energy lost where lines move without a jump [energy/length].
 
-        Where the contact opens it is w_opening - w per length, where it closes w.
+        U counts with w of closing. Where the contact opens, w_opening is spent, of which only w is
+        in U: so w_opening - w is lost per length. What `opened` says closes with a loss loses w.
         """
         opened = self.opened(before, after)
         closing = self.scene.work_of_adhesion
@@ -377,15 +411,23 @@ class Branch(Protocol):
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, weighted with the pattern's factor [length].
 
-        Minus that which closes, where what closes has to be touched first and loses w.
+        About an axis it is an area. It is negative, minus what closes, on branches on which springs
+        have to be touched before they adhere, and so lose w as they do (springs.py); on others it
+        is 0 where contacts close.
         """
 
     def closes_at(self, state: Snapshot) -> bool:
-        """Whether a contact closes at this depth, which is known as well as states are."""
+        """Whether the depth at which this last contact closes is known as well as states are.
+
+        It is not where nodes are too coarse for the contact just before.
+        """
         return True
 
     def released(self, depth: float, left: float, right: float) -> None:
-        """Warn if at the first depth after a contact was lost a narrow one is still there."""
+        """Warn if the state after the loss of a contact may be one with a very narrow contact.
+
+        depth: of the state; left, right: the outermost lines before the contact was lost [length].
+        """
         return None
 
     def certify(self, point: Point) -> None:
@@ -398,12 +440,12 @@ class Branch(Protocol):
 
 
 def snapshot_of(point: Point, energy: float, force: float, axisymmetric: bool) -> Snapshot:
-    """A point with its energy and force."""
+    """The snapshot of a point with this energy and force."""
     return Snapshot(point.depth, force, energy, *point.ends, point.inner, axisymmetric)
 
 
 def alike(points: Sequence[Point]) -> Iterator[list[int]]:
-    """Which points have as many lines as each other."""
+    """Numbers of the points that have the same number of lines, one list for every number."""
     counts = np.array([len(point.lines or ()) for point in points])
     for count in np.unique(counts).tolist():
         yield np.flatnonzero(counts == count).tolist()
