@@ -4,6 +4,20 @@ The energy of contacts is a sum over their nodes and links and over the free sur
 beside them. With sums from the node that touches first up to every node, that of a whole contact
 is a difference of two numbers, so that force and energy cost O(1) per contact line. Each line
 carries the sums of the contact up to it; those of both lines of a contact differ by its own.
+
+Conventions
+-----------
+Depths d and displacements u are positive down into the layer, heights f of the profile upwards;
+u = d - f in contact; P is positive if compressive.
+
+There are two ways to number nodes. The lattice's numbers are any integers, with x = `Lattice.x`.
+The row's numbers are 0 ... n - 1 from left to right, less than those by `Row.first`; all contacts,
+arrays and methods of `Row` use these. Link i is between the nodes i and i + 1. A node i of the row
+has the weight `lattice.weight(first + i)`, link i that of its middle, `first + i + ½`: 1, or about
+an axis the radius over Δr.
+
+A contact is (first node, last node), a lone node (i, i). Arrays of s states with m contacts each
+have the shape (s, 2m): first and last node of the first contact, then of the second, ....
 """
 
 from __future__ import annotations
@@ -31,11 +45,13 @@ class RowLimits(NamedTuple):
     Attributes
     ----------
     first_window : int
-        Nodes of the first half window of a profile without ends.
+        Nodes on each side of x = 0 that are looked at first of a profile without ends;
+        `profile.window` doubles them until contact beyond is impossible.
     endless : int
         Number of the last node of a profile without ends: as far as steps of 1.1ⁿ look.
     spare : int
-        Links kept beyond the last one that may hold, for the interpolation between nodes.
+        Links kept beyond the last one that may hold, for the interpolation between nodes, which
+        reads three beyond a line.
     """
 
     first_window: int = 1 << 10
@@ -47,7 +63,7 @@ _LIMITS = RowLimits()
 
 
 # Links from the lowest node at which it is looked how far a convex contact may reach: by steps that
-# grow like 1.1ⁿ up to 2³¹.
+# grow like 1.1ⁿ up to 1.1²²⁵ = 2.06e9, so that a row is at most a tenth longer than needed.
 _AHEAD = np.append(0, np.unique((1.1 ** np.arange(226)).astype(np.int64)))
 
 
@@ -67,7 +83,7 @@ def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Arr
         x [length].
     """
     x = np.asarray(lattice.x(nodes))
-    low, high = indenter.extent
+    low, high = indenter.extent  # outside of it the profile is not known
     if (low, high) == (-math.inf, math.inf):
         return x
     return np.minimum(np.maximum(x, low), high)
@@ -139,7 +155,7 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, int
                 f"most {MOST} are looked through; give it a smaller extent, or a larger spacing"
             )
     first, last = on_body if indenter.convex else searched
-    if apex is not None:
+    if apex is not None:  # the lowest node is next to it, on either side
         before_apex = math.floor((apex - lattice.origin) / spacing + ON_NODE)
         before_apex = min(max(before_apex, first), last)
         searched = (before_apex, min(before_apex + 1, last))
@@ -155,12 +171,12 @@ def numbers(lattice: Lattice, extent: tuple[float, float]) -> tuple[int, int]:
     ----------
     lattice : Lattice
     extent : tuple of float
-        [length].
+        The left and the right place [length]; infinite ones count as 2³¹ nodes away.
 
     Returns
     -------
     first, last : int
-        The lattice's numbers.
+        The lattice's numbers; first > last if there is no node in between.
     """
     low, high = ((x - lattice.origin) / lattice.spacing for x in extent)
     first = math.ceil(max(low - ON_NODE, -_LIMITS.endless))
@@ -232,14 +248,17 @@ class Row:
 
     @functools.cached_property
     def works(self) -> tuple[float, float]:
-        """Of adhesion, of a contact that closes, and of one that opens [energy/area]."""
+        """Work of adhesion of a contact that closes, and of one that opens [energy/area]."""
         closing = self.lattice.w
         opening = self.scene.opening
         return closing, closing if opening is None else opening.work_of_adhesion
 
     @functools.cached_property
     def corners(self) -> Array:
-        """x where the slope of the profile or the factor of the pattern jumps, increasing."""
+        """x where the slope of the profile or the factor of the pattern jumps, increasing.
+
+        But for a tip on an axis: there is no line at it.
+        """
         places = list(self.scene.indenter.corners)
         pattern = self.scene.pattern
         if pattern is not None:
@@ -249,7 +268,7 @@ class Row:
 
     @functools.cached_property
     def breaks(self) -> Array:
-        """These corners, counted in nodes of the row; those on a node exactly there."""
+        """`corners` in numbers of nodes of the row, between nodes not whole; on a node exactly."""
         at = (self.corners - self.lattice.origin) / self.lattice.spacing - self.first
         return np.where(np.abs(at - np.rint(at)) < ON_NODE, np.rint(at), at)
 
@@ -307,14 +326,17 @@ class Row:
 
     @functools.cached_property
     def sums(self) -> tuple[Array, Array]:
-        """Running sums from the node that touches first.
+        """Running sums from the node that touches first, in long double.
 
         Returns
         -------
         springs : ndarray (3, n + 1)
-            Up to node ends, of weights, of these times heights above that node, and squares.
+            Entry i is the sum of the nodes before i, less that of those before the node `touch`: so
+            nodes i to j have the difference of the entries j + 1 and i. Rows: of the weights, of
+            these times h, and times h², h the height above the node that touches first [length].
         links : ndarray (n,)
-            Up to nodes, of the links' energies.
+            Likewise of what links in contact store, less their adhesion: nodes i to j have between
+            them the difference of the entries j and i [energy/length].
         """
         lattice = self.lattice
         h = self.f - self.lowest
@@ -347,7 +369,11 @@ class Row:
                 raise profile.unknown(depth, self.lattice.x(self.first + node))
 
     def totals(self, nodes: Nodes, depth: Array) -> Array:
-        """Energy and force of contacts on nodes, with the digits of the running sums.
+        """Energy and force of contacts whose lines are on nodes, free surfaces in equilibrium.
+
+        Sums over the contacts and what free surfaces do as springs (`Lattice.surface_stiffnesses`):
+        a tail pulls with G u, a surface between two lines with C (u - u') + G u. Adhesion is that
+        of closing.
 
         Parameters
         ----------
@@ -369,33 +395,60 @@ class Row:
             energy = energy + pull * u[:, end] / 2
             force = force + pull
 
-        # The spans between contacts.
+        # Free surfaces between contacts: right line of one contact to left line of the next.
         tie, ground = self.lattice.surface_stiffnesses(
             lattice_nodes[:, 2::2] - lattice_nodes[:, 1:-1:2]
         )
         left = u[:, 1:-1:2]
         right = u[:, 2::2]
         stored = (ground * (left**2 + right**2) + tie * (left - right) ** 2) / 2
-        spans = np.sum([stored, ground * (left + right)], axis=2)
-        return np.asarray(np.array([energy, force]) + spans)
+        pulls = ground * (left + right)
+        of_surfaces = np.sum([stored, pulls], axis=2)
+        return np.asarray(np.array([energy, force]) + of_surfaces)
 
     def _in_contact(self, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
-        """Energy and force (s,) of springs and links in contact."""
+        """Energy and force (s,) of springs and links in contact.
+
+        With u = d - f = d' - h, d' and h counted from the lowest node: Σ u²/2 and Σ u by sums of 1,
+        h and h² over the nodes, times their weights.
+        """
         first = nodes[:, ::2]
         last = nodes[:, 1::2]
         d = depth - self.lowest
         spring = self.lattice.spring_stiffness
         springs, links = self.sums
-        count, h, squares = (springs[:, last + 1] - springs[:, first]).sum(axis=2)
-        energy = spring / 2 * ((count * d - 2 * h) * d + squares)
+        weights, h, squares = (springs[:, last + 1] - springs[:, first]).sum(axis=2)
+        energy = spring / 2 * ((weights * d - 2 * h) * d + squares)
         energy += (links[last] - links[first]).sum(axis=1)
-        return energy, spring * (count * d - h)
+        return energy, spring * (weights * d - h)
 
 
 def _outermost(
     scene: Scene, lattice: Lattice, first: int, last: int, lowest: int, depth: float
 ) -> tuple[int, int]:
-    """The last nodes on both sides of a convex profile: some beyond a link that does not hold."""
+    """First and last node of a row under a convex profile: some beyond a link that does not hold.
+
+    Looked for from the lowest node outwards, on its left (row 0) and its right (row 1), at links
+    that are ever farther apart; those before a link that would not close at this depth, or at first
+    touch, may be in contact. With springs that are not linear, or finite slopes, so may all that
+    are no more than δ₀ above the surface.
+
+    Parameters
+    ----------
+    scene : Scene
+    lattice : Lattice
+    first, last : int
+        The outermost nodes on the profile; with `lowest`, the node that touches first, they are the
+        lattice's numbers.
+    lowest : int
+    depth : float
+        [length].
+
+    Returns
+    -------
+    first, last : int
+        The lattice's numbers.
+    """
     sides = np.array([[-1], [1]])
     most = np.array([[abs(first - lowest)], [abs(last - lowest)]])
     ahead = np.minimum(_AHEAD, most)
@@ -403,25 +456,27 @@ def _outermost(
     with np.errstate(over="ignore", invalid="ignore"):
         own = scene.indenter.height(positions(lattice, scene.indenter, nodes))
         after = scene.indenter.height(positions(lattice, scene.indenter, nodes + sides))
-        pressed = max(depth, float(own[0, 0]))
+        pressed = max(depth, float(own[0, 0]))  # own[0, 0] is the height of the lowest node
         if lattice.linear:
             _, remainder, stiffness = lattice.free_node_response(nodes, sides)
             strongest = lattice.w * (max(scene.pattern.factors) if scene.pattern else 1.0)
             bonds = strongest * lattice.cell * lattice.weight(nodes + sides / 2)
+            # The depth at which an outermost line advances, as `Thresholds.advance_of_outermost`.
             threshold = own + (after - own - np.sqrt(2 * bonds / stiffness)) / remainder
             holds = threshold <= pressed
         else:
             holds = after <= pressed + scene.critical_separation * (1 + 1e-9)
-    holds[:, -1] = False
+    holds[:, -1] = False  # so that there is a first one that does not hold
     reach = ahead[[0, 1], holds.argmin(axis=1), None] + _LIMITS.spare
     outermost = (lowest + sides * np.minimum(reach, most))[:, 0].tolist()
     return int(outermost[0]), int(outermost[1])
 
 
 def _running(parts: Array, start: int) -> Array:
-    """Sums (..., n + 1) of the n parts from `start` on, those before it counted negative.
+    """Running sums (..., n + 1) of n parts: entry i less entry j is the sum of parts j to i - 1.
 
-    In long double: between two contacts heights may be much larger than in contact.
+    0 at `start`, so that the sums stay small there, negative before it. In long double: between two
+    contacts heights may be much larger than in contact.
     """
     before = parts[..., :start][..., ::-1]
     after = parts[..., start:]

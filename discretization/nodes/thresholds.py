@@ -19,6 +19,23 @@ v = u - g >= 0 falls with the depth and with every further contact node, and so 
 node costs: the energy is submodular in v, in what is in contact and in -d (Topkis). So pressed,
 contacts only grow, retracted, they only shrink. Where another node would be in the indenter once a
 line has advanced, both happen at once, where together they cost no energy.
+
+Conventions
+-----------
+Depths d and displacements u are positive down into the layer, heights f upwards; g = d - f. Nodes
+are numbered from 0 in the row, from left to right; link i is between the nodes i and i + 1, and W
+of it is its work of adhesion times its length or area and the factor of a pattern.
+
+A line is named by its contact node and a `side`, -1 or 1, on which its free surface is; `other` is
+the contact node at the other end of that surface, and None means that it has no other end: it is a
+tail. Likewise `left` and `right` are the contact nodes at both ends of a surface, one of them None
+for a tail.
+
+Each threshold is one depth for both directions: a link closes, or a node touches, once d is as
+large, and the same link opens, from the contact with this link back to the one without, once d is
+less. ∞ stands for what never closes, -∞ for what never opens. A, B and S are those of
+`Lattice.free_node_response`, C and G are `tie` and `ground` of `Lattice.surface_stiffnesses`, a and
+b are `shares`.
 """
 
 import functools
@@ -33,7 +50,7 @@ from discretization.nodes.lattice import Lattice, shares
 from discretization.nodes.spans import LONGEST, Spans
 from energy.arrays import Array, Nodes
 
-_ROUNDING = 256 * EPSILON  # of heights: by so much less deep a node that has touched stays
+_ROUNDING = 256 * EPSILON  # of heights: a node that has touched stays in contact so much higher up
 _TIE = 64 * EPSILON  # of depths at which something happens
 
 
@@ -53,7 +70,7 @@ class Thresholds:
     clear : bool
         Whether the surface beyond an outermost line can touch no node but the next.
     first : int
-        The lattice's number of node 0.
+        The lattice's number of node 0, on which responses depend about an axis.
     """
 
     lattice: Lattice
@@ -65,14 +82,44 @@ class Thresholds:
     def advance_of_outermost(self, node: Any, side: int) -> Any:
         """Depths at which outermost lines at nodes advance over the next link on a side.
 
-        -∞ for the inner end of a contact around the axis, which never opens there.
+        Parameters
+        ----------
+        node : int or ndarray of int
+            Contact nodes at the lines.
+        side : {1, -1}
+            On which their tails are.
+
+        Returns
+        -------
+        float or ndarray
+            [length]; -∞ for the inner end of a contact around the axis, which never opens there.
         """
         if side < 0 and self.lattice.axis == 0:
             return np.full(np.shape(node), -math.inf)
-        return self._advance(node, side, self.work[node - (side < 0)])
+        link = node - (side < 0)  # the one between node and node + side
+        return self._advance(node, side, self.work[link])
 
     def _advance(self, node: Any, side: int, work: Any, other: int | None = None) -> Any:
-        """Where lines at nodes, that face another one, advance over links of this work."""
+        """Depths at which lines at nodes, that face another one, advance at this cost.
+
+        The first formula of the module.
+
+        Parameters
+        ----------
+        node : int or ndarray of int
+            Contact nodes at the lines.
+        side : {1, -1}
+            On which their free surfaces are.
+        work : float or ndarray
+            W of all links that close [energy/length]; 0: depths at which the next node touches.
+        other : int or None
+            Contact node that they face; None: none.
+
+        Returns
+        -------
+        float or ndarray
+            [length].
+        """
         own = self.f[node]
         if other is None:
             distance: float = math.inf
@@ -84,7 +131,8 @@ class Thresholds:
             self.first + node, side, distance
         )
         rise = self.f[node + side] - own + far * (own - faced)
-        return own + (rise - np.sqrt(2 * work / stiffness)) / remainder
+        gap = np.sqrt(2 * work / stiffness)  # that the adhesion closes
+        return own + (rise - gap) / remainder
 
     def advances(self, nodes: Nodes, side: int, other: int | None) -> Array:
         """Depths (n,) at which a line at each of these nodes advances over the next link.
@@ -131,11 +179,13 @@ class Thresholds:
     @functools.cached_property
     def open(self) -> Array:
         """Depths (n,) below which a node between two contact links opens; -∞ at both ends."""
+        # There the force t (u₋ - 2u + u₊) - c u, which pulls the node off, is √(2 W S), S = c + 2t.
         f = self.f
         spring = self.lattice.spring_stiffness
         link = self.lattice.link_stiffness
-        bound = (self.work[1:] + self.work[:-1]) * (spring + 2 * link)
-        depth = f[1:-1] - (link * np.diff(f, 2) + np.sqrt(2 * bound)) / spring
+        work = self.work[1:] + self.work[:-1]
+        force = np.sqrt(2 * work * (spring + 2 * link))
+        depth = f[1:-1] - (link * np.diff(f, 2) + force) / spring
         return np.pad(depth, 1, constant_values=-math.inf)
 
     def advance(self, node: int, side: int, other: int | None) -> float:
@@ -162,7 +212,7 @@ class Thresholds:
         distance = abs(other - node)
         link = node if side > 0 else node - 1
         work = self._works[link]
-        if distance == 2:
+        if distance == 2:  # no free node is left, and the last link closes, too
             work += self._works[link + side]
         spans = self.spans
         if distance >= spans.count:
@@ -170,11 +220,11 @@ class Thresholds:
         heights = self.heights
         own = heights[node]
         rise = heights[node + side] - own + spans.far[distance] * (own - heights[other])
-        adhesion = math.sqrt(2 * work / spans.stiffness[distance])
-        return own + (rise - adhesion) / spans.remainder[distance]
+        gap = math.sqrt(2 * work / spans.stiffness[distance])
+        return own + (rise - gap) / spans.remainder[distance]
 
     def _advance_outwards(self, node: int, side: int) -> float:
-        """The same of an outermost line."""
+        """`advance` of an outermost line; ∞ at the end of the row."""
         if not 0 <= node + side < self.f.size:
             return math.inf
         if self.clear or self.lattice.axis == 0:
@@ -197,7 +247,7 @@ class Thresholds:
 
     @functools.cached_property
     def spans(self) -> Spans:
-        """The free surfaces between two contacts."""
+        """What free surfaces between two contacts do, by their number of links, from tables."""
         return Spans.of(self.lattice, self.f.size + 1)
 
     def advance_both(self, left: int, right: int) -> float:
@@ -211,7 +261,8 @@ class Thresholds:
         Returns
         -------
         float
-            [length]; ∞ if they never do.
+            [length]; ∞ if they never do: in gaps of one or two links, and where closing both would
+            not lower the energy at any depth.
         """
         if right - left < 3:
             return math.inf
@@ -219,18 +270,20 @@ class Thresholds:
         link = self.lattice.link_stiffness
         first = left + 1
         last = right - 1
-        if last - first < self.spans.count:
-            tie = self.spans.tie[last - first]
-            ground = self.spans.ground[last - first]
+        links_between = last - first  # those of the surface that is left
+        if links_between < self.spans.count:
+            tie = self.spans.tie[links_between]
+            ground = self.spans.ground[links_between]
         else:
-            tie, ground = map(float, self.lattice.surface_stiffnesses(last - first))
+            tie, ground = map(float, self.lattice.surface_stiffnesses(links_between))
+        # Both pulls at d = `level` instead of d = 0, so that no digits are lost.
         p = self.lattice.spring_stiffness + ground
         level = (f[left] + f[right]) / 2
         tied = tie * (f[first] - f[last])
         pull_first = p * (f[first] - level) + link * (f[first] - f[left]) + tied
         pull_last = p * (f[last] - level) + link * (f[last] - f[right]) - tied
         work = self._works[left] + self._works[last]
-        if right - left == 3:
+        if links_between == 1:  # its only link closes, too
             work += self._works[first]
         work -= (pull_first - pull_last) ** 2 / (4 * (p + link + 2 * tie))
         if work < 0:
@@ -244,7 +297,7 @@ class Thresholds:
         Parameters
         ----------
         left, right : int or None
-            Contact nodes at both ends; None: there is no contact on that side.
+            Contact nodes at both ends; None: there is no contact on that side. Not both.
 
         Returns
         -------
@@ -259,7 +312,7 @@ class Thresholds:
             return math.inf, -1
         if left is None or right is None:
             return self._touches_outside(left, right)
-        if right - left <= LONGEST:
+        if right - left <= LONGEST:  # shapes from the tables
             near, far, remainder = self.spans.shares(right - left)
             shape = near * self.heights[left] + far * self.heights[right]
             depths = (self.f[first:stop] - shape) / remainder
@@ -267,8 +320,9 @@ class Thresholds:
             return float(depths[best]), first + best
         nodes = np.arange(first, stop)
         f = self.f[nodes]
+        # A node higher than both contacts touches at no less than its height. So above the depth at
+        # which the lowest node touches, and above both contacts, none is the first.
         remainder, shape = self._surface(left, right, nodes[f.argmin()])
-        # What is higher than both contacts touches at no less than its height.
         bound = max((f.min() - shape) / remainder, self.f[left], self.f[right])
         nodes = nodes[f <= bound]
         remainder, shape = self._surface(left, right, nodes)
@@ -277,19 +331,22 @@ class Thresholds:
         return float(depths[best]), int(nodes[best])
 
     def _touches_outside(self, left: int | None, right: int | None) -> tuple[float, int]:
-        """The same of a tail: of the nodes it reaches, and of the lowest beyond."""
-        decays, less = self.spans.decays
+        """`touches` of a tail: of the nodes it reaches, and of the lowest beyond.
+
+        Further out than the tables have it, the tail has decayed: a node touches at its height.
+        """
+        decays, less = self.spans.decays  # λᵖ and λᵖ - 1 of the p-th node from the contact
         if left is not None:
             node = left
             reach = min(self.f.size - 1 - left, self.spans.count - 1)
             f = self.f[left + 1 : left + 1 + reach]
-            beyond = left + 1 + reach
+            beyond = left + 1 + reach  # the first node that is not reached
             lowest = self._lowest_from[beyond]
         elif right is not None:
             node = right
             reach = min(right, self.spans.count - 1)
-            f = self.f[right - reach : right][::-1]
-            beyond = right - reach
+            f = self.f[right - reach : right][::-1]  # outwards, as on the other side
+            beyond = right - reach  # the number of nodes that are not reached
             lowest = self._lowest_before[beyond]
         depths = (f - decays[:reach] * self.heights[node]) / -less[:reach]
         best = int(depths.argmin())
@@ -313,18 +370,21 @@ class Thresholds:
         return [math.inf, *least.tolist()]
 
     def _surface(self, left: int | None, right: int | None, nodes: Any) -> tuple[Any, Any]:
-        """1 - a - b and a f_i + b f_j at free nodes between two contacts."""
-        p: Any = math.inf
-        q: Any = math.inf
+        """1 - a - b and a f_left + b f_right at free nodes between two contacts, or in a tail.
+
+        So that their gap u - g is f - (a f_left + b f_right) - (1 - a - b) d.
+        """
+        links_to_left: Any = math.inf
+        links_to_right: Any = math.inf
         f_left = f_right = 0.0
         if left is not None:
-            p = nodes - left
+            links_to_left = nodes - left
             f_left = self.f[left]
         if right is not None:
-            q = right - nodes
+            links_to_right = right - nodes
             f_right = self.f[right]
-        near, far, remainder = shares(self.lattice.log_decay, p, q)
-        return remainder, near * f_left + far * f_right
+        a, b, remainder = shares(self.lattice.log_decay, links_to_left, links_to_right)
+        return remainder, a * f_left + b * f_right
 
     @functools.cached_property
     def delta0(self) -> float:
@@ -332,8 +392,10 @@ class Thresholds:
         return math.sqrt(2 * float(self.work.max(initial=0.0)) / self.lattice.spring_stiffness)
 
     def clears(self, left: int | None, right: int | None, depth: float) -> bool:
-        """Whether a free surface clears the indenter, but for rounding, which is largest in the
-        slopes of a gap of two links.
+        """Whether a free surface is nowhere in the indenter, but for rounding.
+
+        Rounding of the depth at which a node touches is that of heights over 1 - a - b: most of all
+        in a gap of two links, where it is 1 + 2t/c times that of heights.
 
         Parameters
         ----------
@@ -354,12 +416,13 @@ class Thresholds:
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
         """Depth below which a lone node between two contacts (None: none there) is pulled.
 
-        Where the node would touch, less its rounding, so that one that has just touched stays.
+        Where the node would touch if it were free, less the rounding of that depth, so that one
+        that has just touched stays.
 
         Parameters
         ----------
         left, right : int or None
-            Contact nodes beyond the free surfaces beside it; None: there is none.
+            Contact nodes at the other ends of the free surfaces beside it; None: there is none.
         node : int
             The lone node.
 
