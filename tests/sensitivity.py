@@ -10,7 +10,8 @@ is one of discretization/, or . for the modules beside the folders.
 Random states and load paths that read the constant are solved with it as it is and with it times
 each factor. The factors are 0.5 and 2 unless they are given; 0.1 and 10 for tolerances below 1e-4
 and sizes above 1e5. What is within a twentieth of 1 is changed in its distance from 1, members of
-tuples and arrays are changed together, and integers by at least 1. 0 and inf take a guard away.
+tuples and arrays are changed together but for those that would be 0, and integers by at least 1.
+0 and inf take a guard away.
 
 A line for each factor says
     results      how many contacts, forces, energies, angles or events differ by more than 1e-9 of
@@ -130,7 +131,7 @@ def modules(folder):
 def scaled(value, factor):
     """A constant times a factor; what is close to 1 in its distance from 1."""
     if isinstance(value, tuple):
-        return tuple(scaled(v, factor) for v in value)
+        return tuple(scaled(v, factor) or v for v in value)
     if isinstance(value, dict):
         return {name: scaled(v, factor) for name, v in value.items()}
     if isinstance(value, np.ndarray):

@@ -25,14 +25,21 @@ from discretization.refine.totals import Totals
 from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array, Indices, Mask
 
-DEGREE = 12  # of the Lobatto rule in t
-TOLERANCE = 1e-10  # of the energy's scale: what a piece may be off by, or it is halved. Forces that
-# are read off the polynomials of a piece are as good as its balance.
-REFUSED = 1e-9  # of the same: a piece that halving does not mend
+# Of the Lobatto rule in t, exact for polynomials of degree 23. A part on which that is not enough
+# does not balance and is halved: 6 or 24 changes none of 8 random paths by 1e-9
+# (`python -m tests.sensitivity discretization.refine.balance`).
+DEGREE = 12
+# Of the energy's scale: what a piece may be off by, or it is halved; a tenth of what certificates
+# tolerate. Forces that are read off the polynomials of a piece are as good as its balance.
+TOLERANCE = 1e-10
+REFUSED = 1e-9  # of the same, of a piece that halving does not mend: what certificates tolerate
 
 
 class PieceRules(NamedTuple):
     """How lives are divided into pieces; δ is the size of depths.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves 8 random states and
+    paths as they are to 1e-9: `python -m tests.sensitivity discretization.refine.balance`.
 
     Attributes
     ----------

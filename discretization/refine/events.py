@@ -26,17 +26,23 @@ from discretization.refine.nodes import FROM_NODES
 from discretization.refine.settle import ROUNDS, Settled, settle
 from energy.arrays import Array, Indices, Mask
 
-PARTS = 15  # depths in a range, at which surfaces are taken to rest together
-PENETRATION = (
-    1e-9  # of the size of depths: surfaces that are deeper in the profile pass through it.
-)
-# The certificate of the states tolerates as much.
+# Depths in a range, at which surfaces are taken to rest together: each round is 4 bits of a depth.
+# 7 or 31 changes none of 8 random paths (`python -m tests.sensitivity
+# discretization.refine.events PARTS`).
+PARTS = 15
+# Of the size of depths: surfaces that are deeper in the profile pass through it. The certificate of
+# the states tolerates as much.
+PENETRATION = 1e-9
 
 
 class EventRules(NamedTuple):
     """How depths of events are enclosed.
 
     Margins are those of the depths on nodes, δ is the size of depths.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each but `few` leaves 8 random
+    paths as they are to 1e-9: `python -m tests.sensitivity discretization.refine.events`. `longer`
+    is not read there, as no range was too short.
 
     Attributes
     ----------
@@ -48,7 +54,8 @@ class EventRules(NamedTuple):
         Rounds at most. Each divides a range by 16, so that 14 reach rounding; more are needed where
         a range was too short.
     root_rounds : int
-        Rounds before each of which the event may be a root: a fold is sharp from nearby only.
+        Rounds before each of which the event may be a root: a fold is sharp from nearby only. With
+        none of them the same paths take more than twice as long.
     left : tuple of float
         Parts of the range that are left before a root: surfaces must be at rest at all of them.
     longer : float
@@ -61,7 +68,8 @@ class EventRules(NamedTuple):
     jumps : float
         Of l: lines that move further from one depth to the next do not move smoothly.
     few : int
-        Of Newton's method from nearby.
+        Rounds of Newton's method from nearby: quadratic convergence needs five, from a tenth of l
+        to rounding. With 4 one of 8 random paths is left to the nodes on a part, and warns.
     tie : float
         Of δ: depths and pulls that differ by less are the same but for rounding.
     same_fold : float

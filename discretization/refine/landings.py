@@ -45,11 +45,18 @@ from discretization.refine.nodes import FROM_NODES, FoundNodes
 from discretization.refine.settle import settle
 from energy.arrays import Array, Indices, Mask
 
-CLOSER = 8  # times as close are the nodes on which landings are repeated
+# Times as close are the nodes on which landings are repeated: three halvings, so that what is an
+# accident of the nodes is unlikely to be repeated. 4 or 16 changes none of 8 random paths
+# (`python -m tests.sensitivity discretization.refine.landings CLOSER`).
+CLOSER = 8
 
 
 class LandingRules(NamedTuple):
     """How lines after events are found, and when closer nodes agree with them.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each but `neighbours` leaves 8
+    random states and paths as they are to 1e-9: `python -m tests.sensitivity
+    discretization.refine.landings`.
 
     Attributes
     ----------
@@ -66,7 +73,7 @@ class LandingRules(NamedTuple):
         Of l: how far lines on closer nodes may be from those after the event.
     neighbours : int
         Surfaces on each side of an event of receding lines that are followed with it, as they share
-        contacts.
+        contacts. Without them one of 8 random paths is left to the nodes on a part, and warns.
     passed : tuple of float
         Margins on both sides of an event, within which closer nodes have it.
     """

@@ -17,11 +17,17 @@ from discretization.refine.events import Events
 from discretization.refine.lives import Happening, Life, Pair
 from energy.arrays import Array
 
-_WIDTHS = 0.5 ** np.arange(40)  # of the spacing of nodes: half widths of contacts that are tried
+# Of the spacing of nodes: half widths of contacts that are tried, down to 2e-12, where the width is
+# the rounding of a position a few thousand spacings from 0.
+_WIDTHS = 0.5 ** np.arange(40)
 
 
 class RemnantRules(NamedTuple):
     """Which contacts at corners are looked for; lengths are of the spacing of nodes.
+
+    `closed` times 0 or 1000 leaves 6 random paths as they are to 1e-9 (`python -m tests.sensitivity
+    discretization.refine.remnants RemnantRules.closed 0 1000`). The other two are read where a
+    remnant is tried, which happened in none of 24 random paths.
 
     Attributes
     ----------

@@ -23,6 +23,9 @@ from energy.arrays import Array, Mask
 class RouteRules(NamedTuple):
     """How lines on a route are found between the points of its pieces.
 
+    Halved or doubled, each leaves 8 random states and paths as they are to 1e-9 (`at_rest`,
+    `just_open` are not read there): `python -m tests.sensitivity discretization.refine.route`.
+
     Attributes
     ----------
     at_rest : float

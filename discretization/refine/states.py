@@ -29,13 +29,20 @@ from discretization.refine.steady import steady_contacts
 from energy import Scene
 from energy.arrays import Array
 
-CLOSER = (1, 4, 16)  # times closer nodes, where the usual ones lead to no path
+# Times closer nodes, where the usual ones lead to no path: a factor of 4 costs four times the time
+# of the last one. (2, 8, 32) changes none of 8 random paths (`python -m tests.sensitivity
+# discretization.refine.states CLOSER 2`).
+CLOSER = (1, 4, 16)
 
 Lines = tuple[float, ...]
 
 
 class SearchRules(NamedTuple):
     """How states of several contacts are found from nodes.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves 10
+    to 15 random states as they are to 1e-9 (`closer` and `global_closer` times 1.5 or 2): `python
+    -m tests.sensitivity discretization.refine.states`.
 
     Attributes
     ----------
