@@ -197,10 +197,15 @@ def over(density: Density, ends: Array) -> tuple[Array, Array]:
     sums, sizes : ndarray (m, ...)
         Integrals, and those of absolute values.
     """
+    values, width = _at_places(density, ends)
+    return (values @ _CROWDED.weights) * width, (np.abs(values) @ _CROWDED.weights) * width
+
+
+def _at_places(density: Density, ends: Array) -> tuple[Array, Array]:
+    """Densities (m, ..., p) at the p places of the crowded rule on panels, and their widths."""
     low, high = ends[..., None]
     values = density(low + (high - low) * _CROWDED.places)
-    width = (high - low)[..., 0]
-    return (values @ _CROWDED.weights) * width, (np.abs(values) @ _CROWDED.weights) * width
+    return values, (high - low)[..., 0]
 
 
 def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: bool) -> Sums:
@@ -330,8 +335,8 @@ def densities(scene: Scene, level: float, x: Array) -> Array:
     -------
     ndarray (5, ...)
     """
-    g = level - scene.indenter.height(x)
-    slope = np.asarray(scene.indenter.slope(x), float)
+    height, slope = scene.indenter.height_and_slope(x)
+    g = level - height
     stored = terms.contact(slope, gamma1=scene.gamma1, w=0.0, slopes=scene.slopes)
     bound = np.ones_like(slope) if scene.slopes == "small" else np.sqrt(1 + slope * slope)
     if scene.pattern is not None:
@@ -658,7 +663,8 @@ class Integrals:
         after = np.minimum(before + 1, last)
         lower = np.where(self.f[before] <= self.f[after], before, after)
         density = functools.partial(densities, self.scene, self.profile.touch)
-        return self.parts[:, lower] + over(density, np.array([self.x[lower], x]))[0]
+        values, width = _at_places(density, np.array([self.x[lower], x]))
+        return self.parts[:, lower] + (values @ _CROWDED.weights) * width
 
     def contact(self, x: Array, depth: Array, w: float) -> Array:
         """What contacts cost from the lowest point up to lines; see the head of the module.

@@ -544,22 +544,22 @@ class RefinedBranch(FittedBranch):
         if nodal:
             found[:, nodal] = self.nodal.totals([points[i].memory.nodal for i in nodal])
         if refined:
-            found[:, refined] = super().totals([points[i] for i in refined])
+            found[:, refined] = self._refined_totals([points[i] for i in refined])
         return found
+
+    def _refined_totals(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n) of refined points: sums over their free surfaces, found all at once."""
+        surfaces = [free_surfaces(point.lines or ()) for point in points]
+        counts = [len(lines) for lines in surfaces]
+        depths = np.repeat([point.depth for point in points], counts)
+        totals = self.refinement(0).totals.of_surfaces(np.concatenate(surfaces), depths)
+        first_surfaces = np.cumsum([0, *counts[:-1]])
+        return np.asarray(np.add.reduceat(totals, first_surfaces, axis=1))
 
     def _parted(self, points: Sequence[Point]) -> tuple[list[int], list[int]]:
         """Which points are those of nodes alone, and which are refined."""
         nodal = [i for i, point in enumerate(points) if _is_nodal(point)]
         return nodal, [i for i, point in enumerate(points) if not _is_nodal(point)]
-
-    def many(self, points: Sequence[Point]) -> Array:
-        """U and P (2, n) of refined points with as many lines as each other."""
-        lines = np.array([free_surfaces(point.lines or ()) for point in points])
-        depths = np.repeat([point.depth for point in points], lines.shape[1])
-        totals = self.refinement(0).totals
-        energy, force = totals.of_surfaces(lines.reshape(-1, 2), depths)
-        parts = np.array([energy, force]).reshape(2, len(points), -1)
-        return np.asarray(parts.sum(axis=2))
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contacts are in equilibrium."""
