@@ -19,8 +19,8 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 layer = ElasticLayer(E=20e3, nu=0.3, h=1e-6)  # Pa, 1, m
 surfaces = SurfaceEnergies.from_work(gamma1=0.03, w=1e-5)  # N/m, J/m²
 lens = Scene(layer, surfaces, Parabola(R=0.02), geometry="axisymmetric")
-top = 3e-8
-bottom = -8e-8  # m: the motor goes down and up again
+top = 3e-8  # m: the motor goes down to here, positive into the layer,
+bottom = -8e-8  # and up again to here
 drives = np.concatenate([np.linspace(0, top, 200), np.linspace(top, bottom, 700)])
 path = load_path(lens, depths=drives)
 plt.plot(1e9 * path.depth, 1e6 * path.force, "k-", label="rigid: the motor is the depth")

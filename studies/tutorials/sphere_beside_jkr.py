@@ -18,12 +18,12 @@ import numpy as np
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 
-E = 2e6
+E = 2e6  # Pa
 nu = 0.495
-R = 1e-3
-w = 0.05
-gamma1 = 0.02  # Pa, 1, m, J/m², N/m
-modulus = E / (1 - nu**2)
+R = 1e-3  # m
+w = 0.05  # J/m²
+gamma1 = 0.02  # N/m
+modulus = E / (1 - nu**2)  # that of a half-space in JKR theory
 for h in (1e-3, 1e-4, 4e-5):
     layer = ElasticLayer(E, nu, h, response="layer")
     scene = Scene(layer, SurfaceEnergies.from_work(gamma1, w), Parabola(R), geometry="axisymmetric")
