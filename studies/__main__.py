@@ -21,8 +21,9 @@ from studies import GROUPS, MODULES, STUDIES
 from studies.shared.program import program
 from studies.shared.table import versions
 
-PIPE = 141
-INTERRUPT = 130  # statuses as of a shell: 128 + SIGPIPE, 128 + SIGINT
+# Statuses that a shell gives a command that a signal has ended: 128 + the signal's number.
+PIPE = 128 + 13  # SIGPIPE, which not every system has
+INTERRUPT = 128 + 2  # SIGINT
 
 
 def question(name: str) -> str:

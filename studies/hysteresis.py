@@ -70,7 +70,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36)
+QUICK = Parameters(tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36)  # few loops
 
 
 @dataclass(frozen=True)

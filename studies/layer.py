@@ -43,12 +43,13 @@ WEAK = 1e-3  # γ₁ over E min(a, h), the least that withstands it
 STRONG = 1e2  # γ₁ over E a max(a/h, 1), the most that withstands it
 TENSIONS = {"weak": "γ₁ = 10⁻³ E min(a, h)", "strong": "γ₁ = 100 E a max(a/h, 1)"}
 BEYOND = 3.3  # of πwR: no sphere bears as much, as the largest limit is 3
+# Pull-off forces over πwR in the limits; `energy.cards.layer` derives them.
 LIMITS = {
     1: "tension dominates",
     1.5: "half-space, γ₁ = 0 (JKR)",
     2: "thin, ν < ½",
     3: "thin, ν = ½",
-}  # F/πwR
+}
 LAMBDAS = (0.05, 0.1, 0.15, 0.25, 0.4, 0.6, 1.0, 2.5)  # among them the worst for springs
 LARGEST_OF_ANGLES = 1e-2  # relative: what first-order extrapolation from 40 nodes leaves
 LARGEST_OF_LENGTHS = 1e-4  # over h
@@ -160,6 +161,7 @@ class Accuracy(NamedTuple):
 Record = dict[str, list[Any]]  # rows of each question
 Parameters = dict[str, tuple[tuple[Any, ...], ...]]  # values that the cases of a question combine
 
+# Axes of the cases in the order of the arguments that the functions of MEASURES take apart.
 FULL: Parameters = {
     "angle": ((0.0, 0.3, 0.45, 0.5), (0.3, 0.55, 1.0, 1.7, 3.0), (40,)),
     "length": ((0.0, 0.3, 0.4, 0.45), (0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)),
@@ -410,13 +412,29 @@ def answers(record: Record) -> dict[str, str]:
 
 
 def draw(axes: Any, rows: Iterable[Any], x: str, y: str, label: str = "", **look: Any) -> None:
-    """y over x of each ν, with its error if there is any."""
+    """Draw a line or marks for each Poisson's ratio, with the error of what has one.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        If its x is logarithmic, it gets labels at 1, 2, 3 and 5 of each decade.
+    rows : iterable of Angle, Length, Pull or Springs
+        Those of one ν follow one another.
+    x, y : str
+        Names of the attributes that are drawn over each other.
+    label : str
+        Stands before "ν = ..." in the legend.
+    **look
+        Of `errorbar`, such as ls and mfc; colour and marker are those of the ν.
+    """
     for of_nu, colour, marker in zip(grouped(rows), COLOURS, MARKERS, strict=False):
+        first = of_nu[0]
         horizontal = [getattr(row, x) for row in of_nu]
         vertical = [getattr(row, y) for row in of_nu]
-        error = [row.error for row in of_nu] if isinstance(of_nu[0], Angle) else None
+        error = [row.error for row in of_nu] if isinstance(first, Angle) else None
         style = {"color": colour, "marker": marker, "ms": 5, "capsize": 3, **look}
-        axes.errorbar(horizontal, vertical, error, label=f"{label}ν = {of_nu[0].nu:g}", **style)
+        name = f"{label}ν = {first.nu:g}"
+        axes.errorbar(horizontal, vertical, yerr=error, label=name, **style)
     if axes.get_xscale() == "log":
         plain_ticks(axes.xaxis, steps=(1.0, 2.0, 3.0, 5.0))
     axes.legend(fontsize=9)

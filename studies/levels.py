@@ -111,7 +111,7 @@ class Parameters:
         return np.r_[np.linspace(0, self.top, self.steps), np.linspace(self.top, last, self.steps)]
 
 
-QUICK = Parameters(steps=31, nodes=(6, 12, 25, 50))
+QUICK = Parameters(steps=31, nodes=(6, 12, 25, 50))  # fewer depths, and without the finest nodes
 
 
 class Errors(NamedTuple):

@@ -50,7 +50,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(ratios=(0.03, 0.3, 0.8, 1.7, 4.0))
+QUICK = Parameters(ratios=(0.03, 0.3, 0.8, 1.7, 4.0))  # on both sides of l = b
 
 
 class State(NamedTuple):

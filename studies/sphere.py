@@ -36,10 +36,10 @@ GENTLE = 1e-4  # w/γ₁ with small slopes, which only sets the scale
 LARGEST = 1e-8  # relative error
 BEYOND = 1.05  # of 2πRw and of -δ₀: no contact bears as much
 
-# Where the expansions end that are drawn: they are off by 0.18, 0.06 and 0.015 there.
-SMALL_FORCE = 0.75
-SMALL_DEPTH = 0.5
-LARGE_FORCE = 1.05
+# The Λ at which the expansions end that are drawn, and by how much they are off there.
+SMALL_FORCE = 0.75  # 0.18 of 2πRw
+SMALL_DEPTH = 0.5  # 0.06 of δ₀
+LARGE_FORCE = 1.05  # 0.015 of 2πRw
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters((0.01, 0.3, 1.0, 10.0), (0.3, 1.0), (0.5,))
+QUICK = Parameters((0.01, 0.3, 1.0, 10.0), (0.3, 1.0), (0.5,))  # few, over the same range of Λ
 
 
 class Pull(NamedTuple):
@@ -260,11 +260,21 @@ def plot(spheres: Sequence[Sphere]) -> Figure:
 
 
 def _forces(axes: Any, ratios: Array, load: Pull) -> None:
-    """Closed form, expansions and line contact of the pull-off force over Λ."""
+    """Curves of the pull-off force over Λ: closed form, expansions and line contact.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    ratios : ndarray (n,)
+        Increasing Λ.
+    load : Pull
+        The closed form of a dead load at these, arrays (n,) over 2πRw, δ₀ and l.
+    """
     low = ratios[ratios < SMALL_FORCE]
     high = ratios[ratios > LARGE_FORCE]
     small = 1 - low / math.sqrt(2) - 3 * low**2 / 32
     large = 0.5 + (np.log(4 * high**2) - np.euler_gamma - 0.25) / (16 * high**4)
+    # `cards.parabola.pull_off`: (4/3) k √R δ₀^(3/2) + (2/3) k l³/R for Λ <= 1, 2k l δ₀ beyond
     line_contact = np.where(ratios < 1, 1 + ratios**3 / 2, 1.5 * ratios)
     axes.plot(ratios, load.force, label="closed form", **LINE)
     axes.plot(low, small, color=GREY, ls="--", label="expansions, Λ → 0 and Λ → ∞")
@@ -278,14 +288,24 @@ def _forces(axes: Any, ratios: Array, load: Pull) -> None:
 
 
 def _depths(axes: Any, ratios: Array, load: Pull, depth: Pull) -> None:
-    """The same of the depths of detachment."""
+    """Curves of the depths of detachment over Λ, in units of δ₀: those of `_forces`.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    ratios : ndarray (n,)
+        Increasing Λ.
+    load, depth : Pull
+        The closed forms of dead load and imposed depth at these, arrays (n,).
+    """
     low = ratios[ratios < SMALL_DEPTH]
+    expansion = -(1 - 0.75 * np.cbrt(2 * low**2))
+    # `cards.parabola.pull_off`: d = -δ₀/2 - l²/(2R) for Λ <= 1, -δ₀ beyond
+    line_contact = -np.minimum(1 + ratios**2, 2) / 2
     axes.plot(ratios, load.depth, label="dead load", **LINE)
     axes.plot(ratios, depth.depth, color="black", ls="-.", lw=1.2, label="imposed depth")
-    stiff = -(1 - 0.75 * np.cbrt(2 * low**2))
-    axes.plot(low, stiff, color=GREY, ls="--", label="expansion, Λ → 0")
-    pulled = -np.minimum(1 + ratios**2, 2) / 2
-    axes.plot(ratios, pulled, color=GREEN, ls=":", label="line contact: dead load")
+    axes.plot(low, expansion, color=GREY, ls="--", label="expansion, Λ → 0")
+    axes.plot(ratios, line_contact, color=GREEN, ls=":", label="line contact: dead load")
     axes.axhline(-1, color=GREEN, ls=(0, (1, 4)), label="line contact: imposed depth")
     axes.set(ylim=(-1.08, 0.1), ylabel="depth of detachment  d / δ₀")
 

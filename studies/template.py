@@ -16,10 +16,10 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.figures import BLUE, canvas
 
-LAYER = ElasticLayer(E=2.5e3, nu=0.3, h=5e-6)
-WORK = 1e-6
-RADIUS = 1e-3  # Pa, 1, m; N/m; m
-LARGEST = 1e-8  # relative error
+LAYER = ElasticLayer(E=2.5e3, nu=0.3, h=5e-6)  # Pa, 1, m
+WORK = 1e-6  # J/m²
+RADIUS = 1e-3  # m
+LARGEST = 1e-8  # relative error, that of `minimise` unless another rtol is given
 
 
 @dataclass(frozen=True)

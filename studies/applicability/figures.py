@@ -36,8 +36,9 @@ from studies.shared.figures import (
     shades,
 )
 
-THIN = (0.02, 200.0)
-STICKY = (1e-6, 3.0)  # h/l and w/γ₁ that are drawn
+# Ranges of the map of regimes, around h = l and w = 2γ₁ where the model ends.
+THIN = (0.02, 200.0)  # h/l
+STICKY = (1e-6, 3.0)  # w/γ₁
 RATIOS = {0.3: "-", 0.45: "--", 0.49: ":"}  # Poisson's ratios and their lines
 FLOOR = 1e-4  # the darkest colour of the map
 LEAST_DRAWN = 1e-16  # relative error; some are 0, which a logarithm has no place for

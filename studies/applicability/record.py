@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from studies.shared.small_slopes import Errors
 
-TOLERANCES = (0.01, 0.1)
+TOLERANCES = (0.01, 0.1)  # relative errors whose borders are searched: a per cent, and ten
 PUNCH = "flat punch"
 NODES = 100  # in the shorter of l and a
 WORK = 0.5  # with k = 1 the critical separation δ₀ is 1
@@ -40,6 +40,7 @@ class Parameters:
 
 
 FULL = Parameters()
+# Fewer of each, over the same ranges: borders are found, and the figures are coarse.
 QUICK = Parameters(
     ratios=(1e-4, 1e-3, 0.01, 0.04, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.15, 1.3, 1.5, 1.8),
     steepness=(0.03, 0.06, 0.1, 0.18, 0.3, 0.45, 0.7, 1.0),

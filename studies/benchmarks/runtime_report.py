@@ -28,7 +28,7 @@ TITLES = {
     "rough loop": "one step of a loop over a rough profile",
     "rough": "the lowest state of a rough profile",
 }
-LEVELS = (1e-4, 1e-6, 1e-8, 1e-10)
+LEVELS = (1e-4, 1e-6, 1e-8, 1e-10)  # errors for which the table names the fastest method
 COMMAND = "python -m studies runtime_vs_error"
 
 

@@ -76,6 +76,7 @@ class Parameters:
 _LONGEST_REPEATED = 5
 _LONGEST_NOTE = 120  # characters of what a method that failed said, a line of a table
 
+# Every method once or twice, for a test; its times mean little.
 QUICK = Parameters(sizes=(10**3, 10**4), patience=0.05, repeats=3, steps=100)
 
 

@@ -130,7 +130,7 @@ class Parameters:
     patience: float = 4.0
 
 
-QUICK = Parameters(pairs=5, patience=0.3)
+QUICK = Parameters(pairs=5, patience=0.3)  # what agrees is seen; times mean little
 
 
 class Row(NamedTuple):

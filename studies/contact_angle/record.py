@@ -1,4 +1,9 @@
-"""What `contact_angle` measures: its parameters, the record, and the figures drawn of it."""
+"""What `contact_angle` measures: its parameters, the record, and the figures drawn of it.
+
+θ is the contact angle in the outer medium, π where the surface is smooth; what is measured is the
+deficit π - θ, the sum of the inclinations of indenter and free surface at the line. Its laws are
+Young's (8), cos θ = w/γ₁ - 1, and (15), π - θ = √(2w/γ₁), for small slopes.
+"""
 
 import math
 from dataclasses import dataclass
@@ -6,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from energy.arrays import Array
 from studies.shared.figures import COLOURS, LINE, MARKERS, Figure, canvas, plain_ticks
 
 BAR = 1e-8  # relative error of π - θ on the mesh, at most
@@ -43,7 +49,11 @@ class Parameters:
     node_ratio: float = 0.5
 
 
+LARGEST_RATIO = 2.0  # w/γ₁ at which Young's angle is 0; there is none beyond
+CURVE_POINTS = 400  # of a law that is drawn: no corner is seen
+
 FULL = Parameters()
+# Fewer of each, over the same ranges.
 QUICK = Parameters(
     ratios=(1e-4, 0.01, 0.1, 0.4, 1.2),
     widths=(0.3, 2.0),
@@ -228,26 +238,30 @@ def plot_nodes(record: Record) -> Figure:
 
 
 def _draw_law(axes: Any, record: Record) -> None:
-    """θ over w/γ₁, with both laws."""
-    x = np.geomspace(min(record.parameters.ratios), 2, 400)
-    axes.semilogx(x, np.degrees(np.arccos(x - 1)), label="Young's law (8)", **LINE)
-    axes.semilogx(x, 180 - np.degrees(np.sqrt(2 * x)), ls=":", **LINE, label="small slopes (15)")
-    groups = [("finite", "true lengths, simulated"), ("small", "small slopes, simulated")]
-    for i, (kind, label) in enumerate(groups):
+    """θ over w/γ₁: curves of both laws, and a mark for each single state of the record."""
+    ratios = _ratios(record)
+    by_young = np.degrees(np.arccos(ratios - 1))
+    by_small_slopes = 180 - np.degrees(np.sqrt(2 * ratios))
+    axes.semilogx(ratios, by_young, label="Young's law (8)", **LINE)
+    axes.semilogx(ratios, by_small_slopes, ls=":", label="small slopes (15)", **LINE)
+    labels = {"finite": "true lengths, simulated", "small": "small slopes, simulated"}
+    for kind, marker, colour in zip(labels, MARKERS, COLOURS, strict=False):
         angles = record.of(kind)
-        theta = [180 - math.degrees(angle.deficit) for angle in angles]
-        style: dict[str, Any] = {"ls": "", "marker": MARKERS[i], "color": COLOURS[i]}
-        axes.plot([a.ratio for a in angles], theta, label=label, ms=6, mfc="none", **style)
+        simulated_ratios = [angle.ratio for angle in angles]
+        simulated = [180 - math.degrees(angle.deficit) for angle in angles]
+        style: dict[str, Any] = {"ls": "", "marker": marker, "color": colour, "mfc": "none"}
+        axes.plot(simulated_ratios, simulated, label=labels[kind], ms=6, **style)
     axes.set(xlabel="w/γ₁", ylabel="contact angle θ in degrees")
     axes.set_title("one angle for each w/γ₁, whatever the indenter and the depth")
     axes.legend()
 
 
 def _draw_residuals(axes: Any, record: Record) -> None:
-    """Relative differences to the laws over w/γ₁."""
-    x = np.geomspace(min(record.parameters.ratios), 2, 400)
-    gap = 1 - np.sqrt(2 * x) / (2 * np.arcsin(np.sqrt(x / 2)))
-    axes.loglog(x, gap, ls=":", label="(15) against (8)", **LINE)
+    """Relative differences of π - θ to the laws over w/γ₁, and of one law to the other."""
+    ratios = _ratios(record)
+    by_young = 2 * np.arcsin(np.sqrt(ratios / 2))  # π - θ by (8), without cancellation
+    of_laws = 1 - np.sqrt(2 * ratios) / by_young
+    axes.loglog(ratios, of_laws, ls=":", label="(15) against (8)", **LINE)
     parts = [
         ("true lengths against (8)", record.of("finite")),
         ("small slopes against (15)", record.of("small")),
@@ -260,6 +274,11 @@ def _draw_residuals(axes: Any, record: Record) -> None:
     axes.set_title(f"difference to the laws (less than {LEAST_DRAWN:g} is drawn there)")
     axes.set(xlabel="w/γ₁", ylabel="relative difference of π − θ", ylim=(LEAST_DRAWN / 3, 1e4))
     axes.legend(fontsize=9, ncols=2, loc="upper left")
+
+
+def _ratios(record: Record) -> Array:
+    """w/γ₁ at which laws are drawn, from the least simulated one to the largest with an angle."""
+    return np.geomspace(min(record.parameters.ratios), LARGEST_RATIO, CURVE_POINTS)
 
 
 def plot_path(record: Record) -> Figure:

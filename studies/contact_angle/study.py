@@ -45,6 +45,8 @@ from studies.shared.batches import Show, each, silent
 from studies.shared.small_slopes import depth_by_16, detachment, scene, simulated
 from studies.shared.table import Table
 
+# Lengths are in l (k = γ₁ = 1). Flanks are gentle and steep, straight and curved, so that the
+# inclinations of indenter and surface share the angle in many ways; TILTED have two unlike lines.
 INDENTERS: dict[str, Indenter] = {
     "wedge": Wedge(math.atan(0.1)),
     "steep wedge": Wedge(math.atan(1.0)),

@@ -23,8 +23,8 @@ else:
 PURPLE, SKY, YELLOW, BLACK = "#CC79A7", "#56B4E9", "#E69F00", "#000000"  # Okabe-Ito, the rest
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, YELLOW, BLACK, GREY)
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-LINE: dict[str, Any] = {"color": BLACK, "lw": 1.2}
-DPI = 140
+LINE: dict[str, Any] = {"color": BLACK, "lw": 1.2}  # of closed forms and laws
+DPI = 140  # pixels an inch: a figure of 7 inches fills a page of 1000 pixels
 
 
 def shades(count: int, name: str = "viridis", top: float = 0.9) -> list[str]:

@@ -21,6 +21,7 @@ LAYER = ElasticLayer(E=300.0, nu=0.4, h=10e-6)  # Pa, 1, m: a very soft gel
 WORK = 1e-4  # J/m²
 SIZE = 50e-6  # m
 LIFT = float(cards.plane.critical_separation(LAYER.stiffness, WORK))
+# The three with the half-width SIZE without tension: b of the module docstring.
 INDENTERS: dict[str, Indenter] = {
     "flat punch": FlatPunch(SIZE),
     "wedge": Wedge(math.atan(LIFT / SIZE)),
@@ -182,7 +183,7 @@ def force_scale(scene: Scene) -> float:
 
 
 def depth_loop(scene: Scene, steps: int) -> History:
-    """Imposed depth from out of contact down to 2δ₀ and back, in steps that shrink at its end.
+    """Imposed depth from out of contact down to 2δ₀ and back, in steps that shrink towards -δ₀.
 
     Parameters
     ----------
@@ -194,10 +195,10 @@ def depth_loop(scene: Scene, steps: int) -> History:
     -------
     History
     """
-    lift = scene.critical_separation
+    lift = scene.critical_separation  # δ₀; at -δ₀ the last contact is lost at the latest
     pressing = np.linspace(-0.3 * lift, _DEEPEST * lift, max(steps // 3, 2))
     part = np.linspace(1, 0, max(steps - pressing.size, 2))
-    pulling = (_DEEPEST + 1) * lift * part**2 - lift
+    pulling = (_DEEPEST + 1) * lift * part**2 - lift  # from the deepest to -δ₀
     out_of_contact = -(1 + _BEYOND) * lift
     return load_path(scene, depths=[*pressing, *pulling[1:], out_of_contact])
 

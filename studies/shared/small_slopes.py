@@ -22,8 +22,8 @@ K = 1.0  # stiffness per area of all layers
 
 # In a search for the depth of detachment, over δ₀. With small slopes it is at -1, with finite ones
 # above, and a profile that it has entered has a contact.
-_ABOVE_CONTACT = -1.01
-_IN_CONTACT = 0.01
+_ABOVE_CONTACT = -1.01  # a hundredth beyond the last detachment there is
+_IN_CONTACT = 0.01  # a hundredth below first touch
 # What the search takes for the half-width: any negative number without contact, so that the sign
 # changes there, and a positive one of a contact at a tip, whose half-width is 0.
 _WITHOUT_CONTACT = -1e-7
@@ -98,14 +98,14 @@ class Kind(NamedTuple):
 
 KINDS = {
     "wedge": Kind(
-        lambda s, a: Wedge(math.atan(s)),
-        1.0,
-        lambda a0, ell: a0 - ell,
+        body=lambda s, a: Wedge(math.atan(s)),
+        width=1.0,
+        at_touch=lambda a0, ell: a0 - ell,
     ),
     "parabola": Kind(
-        lambda s, a: Parabola(a / s),
-        2.0,
-        lambda a0, ell: a0 / (ell / a0 + math.hypot(ell / a0, 1)),
+        body=lambda s, a: Parabola(a / s),
+        width=2.0,
+        at_touch=lambda a0, ell: a0 / (ell / a0 + math.hypot(ell / a0, 1)),
     ),
 }
 SHAPES = tuple(KINDS)

@@ -35,7 +35,7 @@ Numbers = Any  # a number, an array, or nested lists of them
 # Bands of the observed order: over three halvings the next order changes it by some per cent.
 SECOND: Band = (1.8, 2.2)
 FIRST: Band = (0.85, 1.15)
-EXACT = None
+EXACT = None  # in place of a band: a quantity that has no discretisation error
 # Largest error of second order on the finest grid, 400 links in l: (1/400)² = 6e-6.
 SECOND_BAR = 5e-6
 ROUNDING = 1e-10  # of a quantity that a discretisation gives exactly: a million roundings

@@ -29,11 +29,14 @@ from energy import (
     Wedge,
 )
 
-LAYER = ElasticLayer(E=310.0, nu=0.38, h=11e-6)
-GAMMA1 = 0.047
-GAMMA2 = 0.0312
-WORK = 2.3e-5
+# A soft gel film. No number is 1, round, or equal to another: a factor that a formula has lost, or
+# two quantities that it has swapped, make an error.
+LAYER = ElasticLayer(E=310.0, nu=0.38, h=11e-6)  # Pa, 1, m
+GAMMA1 = 0.047  # N/m
+GAMMA2 = 0.0312  # J/m²
+WORK = 2.3e-5  # J/m²
 
+# Indenters with contacts of about 0.1 mm, several l wide [m, rad].
 PUNCH = FlatPunch(half_width=1.93e-4)
 WEDGE = Wedge(delta=4.7e-3)
 PARABOLA = Parabola(R=2.3e-2)

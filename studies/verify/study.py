@@ -57,7 +57,7 @@ class Parameters:
 
 NEIGHBOURS = 8  # checks that one process takes at once: many look at the same states
 FULL = Parameters()
-QUICK = Parameters(offsets=(0.43,), exact=1, cases=1, points=0)
+QUICK = Parameters(offsets=(0.43,), exact=1, cases=1, points=0)  # one case of each check
 
 
 @dataclass(frozen=True)

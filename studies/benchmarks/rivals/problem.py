@@ -5,6 +5,13 @@ n nodes over -L..L, lumped springs, linear elements, exact ends; u >= g = d - f:
     min  u·Ku/2,   K = tridiagonal(-t, kΔx + 2t, -t),   t = γ₁/Δx.
 
 In units of the layer: only its k, γ₁ and w enter, and its thickness is arbitrary.
+
+Conventions: x increases from left to right and has its origin at the apex. Heights f are positive
+upwards, the depth d of f = 0 and displacements u downwards, so that the gap u - g is >= 0 and 0 in
+contact; multipliers are the forces of the indenter on the nodes, >= 0, and P is their sum. Arrays
+over nodes have the shape (n,), from left to right; `side` is -1 on the left of a contact, 1 on its
+right. `Lattice.spring_stiffness` is kΔx, `link_stiffness` t, and `end_stiffness` the stiffness with
+which the surface beyond the last node pulls at it.
 """
 
 from __future__ import annotations
@@ -65,9 +72,13 @@ def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
 
 
 def rough(n: int) -> tuple[Scene, dict[str, Any]]:
-    """A parabola with four waves of random phase over 16 l, and options for n nodes on it."""
+    """A parabola with four waves of random phase over 16 l, and options for n nodes on it.
+
+    The options are those of `minimise`: the lowest state of all, on nodes that are the samples. The
+    waves have 1, 2, 3 and 5 periods in 4 l, and heights that fall as their lengths do.
+    """
     rng = np.random.default_rng(5)
-    odd = n // 2 * 2 + 1
+    odd = n // 2 * 2 + 1  # so that there is a node at x = 0
     x = np.linspace(-8, 8, odd)
     z = x * x / (2 * RADIUS)
     for waves_in_four in (1, 2, 3, 5):
@@ -135,7 +146,7 @@ class Grid:
         return self.depth - self.scene.indenter.height(self.x)
 
     def bands(self) -> tuple[Array, Array]:
-        """Diagonal (n,) and off-diagonal (n-1,) of K."""
+        """Diagonal (n,) and off-diagonal (n-1,) of K, with the surface beyond both ends."""
         spring = self.lattice.spring_stiffness
         link = self.lattice.link_stiffness
         diagonal = np.full(self.nodes, spring + 2 * link)
@@ -152,9 +163,10 @@ class Grid:
         return force
 
     def read(self, u: Array, multipliers: Array, success: bool = True) -> Answer:
-        """a, P, U and θ of a solution with w = 0.
+        """a, P, U and θ of a solution with w = 0 and one contact.
 
-        A node is in contact where its multiplier, in springs, is above its gap.
+        One of multiplier and gap of a node is 0, but for what the solver leaves; the node is in
+        contact where the multiplier, over the stiffness of a spring, is the larger one.
 
         Parameters
         ----------
@@ -166,31 +178,40 @@ class Grid:
         Returns
         -------
         Answer
-            NaN without two contact nodes that have free ones beside them.
+            The half-width is the mean of both lines', the angle that of the right one. NaN, and no
+            success, with fewer than two contact nodes, without a free node on their left or without
+            the three on their right from which the slope at the line is taken.
         """
         gap = np.maximum(u - self.g, 0)
-        held = np.flatnonzero(multipliers / self.lattice.spring_stiffness > gap)
-        if held.size < 2 or held[0] < 1 or held[-1] > self.nodes - 4:
-            return Answer(math.nan, math.nan, math.nan, math.nan, False)
-        first = int(held[0])
-        last = int(held[-1])
+        push = multipliers / self.lattice.spring_stiffness  # as a length, like the gap
+        in_contact = np.flatnonzero(push > gap)
+        unreadable = Answer(math.nan, math.nan, math.nan, math.nan, False)
+        if in_contact.size < 2:
+            return unreadable
+        first = int(in_contact[0])
+        last = int(in_contact[-1])
+        free_on_left = first
+        free_on_right = self.nodes - 1 - last
+        if free_on_left < 1 or free_on_right < 3:
+            return unreadable
         a = float(np.mean([self._line(u, first, -1), self._line(u, last, 1)]))
-        angle = math.pi - self.deficit(u[last + 1 : last + 4], last + 1, a)
+        deficit = self.deficit(u[last + 1 : last + 4], last + 1, a)
         energy = float(u @ self.pushed(u)) / 2
-        return Answer(a, float(multipliers.sum()), energy, angle, success)
+        force = float(multipliers.sum())
+        return Answer(a, force, energy, math.pi - deficit, success)
 
     def _line(self, u: Array, m: int, side: int) -> float:
-        """Distance from x = 0 of the line beside the last contact node m, between the nodes.
+        """Distance from x = 0 of the line on a side of the outermost contact node m there.
 
         Near the line the gap v = u - g has v'' = c = u/l² + f'', on the lattice
         v_{m+j} = c(jΔx)²/2 + j(v_{m+1} - cΔx²/2), so that a = x_m + Δx/2 - v_{m+1}/(cΔx).
         """
         g = self.g
         dx = self.spacing
-        bend = (g[m + 1] - 2 * g[m] + g[m - 1]) / dx**2
-        c = self.scene.stiffness / self.scene.gamma1 * u[m] - bend
-        gap = u[m + side] - g[m + side]
-        return float(side * self.x[m] + dx / 2 - gap / (c * dx))
+        bend_of_g = (g[m + 1] - 2 * g[m] + g[m - 1]) / dx**2  # -f''
+        c = self.scene.stiffness / self.scene.gamma1 * u[m] - bend_of_g
+        gap_beside = u[m + side] - g[m + side]  # v of the free node beside m
+        return float(side * self.x[m] + dx / 2 - gap_beside / (c * dx))
 
     def deficit(self, u: Array, first: int, a: float) -> float:
         """π - θ [rad]: f'(a) plus the slope at a of the parabola through three free nodes.
@@ -198,7 +219,7 @@ class Grid:
         Parameters
         ----------
         u : ndarray (3,)
-            Displacements of free nodes beside the line.
+            Displacements of the free nodes next to a line on their left, outwards.
         first : int
             The index of the first of them.
         a : float
@@ -208,16 +229,21 @@ class Grid:
         -------
         float
         """
-        at = (a - self.x[first]) / self.spacing
-        rise = (u[1] - u[0]) + (at - 0.5) * (u[2] - 2 * u[1] + u[0])
-        f1 = float(self.scene.indenter.slope(a))
-        slope = float(rise) / self.spacing
+        links_from_first = (a - self.x[first]) / self.spacing
+        # Newton's interpolation: its slope in the midst of the first link, and the change from
+        # there
+        second_difference = u[2] - 2 * u[1] + u[0]
+        rise_over_link = (u[1] - u[0]) + (links_from_first - 0.5) * second_difference
+        slope_of_indenter = float(self.scene.indenter.slope(a))
+        slope_of_surface = float(rise_over_link) / self.spacing
         if self.scene.slopes == "finite":
-            return math.atan(f1) + math.atan(slope)
-        return f1 + slope
+            return math.atan(slope_of_indenter) + math.atan(slope_of_surface)
+        return slope_of_indenter + slope_of_surface
 
 
 Solve = Callable[[], Answer]
+# The rtol of a method without nodes, in place of numbers of nodes: two decades apart, down to where
+# rounding of the sums is seen.
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 
 
@@ -293,8 +319,8 @@ class Task:
     def errors(self, answer: Any) -> tuple[float, float, float, float]:
         """Largest relative errors of a, P, U and θ; for the rough profile of U alone."""
         parts = [np.asarray(part, float).T for part in answer[:4]]
-        found = np.array(parts).reshape(4, -1)
-        size = np.abs(self.exact).max(axis=1)
+        found = np.array(parts).reshape(4, -1)  # (4, depths), as `exact`
+        size = np.abs(self.exact).max(axis=1)  # of each quantity over all depths
         a, force, energy, angle = np.abs(found - self.exact).max(axis=1) / size
         return float(a), float(force), float(energy), float(angle)
 

@@ -30,6 +30,7 @@ Made = tuple[Solve, int]  # what solves, and its unknowns
 # of ten and nothing vanishes: with a radius of 10 and this depth the half-width is 9.2 l.
 DEPTH = 5.0
 WORK = 0.02  # √(2w/γ₁) = 0.2
+# With finite slopes: so steep that small slopes would be off by some per cent.
 STEEP_RADIUS = 5.0
 STEEP_WIDTH = 2.0  # half-width of the contact: f'(a) = 0.4
 STEEP_WORK = 0.3  # a contact angle of 134°

@@ -26,7 +26,7 @@ PANELS = {  # title, x, y
 }
 SCATTERED = {"random": ("fitted mesh", "o", BLUE), "nodes": ("lattice", "^", ORANGE)}
 TICKS = {"edge": {-1: "beyond", 1: "before"}, "profiles": dict(enumerate(NAMES))}
-MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
+MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}  # matplotlib's marker, size in points
 LEAST = 1e-4  # of an error over its estimate, drawn
 MOST = 4.0  # digits more than expected: 16 where 12 are
 LOST = "#b00020"  # fewer digits than expected

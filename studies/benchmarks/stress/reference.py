@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from energy import FlatPunch, Parabola, PowerLaw, Scene
 
-DIGITS = 60
+DIGITS = 60  # almost four times those of a float, so that differences have more than these, too
 # Relative change of an input by which its derivative is taken: a third of the digits, so that what
 # the difference loses, 1e-38, and what its second order leaves, 1e-22, are both small.
 _STEP = Decimal("1e-22")

@@ -67,7 +67,7 @@ from studies.shared.random_cases import Case, in_turn
 from studies.shared.table import Table
 
 UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre
-POISSON = (0.0, 0.3, 0.49, 0.4999, -0.9)
+POISSON = (0.0, 0.3, 0.49, 0.4999, -0.9)  # from auxetic to nearly incompressible
 SHAPES = ("parabola", "x1", "x3", "x4", "flat")
 Point = tuple[str, float, float, Work]  # shape, x, y, and what is judged there
 
@@ -97,7 +97,7 @@ class Parameters:
     seed: int = 3
 
 
-QUICK = Parameters(stride=3, nodes=10**4, scenes=100, lattices=20)
+QUICK = Parameters(stride=3, nodes=10**4, scenes=100, lattices=20)  # about a ninth of each grid
 
 
 def scene_at(

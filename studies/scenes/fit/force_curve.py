@@ -143,10 +143,13 @@ def holds(curve: Curve) -> tuple[Hold, ...]:
     if drive.size < 2 * LEAST_HOLD:
         return ()
     half = RATE_POINTS // 2
-    weights = np.arange(-half, half + 1) / (half * (half + 1) * (2 * half + 1) / 3)
-    rate = np.abs(np.correlate(drive, weights, mode="valid"))
+    places = np.arange(-half, half + 1)
+    sum_of_squares = half * (half + 1) * (2 * half + 1) / 3  # of the places
+    weights = places / sum_of_squares  # which make the slope of the least-squares line
+    rate = np.abs(np.correlate(drive, weights, mode="valid"))  # per point
     rests = np.zeros(drive.size, bool)
     rests[half:-half] = rate <= RESTING * np.median(rate)
+    # Where points begin to rest and where they move again, in turn: each pair is a segment.
     changes = np.flatnonzero(np.diff(np.concatenate([[False], rests, [False]]).astype(int)))
     found = []
     for first, end in changes.reshape(-1, 2).tolist():
@@ -463,19 +466,36 @@ def _end(curve: Curve, kind: str, near: int, beside: int, clear: float) -> list[
 
 
 def _legs(drive: Array, first: int, turns: list[int], last: int, inwards: bool) -> list[Leg]:
-    """The legs of a contact from its first to its last point, with these turns between.
+    """The legs of a contact, inwards and outwards in turn, the first of them inwards.
 
-    drive: position of the machine (n,). A contact that is found on the way out begins with a leg
-    inwards without points.
+    Parameters
+    ----------
+    drive : ndarray (n,)
+        Position of the machine [m], which grows inwards.
+    first, last : int
+        Indices of the first and the last point in contact.
+    turns : list of int
+        Indices of the turning points between them, increasing; a turning point ends its leg.
+    inwards : bool
+        Whether the machine moves inwards at the first point. If it does not, the contact was found
+        on the way out, and a leg inwards without points comes first.
+
+    Returns
+    -------
+    list of Leg
+        A motion inwards from out of contact begins at -inf.
     """
     starts = [first, *(turn + 1 for turn in turns)]
     stops = [*starts[1:], last + 1]
-    turn_positions = [-math.inf if inwards else float(drive[first]), *drive[turns].tolist()]
-    legs = [
-        Leg(np.arange(start, stop), turn)
-        for start, stop, turn in zip(starts, stops, turn_positions, strict=True)
-    ]
-    return legs if inwards else [Leg(np.arange(0), -math.inf), *legs]
+    start_of_motion = -math.inf if inwards else float(drive[first])
+    turn_positions = [start_of_motion, *drive[turns].tolist()]
+    legs = []
+    for start, stop, turn in zip(starts, stops, turn_positions, strict=True):
+        legs.append(Leg(np.arange(start, stop), turn))
+    if not inwards:
+        no_points = np.arange(0)
+        legs.insert(0, Leg(no_points, -math.inf))
+    return legs
 
 
 def _next_to(found: Sequence[Contact], count: int) -> Mask:

@@ -51,10 +51,11 @@ KINDS = (
     *DISTURBED,
 )
 SENSITIVITY = 50e-9  # m/V, of "volts"
+# A colloidal probe on a soft film, around which w, γ₁ and R are drawn.
 SCENE = Scene(
-    ElasticLayer(E=30e3, nu=0.45, h=0.3e-6),
-    SurfaceEnergies.from_work(gamma1=0.03, w=1e-4),
-    Parabola(R=5e-6),
+    ElasticLayer(E=30e3, nu=0.45, h=0.3e-6),  # Pa, 1, m
+    SurfaceEnergies.from_work(gamma1=0.03, w=1e-4),  # N/m, J/m²
+    Parabola(R=5e-6),  # m
     geometry="axisymmetric",
 )
 THICK = 20e-6  # thickness of "half-space" [m]

@@ -1,6 +1,7 @@
 """The figure of a sweep of a scene: two observables along one or two axes."""
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +32,8 @@ WORDS = {
     "path.machine_stiffness": "stiffness K of the machine",
     "options.spacing": "distance of the nodes",
 }
+# Line styles of matplotlib, which are told apart in greyscale; the pairs have lengths of strokes
+# and gaps in points.
 STYLES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 LINES = len(STYLES)  # of the second axis; more become a map
 DETACHED = {"marker": "x", "color": GREY, "ls": "", "label": "detached"}
@@ -65,21 +68,14 @@ def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
     first = order[0]
     second = order[1] if len(order) > 1 else None
     path = any("pull_off_force" in result.get("found", {}) for result in record.results)
-    for axes, (name, label, unit) in zip(panels, PATH if path else STATE, strict=True):
-        keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
-        unresolved = _unresolved(record, name)
-        columns = record.column(name), record.column(f"error_{name}"), record.detached, unresolved
-        table, error, detached, unresolved = (column.reshape(shape)[keep] for column in columns)
-        if second is not None and first > second:
-            table = table.T
-            error = error.T
-            detached = detached.T
-            unresolved = unresolved.T
-        unit += per_length * (unit != "m")
-        size = prefixed(table, unit)
-        quantity = f"{label} in {size.symbol}"
-        values = Values(table / size.size, error / size.size, detached, unresolved)
-        _draw(axes, record, (first, second), values, quantity)
+    for axes, (name, label, plain_unit) in zip(panels, PATH if path else STATE, strict=True):
+        table = _tabulated(record.column(name), shape, first, second)
+        error = _tabulated(record.column(f"error_{name}"), shape, first, second)
+        detached = _tabulated(record.detached, shape, first, second)
+        unresolved = _tabulated(_unresolved(record, name), shape, first, second)
+        unit = prefixed(table, plain_unit if plain_unit == "m" else plain_unit + per_length)
+        values = Values(table / unit.size, error / unit.size, detached, unresolved)
+        _draw(axes, record, (first, second), values, f"{label} in {unit.symbol}")
     left_out = [(i, record.grid.axes[i].values) for i in order[2:]]
     fixed = ", ".join(
         _named(record, i, v[0]) + f", one of {len(v)}" * (len(v) > 1) for i, v in left_out
@@ -119,6 +115,20 @@ class Values(NamedTuple):
     def attached(self) -> Array:
         """The observable in contact, nan elsewhere: a line through it ends at detachment."""
         return np.where(self.detached, math.nan, self.table)
+
+
+def _tabulated(column: Any, shape: Sequence[int], first: int, second: int | None) -> Any:
+    """One number for each result (points,) as a table over the axes that are drawn.
+
+    shape: numbers of values of all axes of the grid, the last of which varies fastest. Without a
+    second axis the table is (n,), else (n, m): rows along the first. Other axes are taken at their
+    first value.
+    """
+    drawn = (first, second)
+    keep = tuple(slice(None) if i in drawn else 0 for i in range(len(shape)))
+    table = column.reshape(shape)[keep]
+    in_other_order = second is not None and first > second
+    return table.T if in_other_order else table
 
 
 def _unresolved(record: Record, name: str) -> Mask:
@@ -164,12 +174,21 @@ def _marks(axes: Any, x: Array, values: Values) -> None:
 
 
 def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> None:
+    """A line over x (n,) for each value of the second axis, a column of the values (n, m).
+
+    It ends where the contact detaches; errors are bars. There are at most LINES of them.
+    """
     axis = record.grid.axes[second]
     colours = shades(len(axis.values), "cividis")
-    for i, (value, colour) in enumerate(zip(axis.values, colours, strict=True)):
+    columns = values.attached.T
+    errors = values.error.T
+    for value, colour, line_style, column, error in zip(
+        axis.values, colours, STYLES, columns, errors, strict=False
+    ):
+        line = {"color": colour, "ls": line_style, "lw": 1.8}
+        points = {"marker": "o", "ms": 3, "capsize": 2}
         name = _named(record, second, value)
-        style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name, "marker": "o", "ms": 3}
-        axes.errorbar(x, values.attached[:, i], yerr=values.error[:, i], capsize=2, **style)
+        axes.errorbar(x, column, yerr=error, label=name, **line, **points)
     _marks(axes, x, values)
 
 
@@ -189,6 +208,7 @@ def _words(record: Record, i: int) -> str:
 
 
 def _unit(record: Record, i: int) -> Unit:
+    """The unit in which an axis is labelled, with a prefix that suits its values."""
     axis = record.grid.axes[i]
     unit = UNITS.get(axis.key, "")
     if not unit or unit in ("°", "rad") or isinstance(axis.values[0], str):
@@ -218,4 +238,5 @@ def _by_ratios(values: Array) -> bool:
         return False
     ratios = np.abs(np.diff(np.log(values)))
     steps = np.abs(np.diff(values))
+    # max/min of the ratios against max/min of the steps, without a division by 0
     return bool(ratios.max() * steps.min() < steps.max() * ratios.min())

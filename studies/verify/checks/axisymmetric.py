@@ -14,6 +14,8 @@ from studies.verify.scenes import Case, case, known, limit, pulled_parabola
 
 axi = cards.axisymmetric
 ROUND: dict[str, Any] = {"geometry": "axisymmetric"}
+# The wedge and parabola of the line contacts turned about their axes, a punch of their width, and
+# bodies of another curvature and exponent [m, rad].
 SPHERE = Parabola(R=2.3e-2)
 CONE = Wedge(delta=4.7e-3)
 CYLINDER = FlatPunch(1.13e-4)
