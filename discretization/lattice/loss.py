@@ -10,6 +10,16 @@ face rest as well, so that of x, the depth d, and the faced lines q and p
 found by Newton's method; a line that is faced by nothing, or pinned at a corner, drops out. The
 depth is that of the continuum to O(Δx²), while the last link of a contact opens up to half a link
 too early, at an error O(Δx).
+
+Conventions
+-----------
+Positions x of lines, q and p are in numbers of nodes of the row, from left to right and not whole;
+depths and D are positive down into the layer, heights upwards [length]. D(x; q) is the depth at
+which a line at x rests that has its free surface up to another line at q: `ContactLoss.rest_depth`.
+`side` is 1 if that surface is on the right of the line, -1 if it is on its left. The contact that
+is lost has the line q on its left and p on its right, each None where there is none; its own left
+line has side -1 and its right one side 1, while q, a right line, has side 1, and p side -1.
+`Thresholds.pulled` is the depth below which a lone node is pulled upwards.
 """
 
 import functools
@@ -87,23 +97,41 @@ class ContactLoss:
         faced = [other for other in (before, after) if other is not None]
         if not self.smooth(node) or any(abs(other - node) < _RULES.narrowest for other in faced):
             return math.nan
-        free = [other for other in faced if self.smooth(other)]
+        moving = [other for other in faced if self.smooth(other)]
         if self.row.scene.hysteretic:  # faced lines may be stuck
-            free = []
-        depth = self._met(before, node, after, free)
-        if math.isnan(depth) and free:  # a faced line jumps before: with all of them where they are
+            moving = []
+        depth = self._met(before, node, after, moving)
+        if math.isnan(depth) and moving:  # a faced line jumps before: all of them where they are
             depth = self._met(before, node, after, [])
         return depth
 
-    def _met(self, before: int | None, node: int, after: int | None, free: list[int]) -> float:
-        """Depth at which both lines meet while the faced ones that are free are at rest."""
-        start = [float(node), *map(float, free)]
+    def _met(self, before: int | None, node: int, after: int | None, moving: list[int]) -> float:
+        """Depth at which both lines meet while the faced ones that move are at rest [length].
+
+        Parameters
+        ----------
+        before, after : int or None
+            Nodes of the faced lines, which stay there if they are not `moving`.
+        node : int
+            Where the lines are near which meet.
+        moving : list of int
+            Those of the faced nodes whose lines move.
+
+        Returns
+        -------
+        float
+            nan if the equations have no solution near these nodes.
+        """
+        start = [float(node), *map(float, moving)]
 
         def residuals(unknown: Sequence[float]) -> list[float]:
-            """D - d of all lines that are free."""
+            """D - d of both lines that meet and of the faced ones that move.
+
+            unknown: the place where they meet, those of the moving lines, and the depth d.
+            """
             x = unknown[0]
             depth = unknown[-1]
-            at = dict(zip(free, unknown[1:-1], strict=True))
+            at = dict(zip(moving, unknown[1:-1], strict=True))
             left = None if before is None else at.get(before, float(before))
             right = None if after is None else at.get(after, float(after))
             found = [self.rest_depth(x, -1, left), self.rest_depth(x, 1, right)]
@@ -119,7 +147,23 @@ class ContactLoss:
         return solved[-1]
 
     def rest_depth(self, x: float, side: int, faced: float | None) -> float:
-        """D of a line between nodes that has the free surface on a side, up to another line."""
+        """D of a line between nodes: the depth at which the link around it would just be passed.
+
+        Parameters
+        ----------
+        x : float
+            Where the line is, in nodes; the link goes from half a link inwards to half a link
+            outwards of it.
+        side : {1, -1}
+            On which the free surface is.
+        faced : float or None
+            Where the line at its other end is; None: there is none.
+
+        Returns
+        -------
+        float
+            [length].
+        """
         own = x - side / 2
         after = x + side / 2
         height = self.height(own)
@@ -128,11 +172,12 @@ class ContactLoss:
         rise = self.height(after) - height
         if faced is not None:
             rise += far * (height - self.height(faced))
-        work = self.thresholds.work[min(max(round(x - 0.5), 0), self.row.size - 2)]
+        link = min(max(round(x - 0.5), 0), self.row.size - 2)  # whose middle is next to x
+        work = self.thresholds.work[link]
         return height + (rise - math.sqrt(2 * work / stiffness)) / remainder
 
     def height(self, x: float) -> float:
-        """Height of the profile at a place between nodes, by the cubic through the next four.
+        """Height of the profile between nodes [length], by the cubic through the next four.
 
         Of nodes at t = -1, 0, 1, 2 that is h₀ + t (slope - t bend) + turn t (t² - 1), with slope
         and bend of the parabola through the first three, and turn a sixth of the third difference.
@@ -140,14 +185,18 @@ class ContactLoss:
         heights = self.thresholds.heights
         first = min(max(math.floor(x) - 1, 0), len(heights) - 4)
         t = x - first - 1
-        one, two, three, four = heights[first : first + 4]
-        bend = two - (one + three) / 2
-        turn = (four - one) / 6 + (two - three) / 2
-        slope = (three - one) / 2
-        return two + t * (slope - t * bend) + turn * t * (t * t - 1)
+        h_before, h0, h1, h_after = heights[first : first + 4]
+        bend = h0 - (h_before + h1) / 2
+        turn = (h_after - h_before) / 6 + (h0 - h1) / 2
+        slope = (h1 - h_before) / 2
+        return h0 + t * (slope - t * bend) + turn * t * (t * t - 1)
 
     def _beside(self, distance: float) -> tuple[float, float, float]:
-        """`Lattice.free_node_response` of a line contact, for plain numbers."""
+        """B, 1 - A - B and S of the free node beside a line, for plain numbers.
+
+        As `Lattice.free_node_response` of a line contact: the node is one link from the line, and
+        what is beyond it has distance - 1 links. distance: to the faced line, in links; may be ∞.
+        """
         lattice = self.row.lattice
         spring = lattice.spring_stiffness
         link = lattice.link_stiffness
@@ -156,13 +205,14 @@ class ContactLoss:
             tie = 0.0
             ground = lattice.end_stiffness
         else:
-            beyond = distance - 2
-            decay = math.exp(-rate)
-            near = math.expm1(-rate)
-            far_decay = math.exp(-rate * beyond)
-            far = math.expm1(-rate * beyond)
-            tie = link * far_decay * near * (2 + near) / math.expm1(-2 * rate * (distance - 1))
-            ground = link * near * far / (1 + decay * far_decay)
+            # `shares` at p = 1 and q = distance - 2 from the ends of the surface that is left.
+            q = distance - 2
+            decay_p = math.exp(-rate)
+            less_p = math.expm1(-rate)
+            decay_q = math.exp(-rate * q)
+            less_q = math.expm1(-rate * q)
+            tie = link * decay_q * less_p * (2 + less_p) / math.expm1(-2 * rate * (distance - 1))
+            ground = link * less_p * less_q / (1 + decay_p * decay_q)
         stiffness = spring + link + tie + ground
         return tie / stiffness, (spring + ground) / stiffness, stiffness
 
@@ -185,7 +235,8 @@ def _newton(
     """The zero of residuals by Newton's method, None if it does not converge.
 
     Unknowns are positions, in links, and a depth last. It has converged when no position changes by
-    more than 1e-10 links.
+    more than 1e-10 links, and failed when one changes by ten times as much as lines may move, or
+    after 12 steps. Each residual is D - d, so that its derivative by the depth is -1.
     """
     found = list(start)
     for _ in range(_RULES.most_steps):

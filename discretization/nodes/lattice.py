@@ -16,6 +16,20 @@ Adhesion is counted per link: a lone node has none. With γ₁ = 0 there are no 
 are independent, so it is counted per node, and a contact reaches half a node past its last one.
 
 With rotational symmetry nodes and links have weights, and the surface outside is that of radial.py.
+
+Conventions
+-----------
+u and d are positive down into the layer, heights f upwards, g = d - f; forces are positive where
+they press. Nodes have any integers as numbers, with x = origin + number Δx; the link between the
+nodes i and i + 1 is called by its middle, i + ½. `side` is -1 on the left of a node and 1 on its
+right. A free surface of T links is between contact nodes T apart, and a tail, that ends at
+infinity, counts as one of infinitely many links.
+
+Three letters stand for what free surfaces do (`shares`, `free_node_response`,
+`surface_stiffnesses`): a and b are the shares of both ends in the displacement of a free node, A
+and B those of the free node next to a contact line, A of its own line and B of the line that it
+faces; S is the stiffness of that node: a force F on it moves it by F/S. What is returned is always
+B and 1 - A - B, which keep all digits where A is next to 1.
 """
 
 from __future__ import annotations
@@ -39,8 +53,7 @@ from energy.checks import positive
 PIECE = 1 << 13
 _AXIS_WEIGHT = 1 / 8  # of the node on the axis: π(Δr/2)² over 2πΔr²
 ON_NODE = 1e-9  # spacings by which a place may be off a node that counts as on it
-# δ of `Lattice.deepest_contact` over δ₀; 1.88 is the bound worked out there.
-_DEEPEST = 1.9
+_DEEPEST = 1.9  # D of `Lattice.deepest_contact` over δ₀; 1.88 is the bound worked out there
 
 
 def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
@@ -49,12 +62,16 @@ def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
         a = sinh(rate·q)/sinh(rate·(p+q)),  b = sinh(rate·p)/sinh(rate·(p+q)),
         1 - a - b = 2 sinh(rate·p/2) sinh(rate·q/2)/cosh(rate·(p+q)/2)
 
+    Written with decaying exponentials alone, which do not overflow, and without differences of
+    numbers next to each other.
+
     Parameters
     ----------
     rate : float
-        A tail decays by exp(-rate): μ per link, μ/Δx per length on the lattice.
+        A tail decays by exp(-rate) per unit of p and q: μ if these are numbers of links, μ/Δx if
+        they are lengths.
     p, q : float or ndarray
-        Distances in these units; one may be infinite.
+        Distances from the left and from the right end; one may be infinite.
 
     Returns
     -------
@@ -65,9 +82,9 @@ def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
     less_p = np.expm1(-rate * p)  # decay - 1; that of twice the distance is less (2 + less)
     less_q = np.expm1(-rate * q)
     both = np.expm1(-2 * rate * (p + q))
-    near = decay_p * less_q * (2 + less_q) / both
-    far = decay_q * less_p * (2 + less_p) / both
-    return near, far, less_p * less_q / (1 + decay_p * decay_q)
+    a = decay_p * less_q * (2 + less_q) / both
+    b = decay_q * less_p * (2 + less_p) / both
+    return a, b, less_p * less_q / (1 + decay_p * decay_q)
 
 
 @dataclass(frozen=True)
@@ -79,35 +96,41 @@ class LatticeTail:
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """Displacement and slope between two contact lines.
 
-            u = [u_left sinh(rate·q) + u_right sinh(rate·p)]/sinh(rate·(p + q))
+            u = [u_left sinh(rate·q) + u_right sinh(rate·p)]/sinh(rate·(p + q)),
+            du/dx = rate [u_right cosh(rate·p) - u_left cosh(rate·q)]/sinh(rate·(p + q)),
+
+        p and q the distances from the left and the right line.
 
         Parameters
         ----------
         z : ndarray (n,)
             Positions [length].
         left, right : LinePosition or None
-            Lines with the heights of the profile there; None is infinitely far away.
+            Lines with their x and the height f of the profile there; None is infinitely far away.
         depth : float
             [length].
 
         Returns
         -------
         u, slope : ndarray (n,)
+            u positive downwards [length], and du/dx, towards the right on both sides.
         """
         p: Any = math.inf
         q: Any = math.inf
-        u = v = 0.0
+        u_left = u_right = 0.0
         if left is not None:
             p = z - left.x
-            u = depth - left.f
+            u_left = depth - left.f
         if right is not None:
             q = right.x - z
-            v = depth - right.f
-        near, far, _ = shares(self.rate, p, q)
+            u_right = depth - right.f
+        a, b, _ = shares(self.rate, p, q)
         decay_p = np.exp(-self.rate * p)
         decay_q = np.exp(-self.rate * q)
-        slope = decay_p * (1 + decay_q * decay_q) * u - decay_q * (1 + decay_p * decay_p) * v
-        return near * u + far * v, self.rate * slope / np.expm1(-2 * self.rate * (p + q))
+        from_left = decay_p * (1 + decay_q * decay_q) * u_left
+        from_right = decay_q * (1 + decay_p * decay_p) * u_right
+        slope = self.rate * (from_left - from_right) / np.expm1(-2 * self.rate * (p + q))
+        return a * u_left + b * u_right, slope
 
 
 @dataclass(frozen=True)
@@ -115,13 +138,16 @@ class RadialTail(LatticeTail):
     """The free surface outside a contact as a function of r, in between the nodes, too."""
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
-        """u_a K₀(r/l)/K₀(a/l) and its slope outside a line; nothing inside, on the axis."""
+        """u_a K₀(r/l)/K₀(a/l) and du/dr outside a line at r = a; 0 without a line on the left.
+
+        `rate` stands for 1/l. With K₀(x) = exp(-x) k0e(x), and K₁ likewise, nothing underflows.
+        """
         if left is None:
             return np.zeros_like(z), np.zeros_like(z)
         r = self.rate * z
         a = self.rate * left.x
-        u = (depth - left.f) * np.exp(a - r) / scipy.special.k0e(a)
-        return u * scipy.special.k0e(r), -self.rate * u * scipy.special.k1e(r)
+        unit = (depth - left.f) * np.exp(a - r) / scipy.special.k0e(a)
+        return unit * scipy.special.k0e(r), -self.rate * unit * scipy.special.k1e(r)
 
 
 @dataclass(frozen=True)
@@ -129,8 +155,9 @@ class Lattice:
     """Nodes under a line contact: spacing, origin, and the scene's k, γ₁ and w.
 
     A line that advances over a link to the free node beside it, with gap v = A u + B u' - g there,
-    changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, so that the line stops at
-    v = √(2wΔx/S), and the force by -S (1 - A - B) v. If nothing is faced B = 0, A = λ, S = t/λ.
+    u and u' the displacements of the line and of the one that it faces, changes the re-equilibrated
+    energy by S v²/2 - wΔx, a perfect square, so that the line stops at v = √(2wΔx/S), and the force
+    by -S (1 - A - B) v. If nothing is faced B = 0, A = λ, S = t/λ.
 
     `RadialLattice` has the same methods for rotational symmetry: nodes and links have weights
     there, and a surface depends on its place. Displacements u, heights f of the profile and depths
@@ -262,16 +289,16 @@ class Lattice:
         return 1.0
 
     def sizes(self, first: float, count: int, unit: float = 1.0) -> Array:
-        """Lengths, or areas, of cells times a unit.
+        """Lengths, or areas, that belong to nodes or are covered by links, times a unit.
 
         Parameters
         ----------
         first : float
-            Number of the first node, or middle of the first link.
+            Number of the first node, or the middle of the first link: i + ½.
         count : int
-            n.
+            How many nodes, or links, from there on: n.
         unit : float
-            What they are multiplied by.
+            What sizes are multiplied by, such as a work of adhesion.
 
         Returns
         -------
@@ -300,29 +327,36 @@ class Lattice:
     def surface_stiffnesses(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
         """Stiffnesses of a free surface of this many links between two contact nodes.
 
-        It pulls at an end displaced by u, the other one by u', with tB (u - u') + t(1 - A - B) u.
+        It pulls at an end displaced by u, the other one by u', with tie (u - u') + ground u: as a
+        spring between both ends and one from each of them to the ground. As its first free node is
+        displaced by a u + b u', so that its first link pulls with t (u - a u - b u'), tie = t b and
+        ground = t (1 - a - b), the shares taken at that node.
 
         Parameters
         ----------
         links : float or ndarray
-            Infinite for a tail.
+            At least 1, where tie = t and ground = 0; infinite for a tail.
         node, side : int or ndarray
-            The surface is on this side of this node; only with rotational symmetry that matters.
+            The surface is on this side of this contact node: what it does depends on its place only
+            with rotational symmetry.
 
         Returns
         -------
         tie, ground : float or ndarray
-            tB and t(1 - A - B) [stress].
+            [stress]; about an axis times a length.
         """
         if isinstance(links, float) and links == math.inf:
             return 0.0, self.end_stiffness
-        _, far, remainder = shares(self.log_decay, 1.0, links - 1.0)
-        return self.link_stiffness * far, self.link_stiffness * remainder
+        _, b, remainder = shares(self.log_decay, 1.0, links - 1.0)
+        return self.link_stiffness * b, self.link_stiffness * remainder
 
     def free_node_response(
         self, node: Any, side: Any, distance: Any = math.inf
     ) -> tuple[Any, Any, Any]:
         """Response of the free node next to a contact line: u = A g + B g' there.
+
+        g and g' are the displacements of the line and of the one that it faces. At the free node
+        its spring, the link to the line, and the rest of the surface beyond it pull.
 
         Parameters
         ----------
@@ -335,9 +369,9 @@ class Lattice:
         Returns
         -------
         B, 1 - A - B, S : float or ndarray
-            The last is its stiffness [stress].
+            The last is its stiffness [stress], about an axis times a length.
         """
-        after = node + side
+        after = node + side  # the free node, of which a surface of one link less begins
         tie, ground = self.surface_stiffnesses(distance - 1.0, after, side)
         spring = self.spring_stiffness * self.weight(after)
         link = self.link_stiffness * self.weight(node + side / 2)
@@ -346,12 +380,13 @@ class Lattice:
 
     @property
     def deepest_contact(self) -> float:
-        """D [length]: contact deeper below the surface without adhesion never pays.
+        """D [length]: no contact of lowest energy has a larger drop than this; line contacts only.
 
-        Let v be the drop below that surface, largest in contact node j, and replace it by the free
-        span between v_{j-r} and v_{j+r} where that is lower. This loses at most the 2r links there
-        and gains at least t sinh μ coth μr (v_j - s)², s <= v_j/cosh μr the span at j. With r next
-        to 2.4/μ both are equal at v_j = 1.88 δ₀ at most, whatever μ. For line contacts.
+        The drop v of a node is by how much it is higher than the surface of the same scene without
+        adhesion, ū - u. Let v be largest in contact node j, and replace it by the free surface
+        between v_{j-r} and v_{j+r} where that is lower. This loses at most the 2r links there and
+        gains at least t sinh μ coth μr (v_j - s)², s <= v_j/cosh μr that surface at j. With r next
+        to 2.4/μ both are equal at v_j = 1.88 δ₀ at most, whatever μ.
         """
         return _DEEPEST * math.sqrt(2 * self.w / self.k)
 
@@ -423,7 +458,10 @@ class RadialLattice(Lattice):
         return np.asarray(unit * self.cell * self.weight(first + np.arange(count)))
 
     def surface_stiffnesses(self, links: Any, node: Any = 0, side: Any = 1) -> tuple[Any, Any]:
-        """Stiffnesses of the surface outside; there is none on the side of the axis."""
+        """Stiffnesses of the surface outside of a node, whatever the links; 0 towards the axis.
+
+        One contact around the axis is known, so that its outer surface faces nothing: tie = 0.
+        """
         if not self.gamma1:
             return 0.0, np.zeros(np.shape(node))
         pull = self.link_stiffness * outer_pull(self.spring_stiffness / self.link_stiffness, node)
@@ -431,17 +469,21 @@ class RadialLattice(Lattice):
 
 
 def _placed(scene: Scene, spacing: float) -> tuple[float, float]:
-    """Spacing and origin, by which more of tip and corners are on nodes; see `Lattice.of`.
+    """Spacing and origin of nodes of which more are at the tip and at corners; see `Lattice.of`.
 
-    Without tension, edges are where cells of nodes end.
+    Either the given spacing with a node at the tip, or, for a body with two edges, as many nodes as
+    fit between these, an odd number, so that one is in the middle: no farther apart than given.
+    Without tension a contact reaches half a node beyond its last one, and nodes stop half a spacing
+    before the edges.
     """
     body = scene.indenter
     low, high = body.extent
     tip = 0.0 if body.apex is None or scene.axisymmetric else body.apex
     if len(body.walls) < 2 or spacing > high - low:
         return spacing, tip
-    half_cells = 0 if scene.gamma1 else 1  # in which nodes stop before each edge
+    half_cells = 0 if scene.gamma1 else 1  # between each edge and the last node
     width = high - low
+    # Spacings from edge to edge: an even number between the outermost nodes, and both half cells.
     steps = half_cells + 2 * math.ceil((width / spacing - half_cells) / 2 - ON_NODE)
     closer = width / steps
     first = 0.0 if scene.axisymmetric else low + half_cells * closer / 2

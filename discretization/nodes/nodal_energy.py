@@ -1,4 +1,21 @@
-"""The lattice's energy as a function of all displacements: what the shortcuts are checked by."""
+"""The lattice's energy as a function of all displacements: what the shortcuts are checked by.
+
+U[u], its terms, gradient and Hessian for n nodes in a row with any displacements, contacts fixed;
+the formula stands in nodes/lattice.py. Free nodes are relaxed by plain elimination and Newton's
+method, without the closed forms of free surfaces that the rest of the package relies on.
+
+Conventions
+-----------
+u is positive down into the layer. A force is ∂U/∂u_i: positive on a contact node where the indenter
+presses, negative where adhesion pulls, 0 on a free node in equilibrium. Arrays over nodes have the
+length n; those over links n - 1, link i between the nodes i and i + 1 of this row. Beyond each end
+there is a tail, of stiffness `pulls` over u, or nothing. Energies are per length of the line
+contact; about an axis energies and forces are those of the whole contact, and sizes are areas.
+
+`Lattice.stored(u)` is the energy of the springs per area with its first and second derivative by u,
+`terms.surface(u')` that of the free surface with those by u', `Lattice.sizes` lengths or areas of
+nodes and links.
+"""
 
 import math
 from dataclasses import replace
@@ -22,7 +39,7 @@ class NewtonRules(NamedTuple):
     most_steps : int
         Steps at most; ten do up to inclinations of 80°.
     rounding : float
-        Of the terms of the energy, and of u: a step that changes less is rounding.
+        Of the terms of the energy, and of the largest u: a step that changes less is rounding.
     stalled : int
         So many steps together that do not lower the energy beyond rounding are the last.
     """
@@ -41,15 +58,16 @@ class Balance(NamedTuple):
     Attributes
     ----------
     terms : dict of float
-        Terms of U [energy/length].
+        Terms of U [energy/length]: "springs", "surface", "adhesion" (at most 0) and "tails".
     forces : ndarray (n,)
         ∂U/∂u_i [force/length].
     force : float
-        Of the springs over the whole line, k∫u, those under the tails among them.
+        Of the springs over the whole line, k∫u, those under the tails among them [force/length].
     sizes : float
-        The sum of the sizes of these forces.
+        The sum of the absolute values of these forces, of spring by spring and of both tails.
     tension : float
-        Root of the sum of the squares of the links' vertical forces.
+        Root of the sum of the squares of the links' vertical forces: their rounding adds up like
+        that.
     """
 
     terms: dict[str, float]
@@ -70,7 +88,10 @@ class Balance(NamedTuple):
 
 
 class _Sums(NamedTuple):
-    """Sums over a piece of the nodes, as named in `Balance`; surface over γ₁, tension squared."""
+    """Sums over a piece of the nodes, as `Balance` has them of all: the first three are its terms.
+
+    But surface is divided by γ₁, and tension is the sum of the squares itself.
+    """
 
     springs: float
     surface: float
@@ -94,6 +115,16 @@ class NodalEnergy:
         Of each link [energy/length], unless it is w everywhere.
     tails : tuple of bool
         Whether there is a tail beyond the first and the last node, or nothing.
+
+    Attributes
+    ----------
+    pulls : ndarray (2,)
+        Stiffnesses of both tails [stress].
+    cells, links : ndarray (n,), (n - 1,)
+        Lengths, or areas, of nodes and links.
+    tension : ndarray (n - 1,)
+        By which the derivative of the surface's energy by the slope, over γ₁, is multiplied to give
+        the vertical force of each link [force/length].
     """
 
     def __init__(
@@ -109,7 +140,7 @@ class NodalEnergy:
         self.contact = np.asarray(contact, bool)
         size = self.contact.size
         pulls = [lattice.tail_stiffness(first, -1), lattice.tail_stiffness(first + size - 1, 1)]
-        self.pulls = np.array(pulls, float) * tails  # of the tails, over u
+        self.pulls = np.array(pulls, float) * tails
         self.cells = lattice.sizes(first, size)
         self.links = lattice.sizes(first + 0.5, size - 1)
         if adhesion is None:
@@ -172,7 +203,8 @@ class NodalEnergy:
     def _balance_piece(self, u: Array, start: int, end_pulls: Array, forces: Array) -> _Sums:
         """Sums over the nodes from `start` on that are taken at a time; `forces` gets theirs.
 
-        They have the links between them, and the one before the first of them.
+        Their links are those before and after each of them; of these the one before the first node
+        was counted in the sums of the piece before. end_pulls (2,): forces of the tails.
         """
         lattice = self.lattice
         end = start + PIECE
@@ -185,15 +217,16 @@ class NodalEnergy:
         springs = self.cells[own] * spring.first
         bound = self.bonds(own)
 
-        # Vertical forces of the links, and beyond the ends of the row those of the tails.
+        # Vertical forces of the links before and after each node, and beyond the ends of the row
+        # those of the tails; a link pulls the node before it in the direction of its slope.
         across = np.empty(springs.size + 1)
         across[0] = end_pulls[0]
         across[-1] = -end_pulls[1]
-        tension = across[1 - link_before : slopes.size + 1 - link_before]
+        tension = across[1 - link_before : slopes.size + 1 - link_before]  # a view: of the links
         np.multiply(self.tension[start - link_before : end], stretch.first, out=tension)
         np.subtract(springs, across[1:] - across[:-1], out=forces[own])
 
-        if lattice.slopes == "finite":
+        if lattice.slopes == "finite":  # w per length of the inclined profile
             bound = bound * np.hypot(1, slopes[link_before:])
         stored = self.cells[own] * spring.value
         stretched = self.links[own] * stretch.value[link_before:]
@@ -298,31 +331,35 @@ class NodalEnergy:
         return self._relaxed_by_newton(u)
 
     def _relaxed_by_newton(self, u: Array) -> Array:
-        """The same by Newton's method, from displacements on."""
-        found = self.balance(u)
-        earlier = math.inf
+        """`relaxed` by Newton's method, from displacements that fulfil u_i = g_i in contact."""
+        here = self.balance(u)
+        energy_before = math.inf  # some steps ago
         for count in range(_NEWTON.most_steps):
-            step = self._newton_step(found.forces, self.hessian(u))
-            rounding = _NEWTON.rounding * found.scale
+            step = self._newton_step(here.forces, self.hessian(u))
+            rounding = _NEWTON.rounding * here.scale
             trial = self.balance(u + step)
-            while trial.energy > found.energy + rounding:
+            while trial.energy > here.energy + rounding:
                 step = step / 2
                 trial = self.balance(u + step)
             u = u + step
             if np.abs(step).max() <= _NEWTON.rounding * np.abs(u).max():
                 return u
             if count % _NEWTON.stalled == 0:
-                if earlier - found.energy <= rounding:
+                if energy_before - here.energy <= rounding:
                     return u
-                earlier = found.energy
-            found = trial
+                energy_before = here.energy
+            here = trial
         raise NotCertifiedError(
             f"no equilibrium of the free nodes after {_NEWTON.most_steps} Newton steps; try "
             "another spacing, or method='fitted'"
         )
 
     def _newton_step(self, forces: Array, band: Array) -> Array:
-        """-H⁻¹ ∂U/∂u with fixed contact nodes; the band is overwritten."""
+        """-H⁻¹ ∂U/∂u with fixed contact nodes (n,) [length].
+
+        forces (n,), band (2, n): gradient and Hessian; the latter is overwritten. Rows of contact
+        nodes become those of the unit matrix, of which the step is 0.
+        """
         fixed = self.contact
         band[0, fixed] = 1
         band[1, :-1][fixed[1:] | fixed[:-1]] = 0

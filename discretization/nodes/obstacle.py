@@ -17,6 +17,15 @@ it (M-matrix). So a node below the surface over others is free, for good: a remo
    raises the surface, so that the others stay below what it is without them.
 The last level holds the exact contact set: u >= g, multipliers >= 0, zero where the surface is
 free (ties are decided by rounding). The cost is some passes over the nodes, whatever l/Δx.
+
+Conventions
+-----------
+u and g = d - f are positive down into the layer; the highest node is the one with the largest g. A
+multiplier is the force with which the indenter presses on a contact node, positive downwards. Nodes
+are numbered from 0 in the row of g, from left to right; line contacts only. `Lattice.log_decay` is
+μ, by which a free tail decays per link; `shares` are the parts of both ends in the displacement
+between them, `Lattice.surface_stiffnesses` what a free surface does to its ends as springs: one
+that ties them, and one from each of them to the ground.
 """
 
 import math
@@ -61,11 +70,14 @@ def pressed(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
 
 
 def _pyramid(g: Array) -> list[Nodes]:
-    """Levels of the highest node of each block, finest (all nodes) first."""
+    """Nodes of each level, finest (all nodes) first: the highest of each block of the level before.
+
+    The coarsest level has a block at most.
+    """
     levels = [np.arange(g.size)]
     while levels[-1].size > _BLOCK:
         nodes = levels[-1]
-        missing = -nodes.size % _BLOCK
+        missing = -nodes.size % _BLOCK  # the last block is filled up with its last node
         blocks = np.append(nodes, np.full(missing, nodes[-1])).reshape(-1, _BLOCK)
         highest = g[blocks].argmax(axis=1)
         levels.append(blocks[np.arange(len(blocks)), highest])
@@ -95,7 +107,7 @@ def surface(lattice: Lattice, contact: Nodes, g: Array, at: Nodes) -> Array:
     nodes[0] = -math.inf
     nodes[-1] = math.inf
     u = np.pad(g, 1)
-    after = np.searchsorted(contact, at) + 1
+    after = np.searchsorted(contact, at) + 1  # in `nodes`: the next one at `at` or to its right
     before = after - 1
     distance_before = at - nodes[before]
     distance_after = nodes[after] - at
@@ -104,14 +116,16 @@ def surface(lattice: Lattice, contact: Nodes, g: Array, at: Nodes) -> Array:
 
 
 def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
-    """Forces p_i that hold these nodes at u.
+    """Forces p_i (m,) that hold m nodes, in increasing order, at u [force/length].
 
     A free surface between two nodes acts as a spring that ties them and one between each of them
     and the ground; a tail beside the outermost ones only as the latter.
     """
-    links = np.diff(nodes, prepend=-math.inf, append=math.inf)
+    links = np.diff(
+        nodes, prepend=-math.inf, append=math.inf
+    )  # before the first ... after the last
     tie, ground = lattice.surface_stiffnesses(links)
-    tension = tie[1:-1] * (u[:-1] - u[1:])
+    tension = tie[1:-1] * (u[:-1] - u[1:])  # of the surfaces between the nodes
     from_neighbours = np.diff(tension, prepend=0.0, append=0.0)
     to_ground = lattice.spring_stiffness + ground[:-1] + ground[1:]
     return np.asarray(to_ground * u + from_neighbours)
