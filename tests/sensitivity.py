@@ -41,6 +41,8 @@ import numpy as np
 import scipy.optimize
 import scipy.special  # noqa: F401  both loaded here, so that no run is timed with their import
 
+from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
+
 ROOT = Path(__file__).parents[1]
 CLASSES = {  # of scenes: how many, and about how long one takes [s]
     "convex": (96, 0.01),
@@ -52,11 +54,14 @@ CLASSES = {  # of scenes: how many, and about how long one takes [s]
     "paths": (24, 0.3),
     "paths on nodes": (24, 0.2),
     "many": (8, 0.02),
+    "rings": (12, 0.2),
+    "free branches": (8, 0.02),
+    "free branches of layers": (2, 1.0),
 }
 FOLDERS = {  # whose constants only some classes read
     "refine": ("several", "paths"),
-    "layer": ("layer", "layer paths"),
-    "surfaces": ("convex", "convex paths", "several", "many"),
+    "layer": ("layer", "layer paths", "free branches of layers"),
+    "surfaces": ("convex", "convex paths", "several", "rings", "many"),
     "lattice": ("several on nodes", "paths on nodes"),
 }
 LONG_ENOUGH = 1.2  # times a class may take for one constant [s], but for its first scene
@@ -321,10 +326,18 @@ def arrays_numbers(states):
     return {"results": results, "estimates": np.ravel(list(states.uncertainty.values()))}
 
 
+def branch_numbers(branch):
+    arrays = {} if branch is None else branch._asdict()
+    results = {name: (v, np.abs(v).max()) for name, v in arrays.items()}
+    return {"results": results, "estimates": np.empty(0)}
+
+
 def states_and_paths(digits, name, number):
     """Calls that solve the scene of this class and number, and functions that read the results."""
     from discretization import load_path, minimise, minimise_many
 
+    if name.startswith("free branches"):
+        return [_free_branch(digits, name, number)]
     if name in ("convex", "convex paths", "layer", "layer paths", "many"):
         springs = digits.CONVEX[:4]
         kind = "layer" if name.startswith("layer") else springs[number % 4]
@@ -339,6 +352,10 @@ def states_and_paths(digits, name, number):
             return [(lambda: minimise_many(scene, depths), arrays_numbers)]
         there_and_back = np.r_[depths, depths[::-1]]
         return [(lambda: load_path(scene, depths=there_and_back), path_numbers)]
+    if name == "rings":
+        scene, depth = ring_case(digits.SEED + number)
+        branch = ("adhered", "global")[number % 2]
+        return [(lambda: minimise(scene, depth, branch=branch), state_numbers)]
     if name in ("several", "several on nodes"):
         case = digits.case_of(
             digits.KINDS[number % len(digits.KINDS)], digits.SEED + 200_000 + number
@@ -350,6 +367,39 @@ def states_and_paths(digits, name, number):
             options |= {"method": "lattice", "spacing": shortest / digits.NODES_PER_LENGTH}
         return [(lambda: minimise(case.scene, case.depth, **options), state_numbers)]
     return _paths(digits, name, number, load_path)
+
+
+def ring_case(seed):
+    """A random profile about an axis with concentric waves, and a depth."""
+    rng = np.random.default_rng(seed)
+    alpha = 10 ** rng.uniform(-2, -0.5)
+    radius = 10 ** rng.uniform(0.0, 0.7)
+    wave = 2 * math.pi / 10 ** rng.uniform(-0.3, 0.4)
+    rise = alpha * rng.uniform(0.1, 1.0) / wave
+    layer = ElasticLayer(1.0, 0.3, 1.0)
+    gamma1 = layer.stiffness
+    profile = Profile(
+        lambda r: alpha * np.square(r) / (2 * radius) + rise * (1 - np.cos(wave * np.asarray(r))),
+        lambda r: alpha * np.asarray(r) / radius + rise * wave * np.sin(wave * np.asarray(r)),
+        extent=(0.0, 4 * math.sqrt(2 * radius)),
+    )
+    surfaces = SurfaceEnergies.from_work(gamma1, gamma1 * alpha**2 / 2)
+    return Scene(layer, surfaces, profile, geometry="axisymmetric"), alpha * rng.uniform(-0.5, 2.0)
+
+
+def _free_branch(digits, name, number):
+    from discretization.fitted import free_branch as springs
+    from discretization.layer import free_branch as layer
+
+    kinds = ("layer",) if "layers" in name else digits.CONVEX[:4]
+    module, more = (layer, (1e-6,)) if "layers" in name else (springs, ())
+    scenes_of_seeds = (
+        digits.convex_case(kinds[number % len(kinds)], digits.SEED + seed)
+        for seed in range(500_000 + 1000 * number, 500_000 + 1000 * (number + 1))
+    )
+    scene, depth = next(case for case in scenes_of_seeds if module.applies(case[0]))
+    deepest = abs(depth) + scene.critical_separation
+    return lambda: module.free_branch(scene, deepest, 50, *more), branch_numbers
 
 
 def _paths(digits, name, number, load_path):
