@@ -36,7 +36,8 @@ from energy.arrays import Array
 
 Pair = tuple[float, float]
 # Of l: half the width of the narrowest gap. A gap opens at a corner with its lines so far on both
-# sides of it, and lines of a gap closer than twice that have met.
+# sides of it, and lines of a gap closer than twice that have met. 1e-10 or 1e-8 changes none of 15
+# random states (`python -m tests.sensitivity discretization.fitted.line_search MET`).
 MET = 1e-9
 # Of a state's depths: a pull that opens no gap. It passes the certificate, whose tolerance of the
 # condition "opening" is four times as large.
@@ -45,6 +46,10 @@ PULLED = TOLERANCE / 4
 
 class TurnRules(NamedTuple):
     """When the two lines of a gap, which move one after the other, have come to rest.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves the 2 or more
+    random states and paths that read it as they are to 1e-9: `python -m tests.sensitivity
+    discretization.fitted.line_search`.
 
     Attributes
     ----------
@@ -67,7 +72,9 @@ class TurnRules(NamedTuple):
 _RULES = TurnRules()
 
 
-_ALONG = np.arange(1, 9) / 8  # parts of a step where it is read whether a line rests
+# Parts of a step where it is read whether a line rests; half or twice as far apart they lead to the
+# same states (`python -m tests.sensitivity discretization.fitted.line_search _ALONG`).
+_ALONG = np.arange(1, 9) / 8
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,6 +40,9 @@ from energy.arrays import Array, Indices, Mask
 class BracketRules(NamedTuple):
     """Where both ends of brackets of D = d are looked for.
 
+    Halved or doubled, each leaves the 4 or more random states and paths that read it as they are to
+    1e-9: `python -m tests.sensitivity discretization.fitted.many_lines`.
+
     Attributes
     ----------
     farther : float

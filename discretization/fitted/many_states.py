@@ -40,7 +40,7 @@ from energy import Scene, SurfaceEnergies
 from energy.arrays import Array, Indices, Mask
 
 # Of the sizes of the terms that a result is summed from: of the integrals and their sum.
-_SUMMED = 4 * ROUNDING
+_SUMMED = 4 * ROUNDING  # 64 roundings of a double: it enters `uncertainty` alone
 
 
 class ManyStates(NamedTuple):
