@@ -6,6 +6,21 @@ the path at imposed depths: as the control rises, the depth is where the running
 the path down from the present state, first reaches it; as it falls, where the running minimum of C
 does, on the path up. (The indenter moves in the direction in which it is pushed, and stops where P
 balances the push.) Where the running extreme is flat the indenter jumps.
+
+Conventions
+-----------
+The depth d is positive down into the layer [length]. The force P is positive where the indenter is
+pressed; for a line contact it is that per length. The value of a control is a depth, a force F that
+presses the indenter, or the position D of the far end of a machine's spring, positive down: the
+spring presses with K (D - d).
+
+`side` is 1 where the value rises, and with it the depth, and -1 where both fall: side · C has its
+running maximum in either case, and a peak is a maximum of that.
+
+A segment (`PathSegment`) is a part of the path in depth between two events, over which t runs from
+0 to 1; `depths(t)` are its depths, `forces(depths)` is P there, and `points(depths)` are the
+contacts. C is represented by values at Gauss-Lobatto points of parts of the segment, and by the
+Legendre series of the polynomials through these.
 """
 
 from __future__ import annotations
@@ -85,7 +100,8 @@ class Control:
     Attributes
     ----------
     stiffness : float or None
-        K [force/length²]: None for an imposed depth, 0 for a dead load.
+        K of the machine [force/length, or force/length² for a line contact]; None for an imposed
+        depth, as of an infinitely stiff machine, 0 for a dead load.
     """
 
     stiffness: float | None
@@ -114,19 +130,26 @@ class Control:
         return cls({"depth": None, "force": 0.0}.get(given, stiffness))
 
     def value(self, depth: Any, force: Any) -> Any:
-        """C, the value at which this force balances; numbers or arrays."""
+        """C, the value of the control at which a state of this depth and force is in equilibrium.
+
+        Numbers or arrays.
+        """
         if self.stiffness is None:
             return depth
         return depth + force / self.stiffness if self.stiffness else force
 
     def work(self, start: float, end: float, value: float) -> float:
-        """The work of the load as the indenter moves at this value: 0, F Δd or ∫K (D - d) dd."""
+        """The work of the control on the indenter as this moves between two depths.
+
+        It is 0, F Δd or ∫K (D - d) dd with the value F or D, which stays; the force is linear in d,
+        so it is that at the mean depth times the distance.
+        """
         if self.stiffness is None or start == end:
             return 0.0
         return self.load((start + end) / 2, value) * (end - start)
 
     def load(self, depth: float, value: float) -> float:
-        """The force that the control exerts at a depth and a value of it."""
+        """The force that a dead load, or a machine at a depth and a value, exerts."""
         return self.stiffness * (value - depth) if self.stiffness else value
 
 
@@ -138,12 +161,14 @@ class Curve(NamedTuple):
     segment : PathSegment
     control : Control
     t, value : ndarray (j,)
-        Samples of the segment, t from 0 to 1, and C there.
-    ends, nodal : ndarray
-        Of the parts of the segment on which C is a polynomial of t, and C at the Gauss-Lobatto
-        points of all of them; empty where P is only known between nodes.
+        Samples of the segment, increasing from 0 to 1, and C there. Peaks of C are among them.
+    ends : ndarray (p + 1,)
+        t at the ends of the p parts of the segment on which C is a polynomial; empty where P is
+        only known between nodes.
+    nodal : ndarray (12 p + 1,)
+        C at the Gauss-Lobatto points of all parts, of which neighbours share their end; or empty.
     rounding : float
-        Of C.
+        What rounding leaves of C.
     """
 
     segment: PathSegment
@@ -179,7 +204,9 @@ class Curve(NamedTuple):
         rounding = _rounding(segment, control)
         parts = _representing(segment, control, rounding)
         ends = np.array([0.0, *(part.t[-1] for part in parts)])
+        # Each part begins with the point at which the one before ends.
         nodal = np.append(parts[0].value[0], [part.value[1:] for part in parts])
+        # Where the polynomials turn C has its peaks: there it is sampled as well.
         turns = np.concatenate([_turns(part.series) for part in parts])
         at_turns = _values(segment, control, turns, roughly=True) if turns.size else turns
         samples = np.concatenate([[0.0], *(part.t[1:] for part in parts), turns])
@@ -195,7 +222,8 @@ class Curve(NamedTuple):
     def peak(self, side: int) -> int:
         """The number of the first sample after which exact C falls (side 1) or rises (-1).
 
-        The last one if there is none.
+        By more than rounding, that is. The values of samples may be those of polynomials; so where
+        these fall, it is looked at whether exact C does. The last sample if there is none.
         """
         for i in np.flatnonzero(
             side * np.diff(self.value) < -_CURVE.noise * self.rounding
@@ -214,11 +242,23 @@ class Curve(NamedTuple):
 
         where C varies by no more than 8 roundings, or after 40 rounds. It begins with the part
         around the peak on which C is less by no more than it may be off.
+
+        Parameters
+        ----------
+        i : int
+            The number of the sample, as of `peak`.
+        side : {1, -1}
+            1 for a maximum of C, -1 for a minimum.
+
+        Returns
+        -------
+        Point
+            The contacts at the peak.
         """
-        known = (
+        off = (  # what the values of samples may be off by
             _CURVE.drawn * np.ptp(self.value) if self.ends.size else _CURVE.noise * self.rounding
         )
-        low, high = self._around(i, side, known)
+        low, high = self._around(i, side, off)
         for _ in range(_CURVE.zooms):
             (part,) = _parts(self.segment, self.control, [(low, high)])
             top = float(part.t[np.argmax(side * part.value)])
@@ -233,52 +273,63 @@ class Curve(NamedTuple):
             if spread <= _CURVE.felt * self.rounding or not low < high:
                 break
         if low == 0:
+            # Next to t = 0 the depth hardly changes with t: the peak may be the start itself.
             start, peak = side * _values(self.segment, self.control, np.array([0.0, top]))
-            if start >= peak - _CURVE.rounding * abs(peak):  # d hardly changes with t there
+            if start >= peak - _CURVE.rounding * abs(peak):
                 top = 0.0
         return self.segment.points(self.segment.depths(np.array([top])))[0]
 
-    def _around(self, i: int, side: int, known: float) -> tuple[float, float]:
-        """t before and after a peak at a sample, where C is less by more than it may be off."""
+    def _around(self, i: int, side: int, off: float) -> tuple[float, float]:
+        """t before and after a peak at the sample i, where C is less by more than it may be `off`.
+
+        After the peak no further than the last sample before C passes it; before it down to 0.
+        """
         more = side * (self.value - self.value[i])
-        last = i + int(np.argmax(np.append(more[i:], 1.0) > 0)) - 1  # before C passes the peak
-        low = self.t[:i][more[:i] < -known].max(initial=0.0)
-        high = self.t[i:last][more[i:last] < -known].min(initial=self.t[last])
+        last = i + int(np.argmax(np.append(more[i:], 1.0) > 0)) - 1
+        low = self.t[:i][more[:i] < -off].max(initial=0.0)
+        high = self.t[i:last][more[i:last] < -off].min(initial=self.t[last])
         return low, high
 
     def reached(self, values: Array, side: int, first: int, stop: int | None = None) -> list[Point]:
-        """Where C first reaches values, from one sample to another.
+        """The contacts where C first reaches each of some values, from one sample to another.
 
         Parameters
         ----------
         values : ndarray (n,)
             Of the control, in the order in which it changes.
         side : {1, -1}
-            Whether they rise or fall.
+            1 where they rise, -1 where they fall.
         first, stop : int
-            Numbers of samples.
+            Numbers of the first sample, and of the one after the last; None: of all.
 
         Returns
         -------
         list of Point
-            As many as are reached.
+            As many as are reached, in the order of the values.
         """
         highest = np.maximum.accumulate(side * self.value[first:stop])
-        before = side * self.value[max(first - 1, 0)]  # a peak from which C falls
+        # If the sample before the first one is a peak from which C falls, values below it have been
+        # reached there: then only what reaches it again counts.
+        before = side * self.value[max(first - 1, 0)]
         k = np.searchsorted(highest, np.maximum(side * values, before))
         k = k[k < highest.size]
         found = self.t[first + k]
-        inner = k > 0
+        inner = k > 0  # a value reached between two samples; the first of all is taken as it is
         if inner.any():
             found[inner] = self._crossings(values[: k.size][inner], first + k[inner])
         return self.segment.points(self.segment.depths(found))
 
     def _crossings(self, values: Array, k: Indices) -> Array:
-        """t at which C is each value (n,), between the samples k - 1 and k."""
+        """t (n,) at which C is each value (n,), between the samples k - 1 and k (n,).
+
+        First where the polynomials are, then, from there on, where exact C is.
+        """
         low = self.t[k - 1]
         high = self.t[k]
         noise = self.rounding
-        wider = _CURVE.wider * (high - low)  # the samples are only as good as the polynomial
+        # Values at samples are only as good as the polynomials: exact C may be the value a little
+        # beyond one of them.
+        wider = _CURVE.wider * (high - low)
         rise = (self.value[k] - self.value[k - 1]) / (high - low)
         guess = np.clip(low + (values - self.value[k - 1]) / rise, low, high)
         if self.ends.size:
@@ -296,7 +347,17 @@ class Curve(NamedTuple):
 
 
 class _Part(NamedTuple):
-    """C on a part of a segment: at Gauss-Lobatto points t, as a polynomial, and its error."""
+    """C on a part of a segment.
+
+    Attributes
+    ----------
+    t, value : ndarray (13,)
+        Gauss-Lobatto points of the part, its ends among them, and C there.
+    series : Legendre
+        The polynomial of t through these.
+    off : float
+        What it may be off by: twice the larger one of its last two coefficients.
+    """
 
     t: Array
     value: Array
@@ -305,13 +366,16 @@ class _Part(NamedTuple):
 
 
 def _values(segment: PathSegment, control: Control, t: Array, *, roughly: bool = False) -> Array:
-    """C on a segment at t (j,)."""
+    """C (j,) on a segment at t (j,); roughly: with P as good as `PathSegment.forces` draws it."""
     depths = segment.depths(t)
     return np.asarray(control.value(depths, segment.forces(depths, roughly=roughly)), float)
 
 
 def _rounding(segment: PathSegment, control: Control) -> float:
-    """The rounding of C on a segment."""
+    """What rounding leaves of C on a segment, from that of the depth and of P.
+
+    `Control.value` is linear, but may have a constant, which is subtracted and rounds by itself.
+    """
     deepest = max(abs(segment.start.depth), abs(segment.end.depth))
     constant = control.value(0.0, 0.0)
     rounding = control.value(_CURVE.epsilon * deepest, segment.rounding) - constant
@@ -324,15 +388,22 @@ def evenly_spaced() -> Array:
 
 
 def at_changes(segment: Any) -> Array:
-    """t at which links are passed, and at least some others."""
+    """t at which lines pass links of nodes on a segment, and some evenly spaced ones, increasing.
+
+    segment: one with a `trace`, depths at which links are passed with the nodes from there on.
+    """
     span = segment.end.depth - segment.start.depth or 1.0
     share = (np.array([depth for depth, _ in segment.trace]) - segment.start.depth) / span
-    passed = 0.5 - np.sin(np.arcsin(1 - 2 * np.clip(share, 0, 1)) / 3)  # of `PathSegment.depths`
+    # The inverse of share = t² (3 - 2t), by which `PathSegment.depths` vary.
+    passed = 0.5 - np.sin(np.arcsin(1 - 2 * np.clip(share, 0, 1)) / 3)
     return np.union1d(evenly_spaced(), passed)
 
 
 def _representing(segment: PathSegment, control: Control, rounding: float) -> list[_Part]:
-    """The parts of a segment, in their order, on each of which one polynomial represents C."""
+    """The parts of a segment, in their order, on each of which one polynomial represents C.
+
+    All parts that are not represented yet are halved at once; see `Curve.of` for when one is.
+    """
     found = list[_Part]()
     todo = [(0.0, 1.0)]
     while todo:
@@ -357,7 +428,7 @@ def _parts(
     *,
     roughly: bool = False,
 ) -> Iterator[_Part]:
-    """C on parts of a segment between these ends, all at once."""
+    """C on the parts of a segment with these ends (t at the first and the last point of each)."""
     points = gauss_lobatto(_CURVE.degree).points
     t = np.array([np.interp(points, [-1.0, 1.0], both) for both in ends])
     values = _values(segment, control, t.ravel(), roughly=roughly).reshape(t.shape)
@@ -367,7 +438,7 @@ def _parts(
 
 
 def _turns(series: Legendre) -> Array:
-    """t at which a polynomial turns."""
+    """t inside its domain at which a polynomial turns: real roots of its derivative."""
     rounding = _CURVE.rounding * float(np.abs(series.coef).max())
     roots = series.deriv().trim(rounding).roots()
     low, high = series.domain

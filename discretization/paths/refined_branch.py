@@ -5,6 +5,23 @@ between events and the depths at which a line becomes pinned or free. Where the 
 cannot be refined from nodes of the usual distance, closer ones are tried. Where these fail as well,
 the part of the route next to the failure keeps what nodes alone know (lattice_branch.py), and
 `on_nodes` says at which depths.
+
+Conventions
+-----------
+The depth d is positive down into the layer [length]; `direction` is 1 where it grows along a route
+and -1 where it falls. P is positive where the indenter is pressed; P and the energy U count per
+length of the contact.
+
+Lines of a point are a flat tuple: both ends of every contact from left to right. Those of all free
+surfaces are an array (m + 1, 2) for m contacts: row by row the left and the right line, at -inf and
+inf for the two tails. `lines_of_surfaces` and `free_surfaces` turn one into the other.
+
+Words of refine/: a `Route` is a part of a path in one direction, refined; it consists of stretches
+of smooth motion (`Stretch`, numbered from 0), which end at events; its `lines` are those of all
+surfaces (m + 1, k, 2) at k depths. `NotRefined` is raised where it cannot be refined, with the
+depth of the failure. A `Refinement` belongs to nodes of one closeness, whose spacing is the usual
+one divided by CLOSER[level]; its `nodes.margin` is how much depths of events on nodes may be off.
+Contacts on nodes are pairs of first and last nodes (row.Contacts).
 """
 
 from __future__ import annotations
@@ -67,7 +84,11 @@ _RULES = RefinementRules()
 
 
 class Place(NamedTuple):
-    """Where a point is: on a stretch of a route, or, before there is one, on nodes.
+    """What a point of this branch remembers: where it is on a route, or on nodes.
+
+    With a route only `route` and `stretch` count. Without one, as at first touch and for a point
+    that is given by its lines, a route begins from `contacts` on the nodes of `level`. With `nodal`
+    the point is not refined.
 
     Attributes
     ----------
@@ -75,13 +96,13 @@ class Place(NamedTuple):
     stretch : int
         Number of the stretch of the route.
     level : int
-        Number of the closeness of the nodes.
+        Index into CLOSER: how close the nodes are.
     contacts : Contacts
-        The contacts on these.
+        First and last nodes of the contacts on these.
     on_nodes : float
-        The depth at which these are at rest [length].
+        The depth at which these are at rest on nodes [length].
     nodal : Point or None
-        The point on nodes alone, where it is not refined.
+        The point of the branch on nodes alone, where it is not refined.
     """
 
     route: Route | None
@@ -99,8 +120,10 @@ class Shortened(NamedTuple):
     ----------
     direction : {1, -1}
         1 where the depth grows.
-    depth, goal : float
-        [length].
+    depth : float
+        Where it ends [length].
+    goal : float
+        Where it was to go [length].
     """
 
     direction: int
@@ -110,7 +133,7 @@ class Shortened(NamedTuple):
 
 @dataclass(eq=False)
 class RefinedSegment(PathSegment):
-    """A part of a stretch of a route.
+    """A segment of a load path that is a part of a stretch of a route.
 
     Attributes
     ----------
@@ -132,7 +155,10 @@ class RefinedSegment(PathSegment):
         return [self.settled[depth] for depth in depths.tolist()]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P at depths on the segment (n,); roughly: from the polynomials of the lines."""
+        """P (n,) at depths (n,) on the segment.
+
+        roughly: with lines read off the polynomials of the route, in place of lines at rest.
+        """
         if not roughly:
             return super().forces(depths)
         lines = self.route.lines(self.index, depths, roughly=True)
@@ -168,14 +194,20 @@ def _settle(parts: Sequence[tuple[RefinedSegment, Array]]) -> None:
 
 @dataclass(eq=False)
 class NodalSegment(PathSegment):
-    """A segment that is not refined; lattice_segment: that of the nodes."""
+    """A segment that is not refined.
+
+    Attributes
+    ----------
+    lattice_segment : LatticeSegment
+        The same segment on nodes alone.
+    """
 
     lattice_segment: LatticeSegment
     smooth = False
 
     @property
     def trace(self) -> Any:
-        """Depths at which lines pass links."""
+        """Depths at which lines pass links, with the nodes from there on, as of LatticeSegment."""
         return self.lattice_segment.trace
 
     def between(self, depths: Array) -> list[Point]:
@@ -188,7 +220,11 @@ class NodalSegment(PathSegment):
 
 
 def _is_noisy(scene: Scene) -> bool:
-    """Whether noise of many samples makes slopes that contact lines notice by far."""
+    """Whether a profile of many samples is so noisy that lines go from facet to facet by jumps.
+
+    Then there are too many events to refine. The noise is that of slopes, next to the kink
+    √(2w/γ₁) at a contact line.
+    """
     samples = len(scene.indenter.corners) + len(scene.indenter.knots)
     if samples <= _RULES.few_samples:
         return False
@@ -198,11 +234,12 @@ def _is_noisy(scene: Scene) -> bool:
 
 
 def _kept(point: Point) -> Point:
-    """A point of nodes alone as one of the refined branch."""
+    """A point of the branch on nodes alone, as a point of the refined branch."""
     return Point(point.depth, point.lines, Place(None, nodal=point))
 
 
 def _is_nodal(point: Point) -> bool:
+    """Whether a point is not refined."""
     return point.memory is not None and point.memory.nodal is not None
 
 
@@ -214,17 +251,20 @@ class RefinedBranch(FittedBranch):
     ----------
     scene : Scene
     profile : Resolved
+        The profile with the samples that resolve it.
     contact_lines : ContactLines
+        The lines and rest depths of the scene, for the certificate.
     deepest : float
         The largest depth of the programme [length].
     refinements : dict
-        On nodes of each closeness, as far as they have been needed.
+        The refinement on nodes of each closeness (index into CLOSER), as far as needed so far.
     known : dict
-        Points of the path, by depth and lines.
+        Points of the path by depth and lines, so that a point that is given by these again, as when
+        a recorded path is followed once more, has its place on the route.
     on_nodes : list of (float, float)
         First and last depths of what is not refined [length].
     failures : list of int
-        How often nodes of each closeness have failed.
+        How often nodes of each closeness have failed, by the index into CLOSER.
     shortened : Shortened or None
         The last route that ended before its goal.
     noisy : bool
@@ -247,7 +287,13 @@ class RefinedBranch(FittedBranch):
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> RefinedBranch:
-        """deepest: the largest depth of the programme."""
+        """The branch of a scene, for depths up to the largest one of the programme, `deepest`.
+
+        Warns
+        -----
+        AccuracyWarning
+            Where the profile has features that its samples have missed.
+        """
         profile = resolve(scene, deepest)
         branch = cls(
             scene,
@@ -277,11 +323,11 @@ class RefinedBranch(FittedBranch):
 
     @functools.cached_property
     def nodal(self) -> LatticeBranch:
-        """What nodes alone know."""
+        """The branch on nodes alone, of the usual closeness."""
         return LatticeBranch.of(self.scene, self.refinement(0).nodes.spacing, self.deepest)
 
     def refinement(self, level: int) -> Refinement:
-        """On nodes of this closeness."""
+        """The refinement on nodes of this closeness (index into CLOSER)."""
         if level not in self.refinements:
             found = Refinement.of(
                 self.scene, self.profile, self.deepest, CLOSER[level], self.refinements.get(0)
@@ -291,7 +337,10 @@ class RefinedBranch(FittedBranch):
 
     @functools.cached_property
     def first(self) -> Point:
-        """The contacts at first touch."""
+        """The contacts at first touch, on the widest nodes with which these are refined.
+
+        Where none refine them, they are those of nodes alone.
+        """
         for level in range(len(CLOSER) if not self.noisy else 0):
             try:
                 contacts, on_nodes, lines = self.refinement(level).touched()
@@ -305,7 +354,7 @@ class RefinedBranch(FittedBranch):
         return _kept(nodal)
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point with these lines."""
+        """The point with these lines, with its place on a route if the path has been here."""
         if (depth, lines) in self.known:
             return self.known[depth, lines]
         contacts = self.refinement(0).nodes.contacts(lines)
@@ -317,18 +366,20 @@ class RefinedBranch(FittedBranch):
             raise ValueError(f"depth = {goal!r} is deeper than the programme, {self.deepest!r}")
         goal = min(goal, self.deepest)  # the profile is known so far
         direction = 1 if goal >= point.depth else -1
-        route, index = point.memory.route, point.memory.stretch
-        ahead = route is not None and route.direction == direction
-        if ahead and index + 1 == len(route.stretches) and route.goal == point.depth:
-            ahead = False
-        if not ahead:
+        route = point.memory.route
+        index = point.memory.stretch
+        leads_on = route is not None and route.direction == direction
+        if leads_on and index + 1 == len(route.stretches) and route.goal == point.depth:
+            leads_on = False  # the point is at the end of its route
+        if not leads_on:
             aim = self._aim(point, goal, direction)
             found = self._followed(point, aim)
             if not isinstance(found, Route):
                 nodal = self._nodal_segment(point, found)
                 self.shortened = Shortened(direction, nodal.end.depth, aim)
                 return self._remembered(nodal)
-            route, index = found, 0
+            route = found
+            index = 0
             if route.goal != aim:
                 self.shortened = Shortened(direction, route.goal, aim)
         return self._remembered(self._stretch(point, goal, route, index))
@@ -344,14 +395,22 @@ class RefinedBranch(FittedBranch):
         return super().points_of(parts)
 
     def _aim(self, point: Point, goal: float, direction: int) -> float:
-        """A goal, or that of a route which nodes have cut short at a point."""
+        """How far a new route from a point is to go [length].
+
+        That is to the goal. If the point is where the last route was cut short, and its own goal
+        is further, it is that one, as it would have been without the cut.
+        """
         cut = self.shortened
         if cut is None or cut.direction != direction or cut.depth != point.depth:
             return goal
         return direction * max(direction * goal, direction * cut.goal)
 
     def _stretch(self, point: Point, goal: float, route: Route, index: int) -> RefinedSegment:
-        """The segment from a point on a stretch, to its end or to where a line becomes pinned."""
+        """The segment from a point on the stretch with this number.
+
+        It ends at the goal, where a line becomes pinned or free, or where the stretch does, with
+        the contacts beyond the event there.
+        """
         stretch = route.stretches[index]
         end = route.next_cut(index, point.depth)
         if route.direction * (end - goal) > 0:
@@ -371,13 +430,14 @@ class RefinedBranch(FittedBranch):
         return RefinedSegment(self, point, last, after, self.jumps(last, after), route, index)
 
     def _remembered(self, segment: PathSegment) -> PathSegment:
+        """The segment, whose points at the end are put among the known ones."""
         for point in (segment.end, segment.after):
             if point is not None and point.lines:
                 self.known[point.depth, point.lines] = point
         return segment
 
     def _at(self, route: Route, index: int, depth: float) -> Point:
-        """The point at a depth inside a stretch."""
+        """The point at a depth inside the stretch of a route with this number."""
         try:
             lines = route.lines(index, np.array([depth]))[:, 0]
         except NotRefined as reason:
@@ -387,14 +447,20 @@ class RefinedBranch(FittedBranch):
         )
 
     def _known(self, route: Route, lines: tuple[float, ...], depth: float) -> tuple[float, ...]:
+        """These lines; ValueError if one has left the known profile."""
         return known_lines(route.refinement.equations, free_surfaces(lines), depth)
 
     def _followed(self, point: Point, goal: float) -> Route | float:
         """The route from a point to a depth, or as far as it can be refined.
 
-        Where nodes fail at a depth, the route ends before it. Next to that depth closer ones are
-        tried, which have to get past it only. Where none do, the depth up to which the route is
-        left to nodes alone.
+        Where nodes fail at a depth, the route ends before it. If the point is next to that depth
+        already, closer nodes are tried, which have to get past it only.
+
+        Returns
+        -------
+        Route or float
+            A depth where not even the closest nodes refine a route from the point: up to it the
+            path is left to nodes alone [length].
         """
         direction = 1 if goal >= point.depth else -1
         start = None
@@ -417,7 +483,7 @@ class RefinedBranch(FittedBranch):
 
     @property
     def _usual_level(self) -> int:
-        """The closeness of the nodes that have not failed often yet, or the closest ones."""
+        """Index into CLOSER of the widest nodes that have not failed often, or of the closest."""
         usable = [
             level for level, count in enumerate(self.failures) if count < _RULES.most_failures
         ]
@@ -426,9 +492,20 @@ class RefinedBranch(FittedBranch):
     def _route_before(
         self, start: Point, failed: float, direction: int, level: int
     ) -> Route | None:
-        """The route up to before a depth at which nodes fail; None if that is next to the start.
+        """The route that ends a little before a depth at which nodes fail.
 
-        Nodes may fail again, at a depth before that.
+        Nodes may fail again, at a depth before that; then it ends before that one, and so on. None
+        if that is next to the start.
+
+        Parameters
+        ----------
+        start : Point
+        failed : float
+            The depth at which nodes fail [length].
+        direction : {1, -1}
+            1 where the depth grows.
+        level : int
+            Index into CLOSER.
         """
         least = ASIDE * self.refinement(0).nodes.margin
         aside = direction * least
@@ -443,7 +520,10 @@ class RefinedBranch(FittedBranch):
         return None
 
     def _route(self, start: Point, goal: float, level: int) -> Route:
-        """The route from a point on nodes of a closeness."""
+        """The route from a point to a depth, on nodes of this closeness.
+
+        NotRefined if it cannot be refined, or a state beyond one of its events is no equilibrium.
+        """
         refinement = self.refinement(level)
         contacts, on_nodes = self._on_nodes(start, level)
         lines = free_surfaces(start.lines or ())
@@ -464,14 +544,23 @@ class RefinedBranch(FittedBranch):
         self.certified.update(states)
 
     def _passed(self, point: Point, goal: float, failed: float) -> float:
-        """A depth beyond that at which nodes fail, if this is known, but not beyond the goal."""
+        """A depth a little beyond the one at which nodes `failed`, or the goal if that is nearer.
+
+        The goal also if that depth lies behind the point.
+        """
         direction = 1 if goal >= point.depth else -1
         beyond = failed + direction * _RULES.beyond * self.refinement(0).nodes.margin
         ahead = direction * (beyond - point.depth) > 0 and direction * (goal - beyond) > 0
         return beyond if ahead else goal
 
     def _start(self, point: Point, direction: int) -> Point | None:
-        """A point from where the route can be refined; None where lines near nodes do not rest."""
+        """The point as one from which a route can be refined, or None.
+
+        A point on nodes alone is brought to rest on the mesh: its lines must rest near those on
+        nodes, in order, and pass the certificate. With separate works of adhesion a line may rest
+        anywhere in a range, and without adhesion a gap has no lines of its own: these stay on
+        nodes.
+        """
         place = point.memory
         if place.nodal is None:
             return point._replace(memory=place._replace(level=self._level(point)))
@@ -493,7 +582,7 @@ class RefinedBranch(FittedBranch):
         return Point(point.depth, lines, Place(None, 0, 0, contacts, point.depth))
 
     def _nodal_segment(self, point: Point, goal: float) -> NodalSegment:
-        """A segment on nodes alone."""
+        """The segment from a point towards a depth, on nodes alone; its depths join `on_nodes`."""
         start = point.memory.nodal
         if start is None:
             start = self.nodal.contact(point.depth, *self._seen_by_nodes(point.lines or ()))
@@ -503,7 +592,7 @@ class RefinedBranch(FittedBranch):
         return NodalSegment(self, point, _kept(found.end), after, found.jumps, found)
 
     def _seen_by_nodes(self, lines: tuple[float, ...]) -> tuple[float, ...]:
-        """The lines of contacts without gaps in which there is no node."""
+        """The lines without those of gaps in which there is no node, which nodes do not see."""
         nodes = self.nodal.nearest(np.array(lines))
         free_nodes = nodes[2::2] - nodes[1:-1:2] - 1
         kept = np.ones(len(lines), bool)
@@ -511,7 +600,7 @@ class RefinedBranch(FittedBranch):
         return tuple(np.array(lines)[kept].tolist())
 
     def _level(self, point: Point) -> int:
-        """How close the nodes are on which a point has been found."""
+        """Index into CLOSER of the nodes on which a point has been found."""
         route = point.memory.route
         if route is None:
             return int(point.memory.level)
@@ -538,7 +627,7 @@ class RefinedBranch(FittedBranch):
         return contacts, on_nodes
 
     def totals(self, points: Sequence[Point]) -> Array:
-        """U, with the work of adhesion of closing, and P (2, n) of points in contact."""
+        """U and P (2, n) of points in contact: refined, or as of nodes where they are not."""
         found = np.empty((2, len(points)))
         nodal, refined = self._parted(points)
         if nodal:
@@ -557,16 +646,16 @@ class RefinedBranch(FittedBranch):
         return np.asarray(np.add.reduceat(totals, first_surfaces, axis=1))
 
     def _parted(self, points: Sequence[Point]) -> tuple[list[int], list[int]]:
-        """Which points are those of nodes alone, and which are refined."""
+        """Numbers of the points that are those of nodes alone, and of those that are refined."""
         nodal = [i for i, point in enumerate(points) if _is_nodal(point)]
         return nodal, [i for i, point in enumerate(points) if not _is_nodal(point)]
 
     def certify(self, point: Point) -> None:
-        """NotCertifiedError unless the contacts are in equilibrium."""
+        """NotCertifiedError unless the contacts of a point are in equilibrium."""
         self.certify_all([point])
 
     def certify_all(self, points: Sequence[Point]) -> None:
-        """The same of many points."""
+        """NotCertifiedError unless all points are in equilibrium; on nodes alone as nodes are."""
         judged = [point for point in points if point.lines and not _is_nodal(point)]
         judged = [p for p in judged if (p.lines, p.depth) not in self.certified]
         states = [(point.lines or (), point.depth) for point in judged]
@@ -581,6 +670,7 @@ class RefinedBranch(FittedBranch):
 
     @functools.cached_property
     def _judge(self) -> Judge:
+        """What certifies many states at once."""
         return Judge(self.refinement(0).equations, self.contact_lines)
 
     def snapshots(self, points: Sequence[Point]) -> list[Snapshot]:
