@@ -10,6 +10,16 @@ which costs a difference of running sums (`Row.totals`). Between nodes contacts 
 further: what that would add to P is subtracted, twice since the cubic through links may overshoot.
 Only where this bound is below the least force that is known already, contacts are followed again
 and P is drawn between the nodes.
+
+Conventions
+-----------
+Depths are positive down into the layer [length], P is positive where pressed and negative where
+pulled, so that the least P is the pull-off force. Recorded states are in the order of the path,
+with the depth growing (`direction` 1) or falling (-1). Contacts are arrays of nodes (n, 2m), the
+first and the last node of each of m contacts from left to right, counted from the first node of the
+row; a link is what lies between two neighbouring nodes. Along a `LatticeSegment` t runs from 0 to
+1, with `depths(t)`; its `trace` has the depths at which contacts change, each with the contacts
+from there on. `facing_sides` has -1 for first and 1 for last nodes, the directions outwards.
 """
 
 from __future__ import annotations
@@ -44,9 +54,9 @@ class Stretch(NamedTuple):
     Attributes
     ----------
     depths, forces : ndarray (n,)
-        [length], [force/length].
+        d [length] and P [force/length], in the order of the path.
     lines : ndarray (n, 2m)
-        x of all lines [length].
+        x of both ends of all contacts, from left to right [length].
     """
 
     depths: Array
@@ -60,7 +70,17 @@ class Stretch(NamedTuple):
 
 
 def monotone(depths: Array, forces: Array, lines: Array) -> Iterator[Stretch]:
-    """The stretches of states, from turn to turn, but of those all at one depth."""
+    """The stretches of states in the order of a path, cut where the depth turns back.
+
+    Neighbours share the state at which it turns. States that are all at one depth have none.
+
+    Parameters
+    ----------
+    depths, forces : ndarray (n,)
+        d [length] and P.
+    lines : ndarray (n, 2m)
+        x of both ends of all contacts [length].
+    """
     moved = np.flatnonzero(np.diff(depths))
     if not moved.size:
         return
@@ -78,9 +98,10 @@ class Bounded:
     Attributes
     ----------
     branch : LatticeBranch
+        The states on the nodes.
     stretch : Stretch
     nodes : ndarray of int (n, 2m)
-        Of its lines.
+        The nodes nearest to its lines.
     bounds : ndarray (n - 1,)
         What P is no less than between neighbouring states [force/length].
     """
@@ -92,13 +113,19 @@ class Bounded:
 
     @property
     def least(self) -> float:
-        """What P is no less than."""
+        """What P is no less than on all of the stretch."""
         return float(self.bounds.min())
 
     def turn(self, known: float) -> Snapshot | None:
-        """The state within the stretch at which P is least, None if it is not less than known.
+        """The state strictly within the stretch at which P is least.
 
-        UnknownError if the stretch cannot be followed as one.
+        None if P there is not less than at both ends, or if P promises nowhere to be less than
+        `known`, the least force that is known of the path so far.
+
+        Raises
+        ------
+        UnknownError
+            If the stretch cannot be followed as one segment.
         """
         segment, inside = self._segment(np.flatnonzero(self.bounds < known))
         t = at_changes(segment)
@@ -106,18 +133,22 @@ class Bounded:
         drawn = own[self._promising(segment, t[own], known)]
         if not drawn.size:
             return None
-        value = np.full(t.size, np.inf)
+        value = np.full(t.size, np.inf)  # where P is not drawn it is not the least
         value[drawn] = segment.forces(segment.depths(t[drawn]))
         i = int(value.argmin())
         ends = self.stretch.forces[[0, -1]]
         if value[i] >= ends.min() - NOISE * np.abs(value[drawn]).max():
             return None
-        if i in (own[0], own[-1]):
+        if i in (own[0], own[-1]):  # it may be less beyond what has been followed
             raise UnknownError
         return self.branch.snapshot(Curve.sampled(segment, _LOAD, t, value).refined(i, -1))
 
     def _segment(self, promising: Indices) -> tuple[LatticeSegment, tuple[float, float]]:
-        """The segment of the stretch, followed where P may be less than known, and t of these."""
+        """The segment of the stretch, and the t between which contacts on it have been followed.
+
+        promising: numbers of the parts, between neighbouring states, on which P may be less than
+        known. The contacts are followed from the last recorded state before these.
+        """
         branch = self.branch
         depths = self.stretch.depths
         first, last = depths[[0, -1]].tolist()
@@ -140,7 +171,10 @@ class Bounded:
         return segment, inside
 
     def _about(self, segment: LatticeSegment, promising: Indices) -> tuple[float, float]:
-        """t of samples before and after all parts that promise less, and not next to them."""
+        """t before and after all parts that promise less: the second sample beyond them each.
+
+        So the least P, if it is on them, has samples on both sides.
+        """
         t = evenly_spaced()
         direction = self.stretch.direction
         reached = direction * segment.depths(t)
@@ -150,7 +184,11 @@ class Bounded:
         return float(t[max(before, 0)]), float(t[min(beyond, t.size - 1)])
 
     def _promising(self, segment: LatticeSegment, t: Array, known: float) -> Indices:
-        """The samples next to which P between the nodes may be less than known."""
+        """Numbers of the samples t next to which P between the nodes may be less than known.
+
+        Samples where contacts change are among them, so that these do not change in between: the
+        bound is that of the contacts from the first of two samples on, at the smaller depth.
+        """
         depths = segment.depths(t)
         direction = self.stretch.direction
         changes = np.array([depth for depth, _ in segment.trace])
@@ -165,7 +203,7 @@ class Bounded:
 
 
 def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:
-    """The bounds of stretches, of all with as many lines as each other at once."""
+    """The stretches with their bounds; those with the same number of lines are bounded together."""
     counts = [each.lines.shape[1] for each in stretches]
     found = dict[int, Bounded]()
     for count in set(counts):
@@ -174,6 +212,7 @@ def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:
         depths = np.concatenate([stretches[i].depths for i in own])
         sizes = [stretches[i].depths.size for i in own]
         directions = np.repeat([stretches[i].direction for i in own], sizes)
+        # Of every pair of neighbours, also of pairs across stretches, which are left out below.
         deeper = np.where(directions[:-1, None] > 0, nodes[1:], nodes[:-1])
         shallower = np.minimum(depths[:-1], depths[1:])
         bounds = _bound(branch.row, deeper, shallower)
@@ -194,7 +233,7 @@ def _bound(row: Row, nodes: Nodes, depths: Array) -> Array:
     nodes : ndarray of int (n, 2m)
         First and last nodes of the contacts C; C' are those with all lines one link further out.
     depths : ndarray (n,)
-        [length].
+        The smaller depths d of the parts at whose larger depths these are the contacts [length].
 
     Returns
     -------
