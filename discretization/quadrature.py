@@ -15,6 +15,20 @@ that on its right. Of the energy and the force of a state it accounts for
 ψ and s the density and the length of the surface in contact (energy/terms.py), F and S what the
 free surface stores and pulls. Summed over all free surfaces, the tails among them, that is U and P:
 what lies between the lowest point and a line cancels.
+
+Conventions
+-----------
+Depths d and g = d - f, by which the surface is displaced in contact, are positive downwards, the
+height f of the profile upwards; forces are positive if the indenter is pressed. Integrals are over
+dx, or about an axis over 2πr dr. Panels are columns (2, n): their left ends and their right ends.
+Contacts are rows (m, 2), from left to right; about an axis the first may begin at 0. Places are
+(.., p), several densities m of them (m, .., p). Those of `densities` are five, in this order:
+
+    0  ∫1    1  ∫g    2  ∫g²    3  ∫γ₁ψ(f')    4  ∫c s(f'), c the pattern's factor on w
+
+A `Free` surface has its `energy` F, `pulls` S at both lines, and `area` k∫u dx over it. A profile
+that is `Resolved` has its samples `x` with heights `f`, increasing, and `touch`, the depth of first
+touch, its least height.
 """
 
 from __future__ import annotations
@@ -100,7 +114,7 @@ _HEIGHTS = HeightSteps()
 
 
 class GaussRule(NamedTuple):
-    """Places (p,) on a panel from 0 to 1, and their weights."""
+    """Places (p,) on a panel from 0 to 1, and their weights, whose sum is 1."""
 
     places: Array
     weights: Array
@@ -113,15 +127,20 @@ class GaussRule(NamedTuple):
 
     @classmethod
     def crowded(cls, count: int) -> GaussRule:
-        """Twice so many points, crowded at both ends like t⁴, where a power law is not smooth."""
-        points, weights = np.polynomial.legendre.leggauss(count)
+        """Twice so many points, crowded at both ends like t⁴, where a power law is not smooth.
+
+        Each half of the panel is t⁴/2 of a Gauss rule in t from 0 to 1, or its mirror image, and
+        the weights are those of the rule times 2t³.
+        """
+        points, weights = np.polynomial.legendre.leggauss(count)  # on [-1, 1], t = (points + 1)/2
         near = ((points + 1) / 2) ** 4 / 2
         weights = weights * ((points + 1) / 2) ** 3
         return cls(np.append(near, 1 - near), np.append(weights, weights))
 
 
 _CROWDED = GaussRule.crowded(12)
-_COARSE = GaussRule.of(12)  # the coarser one of two rules, for panels where all is smooth
+# Two rules for panels where all is smooth: where they agree they are right.
+_COARSE = GaussRule.of(12)
 _FINE = GaussRule.of(24)
 _BOTH_PLACES = np.append(_COARSE.places, _FINE.places)
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)  # on [-1, 1], for short steps
@@ -133,9 +152,9 @@ class Sums(NamedTuple):
     Attributes
     ----------
     ends : ndarray (2, n)
-        Of the panels.
+        Of the panels, in no order.
     sums, sizes, off : ndarray (m, n)
-        Integrals, those of absolute values, and errors.
+        Integrals over each panel, those of absolute values, and errors.
     """
 
     ends: Array
@@ -150,7 +169,7 @@ class Halves(NamedTuple):
     Attributes
     ----------
     ends : ndarray (2, 2, n)
-        Of the first and the second halves.
+        Ends (2) of the first and the second halves (2) of the panels.
     divisible : ndarray of bool (n,)
         Whether there is a floating-point number in the middle.
     coarse, coarse_sizes : ndarray (m, n)
@@ -171,6 +190,7 @@ class Halves(NamedTuple):
         """Of panels with ends (2, n)."""
         low, high = ends
         middle = ends.sum(axis=0) / 2
+        # Ends (2) of each panel and of both its halves (3).
         panels = np.array([[low, low, middle], [high, middle, high]])
         sums, sizes = over(density, panels)
         return cls(
@@ -184,13 +204,14 @@ class Halves(NamedTuple):
 
 
 def over(density: Density, ends: Array) -> tuple[Array, Array]:
-    """Integrals over panels as they are.
+    """Integrals over panels as they are, by one rule whose points are crowded at both ends.
 
     Parameters
     ----------
     density : callable
         m densities (m, ..., p) at places (..., p).
     ends : ndarray (2, ...)
+        Of the panels; the integral from an end to a smaller one is negative, and its size, too.
 
     Returns
     -------
@@ -215,7 +236,8 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
 
         max(part · ∫|density| + lost, 80 ε of its own size),
 
-    the integral over all given panels, and with it the halves of each.
+    the integral over all given panels, and with it the halves of each. It is also done if it is as
+    narrow as numbers allow; all are if they have been halved 48 times, or are too many.
 
     Parameters
     ----------
@@ -224,6 +246,7 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
     ends : ndarray (2, n)
         Of the panels.
     part : float
+        As in the rule above, dimensionless.
     lost : ndarray (m, 1)
         What the integrals are off by however often panels are halved.
     smooth : bool
@@ -236,7 +259,7 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
     """
     done: list[Sums] = []
     limit = None
-    luck = np.zeros((len(lost), 1))
+    luck = np.zeros((len(lost), 1))  # what each panel is off by at least, though its halves agree
     most = _PANEL.most * ends.shape[1]
     for left in reversed(range(_PANEL.halvings)):
         panels = Halves.of(density, ends)
@@ -249,14 +272,14 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
         if not left or not unresolved.any() or unresolved.sum() > most:
             done.append(Sums(ends, panels.sums, panels.sizes, off))
             break
-        smooth_ones = (ends, panels.sums, panels.sizes, off)
-        done.append(Sums(*(each[:, ~unresolved] for each in smooth_ones)))
+        all_panels = (ends, panels.sums, panels.sizes, off)
+        done.append(Sums(*(each[:, ~unresolved] for each in all_panels)))
         ends = panels.ends[:, :, unresolved].reshape(2, -1)
         luck = np.tile(change[:, unresolved] * (0.0 if smooth else _PANEL.luck), 2)
     found = done[0]
     if len(done) > 1:
         found = Sums(*map(np.hstack, zip(*done, strict=True)))
-    found.off[:, :1] += lost
+    found.off[:, :1] += lost  # once, with the first panel
     return found
 
 
@@ -264,8 +287,8 @@ def summed_each(density: Density, ends: Array, *, smooth: bool) -> Array:
     """Integrals over each of some panels, to rounding of its own size.
 
     Where Gauss's rules of 12 and of 24 points agree they are right; other panels are halved as in
-    `summed`, each by itself: what a panel gives does not depend on the others. No density changes
-    its sign.
+    `summed`, each by itself: what a panel gives does not depend on the others. No density may
+    change its sign on a panel, as an integral is judged by its own size.
 
     Parameters
     ----------
@@ -292,7 +315,10 @@ def summed_each(density: Density, ends: Array, *, smooth: bool) -> Array:
 
 
 def _halved_each(density: Density, ends: Array, smooth: bool) -> Array:
-    """Integrals (m, n) over panels that are halved until that changes nothing."""
+    """Integrals (m, n) over panels (2, n) that are halved until that changes nothing.
+
+    As `summed`, but each of the given panels has a limit of its own, rounding of its integral.
+    """
     count = ends.shape[1]
     own = np.arange(count)  # the given panel of which each is a part
     luck = np.zeros(1)
@@ -320,20 +346,21 @@ def _halved_each(density: Density, ends: Array, smooth: bool) -> Array:
 def densities(scene: Scene, level: float, x: Array) -> Array:
     """Densities of ∫1, ∫g, ∫g², ∫γ₁ψ(f') and ∫c s(f'), g = level - f, over dx or 2πr dr.
 
-    c is the factor of the scene's pattern on the work of adhesion. Of springs that are not linear
-    what stands for g and g² in force and energy.
+    c is the factor of the scene's pattern on the work of adhesion; s is 1 with small slopes. Of
+    springs that are not linear with the energy e(g) per area, g and g² are e'/k and 2e/k.
 
     Parameters
     ----------
     scene : Scene
     level : float
-        [length].
+        The depth from which g counts [length].
     x : ndarray
         Positions [length].
 
     Returns
     -------
     ndarray (5, ...)
+        In the order of the summary.
     """
     height, slope = scene.indenter.height_and_slope(x)
     g = level - height
@@ -349,21 +376,41 @@ def densities(scene: Scene, level: float, x: Array) -> Array:
     return found * scene.measure(x) if scene.axisymmetric else found
 
 
+class ContactParts(NamedTuple):
+    """What contacts store, and how they press; per length of a line contact.
+
+    Attributes
+    ----------
+    springs, surface : float
+        ∫ k/2 g² dx and ∫ γ₁ψ(f') dx [energy].
+    adhesion : float
+        w ∫ c s(f') dx, what adhesion binds, positive [energy].
+    pressure : float
+        k∫g dx [force].
+    """
+
+    springs: float
+    surface: float
+    adhesion: float
+    pressure: float
+
+
 class ContactIntegrals(NamedTuple):
     """Integrals over contacts.
 
     Attributes
     ----------
-    parts : ndarray (3, 4)
-        Springs, surface, adhesion as it binds, and pressure; in rows their integrals, those of
-        absolute values, and errors.
+    totals, sizes, errors : ContactParts
+        The integrals, those of absolute values, and what the integrals may be off by.
     rounding : float
         What the heights are off by as measured, which is counted in the errors [length].
     hidden : ndarray
         Places of features that the samples of the profile have missed [length].
     """
 
-    parts: Array
+    totals: ContactParts
+    sizes: ContactParts
+    errors: ContactParts
     rounding: float
     hidden: Array
 
@@ -390,7 +437,7 @@ def in_contact(
     ends = _ends(scene, contacts)
     smooth = scene.indenter.complete
     rounding = height_rounding(scene.indenter, ends.T)
-    lost = np.zeros((5, 1))
+    lost = np.zeros((5, 1))  # what rounding of f takes from ∫g and from ∫g²
     if rounding:
         deepest = float(np.abs(depth - scene.indenter.height(ends)).max())
         wide = np.diff(contacts).sum() + 2 * scene.elastocapillary_length
@@ -403,10 +450,12 @@ def in_contact(
     if profile is not None and not smooth:
         sums = _compared(scene, density, contacts, profile, sums, part, lost)
         hidden = profile.hidden(scene, _closer(profile, sums.ends))
+    # Of each density its integral, that of its absolute value, and the error of the first (3,).
     _, g, g_squared, stretched, bound = np.array(sums[1:]).sum(axis=2).T
     k = scene.stiffness
     parts = [g_squared * (k / 2), stretched * 1.0, bound * scene.work_of_adhesion, g * k]
-    return ContactIntegrals(np.array(parts).T, rounding, hidden)
+    totals, sizes, errors = (ContactParts(*row) for row in np.array(parts).T.tolist())
+    return ContactIntegrals(totals, sizes, errors, rounding, hidden)
 
 
 def _compared(
@@ -421,12 +470,21 @@ def _compared(
     """Sums over contacts, or what panels that end at samples of the profile add up to instead.
 
     Wide panels and their halves may agree by luck where both miss a feature that the samples have
-    resolved. So the integrals are compared with those over narrower panels.
+    resolved. So the integrals are compared with those over narrower panels, as they are and, if
+    these differ, halved until that changes nothing. If they then still differ, the latter count.
+
+    Parameters
+    ----------
+    sums : Sums
+        Of the wide panels.
+    density, part, lost
+        As of `summed`, from which `sums` come.
     """
     ends = _ends(scene, contacts, _thinned(profile.x))
     allowed = sums.off.sum(axis=1) + lost[:, 0] + _PANEL.agree * sums.sizes.sum(axis=1)
 
     def agree(found: Array) -> bool:
+        """Whether integrals over panels (5, n) add up to those of the wide ones."""
         return bool((np.abs(found.sum(axis=1) - sums.sums.sum(axis=1)) <= allowed).all())
 
     if agree(over(density, ends)[0]):
@@ -436,7 +494,10 @@ def _compared(
 
 
 def _thinned(x: Array) -> Array:
-    """Samples where they are closer than elsewhere, and some of the others."""
+    """Samples where they are closer than elsewhere, and every eighth of the others.
+
+    So a panel is narrow where the profile needs it, and there are few where it does not.
+    """
     width = np.diff(x)
     close = width < _PANEL.close * width.max()
     kept = np.append(False, close) | np.append(close, False)
@@ -445,7 +506,10 @@ def _thinned(x: Array) -> Array:
 
 
 def _closer(profile: Resolved, ends: Array) -> Array:
-    """Gauss points of those panels (2, n) that are narrower than the intervals between samples."""
+    """Gauss points of those panels (2, n) that are narrower than the intervals between samples.
+
+    Of these it is known what the samples have not seen.
+    """
     x = profile.x
     middle = ends.sum(axis=0) / 2
     i = np.clip(np.searchsorted(x, middle, "right") - 1, 0, x.size - 2)
@@ -455,13 +519,18 @@ def _closer(profile: Resolved, ends: Array) -> Array:
 
 
 def _ends(scene: Scene, contacts: Array, more: ArrayLike = ()) -> Array:
-    """Ends (2, n) of the panels of contacts (m, 2); more: places where panels end besides."""
+    """Ends (2, n) of the panels of contacts (m, 2).
+
+    They are those of the contacts and, inside, the breaks of the profile, the edges of a pattern,
+    and `more` places. As contacts do not overlap, all left ends and all right ends, each in
+    increasing order, make pairs.
+    """
     cuts = np.append(scene.indenter.breaks(), more)
     if scene.pattern is not None:
         cuts = np.append(cuts, scene.pattern.edges)
-    own = contacts[:, 0].searchsorted(cuts) - 1  # the contact that begins before
+    own = contacts[:, 0].searchsorted(cuts) - 1  # the last contact that begins before
     inner = cuts[(own >= 0) & (cuts < contacts[own, 1])]
-    if np.size(more):  # some twice
+    if np.size(more):  # breaks are samples, too
         inner = np.unique(inner)
     return np.sort([np.concatenate([end, inner]) for end in contacts.T])
 
@@ -493,7 +562,7 @@ def height_rounding(indenter: Indenter, ends: Array) -> float:
         return 0.0
     panels = ends[ends[:, 1] > ends[:, 0]]
     number = np.arange(_HEIGHTS.steps)
-    low, high = panels[number * len(panels) // _HEIGHTS.steps].T
+    low, high = panels[number * len(panels) // _HEIGHTS.steps].T  # as many steps in each panel
     width = high - low
     place_in_panel = number * _HEIGHTS.golden % 1
     start = low + width * (1 - _HEIGHTS.length) * place_in_panel
@@ -513,13 +582,13 @@ class Interval(NamedTuple):
     Attributes
     ----------
     energy, force : float
-        U and P = dU/dd.
+        U and P = dU/dd, what presses in contact and what the lines pull.
     force_by_field : float
-        k∫u dx.
+        k∫u dx over contacts and free surfaces, the same but for errors.
     energy_scale, force_scale : float
         Sums of the sizes of the terms.
     errors : tuple of float
-        Of energy and force.
+        Of energy and force, absolute: those of the integrals over the contacts.
     rounding : float
         What measured heights are off by, which is counted in these [length].
     hidden : ndarray
@@ -568,17 +637,17 @@ def refined(
     Interval
     """
     found = in_contact(scene, depth, contacts, profile)
-    totals, sizes, errors = found.parts.tolist()
-    springs, tension, adhesion, pressure = totals
+    totals = found.totals
+    errors = found.errors
     pulls = [pull for surface in free for pull in surface.pulls]
-    stored = springs + tension + sum(surface.energy for surface in free)
+    stored = totals.springs + totals.surface + sum(surface.energy for surface in free)
     return Interval(
-        energy=stored - adhesion,
-        force=pressure + sum(pulls),
-        force_by_field=pressure + sum(surface.area for surface in free),
-        energy_scale=stored + adhesion,
-        force_scale=sizes[3] + sum(map(abs, pulls)),
-        errors=(sum(errors[:3]), errors[3]),
+        energy=stored - totals.adhesion,
+        force=totals.pressure + sum(pulls),
+        force_by_field=totals.pressure + sum(surface.area for surface in free),
+        energy_scale=stored + totals.adhesion,
+        force_scale=found.sizes.pressure + sum(map(abs, pulls)),
+        errors=(errors.springs + errors.surface + errors.adhesion, errors.pressure),
         rounding=found.rounding,
         hidden=found.hidden,
     )
@@ -588,16 +657,18 @@ def refined(
 class Integrals:
     """The integrals of `densities` over a resolved profile, g from the depth of first touch.
 
-    Only of what may be in contact, f <= level: what stands higher would but cost digits.
+    Only of what may be in contact: intervals between samples whose lower end stands higher than a
+    level have the integral 0, as no line gets there and what they add would but cost digits.
 
     Attributes
     ----------
     scene : Scene
     profile : Resolved
     x, f : ndarray (n,)
-        Places, increasing, and heights there [length].
+        Places, increasing, and heights there [length]: samples, and where panels were halved.
     parts : ndarray (5, n)
-        Integrals from the lowest point to each place.
+        Integrals from the lowest point to each place, in the order of `densities`; on the left of
+        the lowest point they are negative where the density is positive.
     hidden : ndarray
         Places of features that the samples of the profile have missed [length].
     """
@@ -636,8 +707,8 @@ class Integrals:
         sums = np.zeros((5, x.size - 1))
         sums[:, np.searchsorted(x, found.ends[0])] = found.sums
         lowest = int(np.argmin(f))
-        to_the_left = sums[:, :lowest][:, ::-1]
-        before = -np.cumsum(to_the_left, axis=1)[:, ::-1]
+        leftwards = sums[:, :lowest][:, ::-1]  # from the lowest point on
+        before = -np.cumsum(leftwards, axis=1)[:, ::-1]
         after = np.cumsum(sums[:, lowest:], axis=1)
         parts = np.hstack([before, np.zeros((5, 1)), after])
 
@@ -648,6 +719,8 @@ class Integrals:
 
     def at(self, x: Array) -> Array:
         """The integrals of `densities` from the lowest point to places.
+
+        They are those to the lower one of the two neighbours in `x`, and one panel from there.
 
         Parameters
         ----------
@@ -682,7 +755,7 @@ class Integrals:
             C(x), the sum of the absolute values of its terms, and ∂C/∂d.
         """
         width, g, g_squared, stored, bound = self.at(x)
-        d = depth - self.profile.touch  # g counts from there
+        d = depth - self.profile.touch  # so that depth - f is d + g
         k = self.scene.stiffness
         springs = [k / 2 * d * d * width, k * d * g, k / 2 * g_squared]
         parts = np.array([*springs, stored, -w * bound])

@@ -88,8 +88,9 @@ def parts_of(state: Any) -> dict[str, float]:
         bound = -math.inf if state.scene.work_of_adhesion else 0.0
         stored = math.inf if state.depth else 0.0
         return {**parts, "springs": stored, "adhesion": bound, "pressure": state.force}
-    (found, *_), *_ = in_contact(state.scene, state.depth, state.contacts)
-    springs, surface, adhesion, pressure = found.tolist()
+    springs, surface, adhesion, pressure = in_contact(
+        state.scene, state.depth, state.contacts
+    ).totals
     parts |= {"adhesion": -adhesion, "pressure": pressure}
     if state.scene.gamma1:
         free_springs, free_surface = _of_free(state)
