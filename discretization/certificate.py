@@ -7,7 +7,8 @@
     force         dU/dd against k∫u dx over the whole line
 
 Each is a dimensionless violation, judged against the state itself and not by how it was found: on
-nodes by lattice/certificate.py, on the fitted mesh by fitted/contacts.py.
+nodes by lattice/certificate.py, on the fitted mesh by fitted/contacts.py, of a layer with its exact
+response by layer/state.py and layer/nodes.py, which say what each is relative to.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ class Certificate(NamedTuple):
         Parameters
         ----------
         penetration : float
-            That of the indenter into the surface.
+            Its violation, dimensionless.
 
         Returns
         -------
@@ -91,7 +92,7 @@ class Certificate(NamedTuple):
     @property
     def failures(self) -> tuple[str, ...]:
         """Names of the violated conditions."""
-        named = zip(self._fields, self[:-1], strict=False)
+        named = zip(self._fields, self[:-1], strict=False)  # the last field is the tolerance
         return tuple(name for name, violation in named if not violation <= self.tolerance)
 
 
@@ -114,7 +115,8 @@ class Proof:
     bound : float
         Least energy of all contact sets, from the recursion of lattice/lowest.py [energy/length].
     attained : float
-        `NodalEnergy` of the displacements that are returned [energy/length].
+        `NodalEnergy`, the energy of all nodes, of the displacements that are returned
+        [energy/length].
     scale : float
         Sum of the absolute values of its terms [energy/length].
     """

@@ -8,6 +8,17 @@ between to a part of what a contact line notices, √(2w/γ₁), or of how the s
 
 and until the slope in between is hardly steeper or flatter than at both samples. Corners are kept
 twice, with the slope on either side, and the local extremes of f are samples, too.
+
+Conventions
+-----------
+The height f is positive upwards, so that the indenter at the depth d is at d - f below the
+undeformed surface; depths are positive downwards, and the least height is the depth of first touch.
+Positions x increase to the right; about an axis they are radii. Slopes are df/dx. A side is 1 for
+what is on the right of a place, -1 for what is on its left. Of an indenter `extent` is where its
+profile is known, `walls` those ends of it where the body ends, too, `corners` where f' jumps, and
+`breaks()` the corners, knots and apex; `complete` says that it is smooth in between. `scene.opened`
+is the scene with the work of adhesion of a contact that opens, the larger one if there are two: its
+critical separation δ₀ = √(2w/k) is how far springs are pulled up at most.
 """
 
 from __future__ import annotations
@@ -63,7 +74,9 @@ class SamplingRules(NamedTuple):
 _SAMPLING = SamplingRules()
 
 
-_TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
+# Where the cubic is tested in an interval, as parts of it: (3 - √5)/2 and (5 + √5)/10, which are
+# irrational, so that no period of the profile falls on both.
+_TESTS = (0.381966, 0.723607)
 
 
 class MissedFeatures(NamedTuple):
@@ -121,6 +134,8 @@ class Resolved:
     """A profile known by samples.
 
     A corner stands twice: first with the slope on its left, then with that on its right.
+    Between neighbouring samples it is the cubic through both heights and slopes, but for what the
+    head of this module allows.
 
     Attributes
     ----------
@@ -157,10 +172,13 @@ class Resolved:
         inner = corners[(corners > x[0]) & (corners < x[-1])]
         x = np.repeat(x, 1 + np.isin(x, inner))
         is_repeated = x[1:] == x[:-1]
+        # The side on which each slope is read: -1 for the first of two, 1 for the second, at other
+        # samples 0; at the ends inwards, 1 for the first sample of all and -1 for the last.
         follows_itself = np.append(1, is_repeated)
         precedes_itself = np.append(is_repeated, 1)
-        side = follows_itself - precedes_itself  # -1 left, 1 right of a corner
+        side = follows_itself - precedes_itself
         f, slope = _read(indenter, x, side)
+        # What was called a corner and has one slope is none, and stands once.
         kept = np.append(True, ~is_repeated | (slope[1:] != slope[:-1]))
         return cls(indenter, x[kept], f[kept], slope[kept], np.asarray(edges, float))
 
@@ -193,7 +211,9 @@ class Resolved:
 
     def past(self, x: Any, side: Any) -> Any:
         """Positions just beside edges of a pattern, where adhesion is that of the next patch.
-        Others are left as they are: next to another line every rounding counts.
+
+        Those at an edge, or at the number before it, are moved by one rounding. Others are left as
+        they are: next to another line every rounding counts.
 
         Parameters
         ----------
@@ -236,19 +256,22 @@ class Resolved:
         # A corner stands twice among the samples: the second time with the slope on its right.
         second = np.searchsorted(self.x, x, side="right") - 1
         first = np.searchsorted(self.x, x)
-        i = np.where(np.greater(side, 0), second, first)
+        i = np.where(np.greater(side, 0), second, first)  # the number of the sample
         i = np.clip(i, 0, self.x.size - 1)
         is_sample = self.x[i] == x
         return np.where(is_sample, self.f[i], f), np.where(is_sample, self.slope[i], slope)
 
     @functools.cached_property
     def corners(self) -> Array:
-        """x of the corners in the window."""
+        """x of the corners between the first and the last sample, increasing [length]."""
         return self.x[1:][self.x[1:] == self.x[:-1]]
 
     @functools.cached_property
     def joints(self) -> Array:
-        """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
+        """Where the rest depth D(x) of a line may jump [length].
+
+        These are the corners and a pattern's edges, and the first and the last sample; increasing.
+        """
         ends = self.x[[0, -1]]
         places = np.append(self.corners, self.edges)
         inside = places[(places > ends[0]) & (places < ends[1])]
@@ -258,7 +281,7 @@ class Resolved:
         """Features that samples have missed.
 
         At places where quadrature has looked closer the cubic must predict the slope as it does at
-        the tests of every interval, or nearly so.
+        the tests of every interval, or nearly so (`MissedFeatures`).
 
         Parameters
         ----------
@@ -271,6 +294,7 @@ class Resolved:
         ndarray
             The worst place in each interval in which one is missed [length].
         """
+        # The interval from sample i to i + 1 in which each is.
         i = np.clip(np.searchsorted(self.x, x, "right") - 1, 0, self.x.size - 2)
         inside = (self.x[i] < x) & (x < self.x[i + 1])
         i = i[inside]
@@ -280,7 +304,7 @@ class Resolved:
         kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
         scale = kink or float(np.abs(self.slope).max())  # of slopes
         tests = self.x[i] + np.array(_TESTS)[:, None] * (self.x[i + 1] - self.x[i])
-        places = np.vstack([x, tests])
+        places = np.vstack([x, tests])  # (3, n): each place, and both tests of its interval
         slope = np.asarray(self.indenter.slope(places), float)
         off = np.abs(slope - self._cubic_slope(i, places))
         off_here = off[0]
@@ -292,13 +316,14 @@ class Resolved:
             off_here > _MISSED.over_tests * off_at_tests
         )
         missed &= off_here > _MISSED.noticed * scale
+        # By interval, and in each by how far the cubic is off: the last of each is the worst.
         interval = i[missed]
         order = np.lexsort((off_here[missed], interval))
         is_worst = np.append(np.diff(interval[order]) > 0, True)[: order.size]
         return x[missed][order][is_worst]
 
     def _cubic_slope(self, i: Indices, x: Array) -> Array:
-        """f' at x of the cubic through heights and slopes at the samples i and i + 1."""
+        """f' at x (.., n) of the cubics through the samples i and i + 1, i (n,)."""
         width = self.x[i + 1] - self.x[i]
         secant = (self.f[i + 1] - self.f[i]) / width
         cubic = CubicSlope.of(self.slope[i], self.slope[i + 1], secant)
@@ -306,6 +331,8 @@ class Resolved:
 
     def falls(self, slopes: str) -> Array:
         """By how much the slope falls at the corners, or with finite slopes the inclination.
+
+        From left to right: positive at notches, negative at tips and edges that stick out.
 
         Parameters
         ----------
@@ -325,7 +352,10 @@ class Resolved:
 
 
 class CubicSlope(NamedTuple):
-    """The slope low + b t + a t², t from 0 to 1, of a cubic between two samples; arrays (n,)."""
+    """The slope low + b t + a t² of a cubic between two samples; arrays (n,).
+
+    t is 0 at the left one, where the slope is `low`, and 1 at the right one.
+    """
 
     low: Array
     b: Array
@@ -333,7 +363,7 @@ class CubicSlope(NamedTuple):
 
     @classmethod
     def of(cls, low: Array, high: Array, secant: Array) -> CubicSlope:
-        """With these slopes at the samples, and this one between their heights."""
+        """The cubics with these slopes at the left and right samples, and this mean slope."""
         return cls(low, 6 * secant - 4 * low - 2 * high, 3 * (low + high - 2 * secant))
 
     def at(self, t: Any) -> Array:
@@ -392,10 +422,11 @@ def resolve(scene: Scene, depth: float, places: ArrayLike = ()) -> Resolved:
     """
     indenter = Radial(scene.indenter) if scene.axisymmetric else scene.indenter
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
-    size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
+    size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h  # if not 0
     low, high = window(indenter, depth, _ENDLESS.window * size, scene.opened.critical_separation)
     beside_edges = np.nextafter(edges, -math.inf)
     known = np.concatenate([indenter.breaks(), edges, beside_edges, places])
+    # Samples in any case, between which the profile is smooth as far as it says so.
     cuts = np.unique(np.concatenate([[low, high], known[(known > low) & (known < high)]]))
     x, resolved = _refined(scene, indenter, cuts)
     if not resolved:
@@ -412,7 +443,9 @@ def resolve(scene: Scene, depth: float, places: ArrayLike = ()) -> Resolved:
 def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple[float, float]:
     """Where contact is possible: the extent, or as far as the profile is low around x = 0.
 
-    An end at which the profile turns over is left out.
+    An end at which the profile turns over, f' infinite, is left out. Without ends the window is
+    doubled until the profile is higher than any contact at both ends of it, and lowest in its
+    inner half: else it may be lower still outside.
 
     Parameters
     ----------
@@ -420,9 +453,9 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
     depth : float
         [length].
     half : float
-        Half width that is tried first [length].
+        Half width of the window that is tried first [length].
     reach : float
-        How far above the depth, or first touch, a contact may be [length].
+        How far above the depth, or first touch, the profile may be in contact: δ₀ [length].
 
     Returns
     -------
@@ -440,7 +473,7 @@ def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple
     low, high = np.where(vertical, shortened, indenter.extent).tolist()
     if math.isfinite(low) and math.isfinite(high):
         return low, high
-    start = min(max(0.0, low), high)
+    start = min(max(0.0, low), high)  # 0, or the end that is nearest to it
     widest = _ENDLESS.widest * half
     while half <= widest:
         left = max(low, start - half)
@@ -492,7 +525,17 @@ def heights(indenter: Indenter, x: Array) -> Array:
 
 
 class UnknownProfile(ValueError):
-    """Of a contact that spreads to an end of the profile that is not the end of the body."""
+    """Of a contact that spreads to an end of the profile that is not the end of the body.
+
+    Parameters
+    ----------
+    depth : float
+        At which it does [length].
+    x : float
+        That end [length].
+    before : str
+        How the message begins; by default with the depth.
+    """
 
     def __init__(self, depth: float, x: float, before: str = "") -> None:
         super().__init__(depth, x, before)
@@ -530,6 +573,18 @@ def on_the_way_to(name: str, *given: float) -> Iterator[None]:
     """Errors of a profile that is not known far enough speak of the depths that were given, too.
 
     On the way to them other depths are passed, at which a contact may spread by a jump.
+
+    Parameters
+    ----------
+    name : str
+        The argument by which they were given.
+    *given : float
+        The first and the last of its values [length or force].
+
+    Raises
+    ------
+    UnknownProfile
+        For one of the block, with another beginning of its message unless its depth was given.
     """
     try:
         yield
@@ -550,9 +605,9 @@ def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
     x : float or ndarray
         Positions of the lines [length].
     side : int or ndarray
-        1 where the contact is on the left, -1 on the right.
+        1 where the contact is on the left of the line, -1 where it is on the right.
     aside : int or ndarray
-        1 where it is looked outwards of the contact, -1 inwards, 0 neither.
+        1 where what is outwards of the contact is asked for, -1 inwards, 0 for neither.
 
     Returns
     -------
@@ -569,6 +624,15 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool
     Intervals are halved until the cubic predicts the slope in all that are longer than 1e-10 of
     the window, or there would be more than MOST samples.
 
+    Parameters
+    ----------
+    scene : Scene
+        Its w and γ₁ say what slopes a contact line notices.
+    indenter : Indenter
+        Its profile, over r if the scene has an axis.
+    cuts : ndarray (n,)
+        Places that are samples, increasing, the first and the last being the ends [length].
+
     Returns
     -------
     x : ndarray (n,)
@@ -579,6 +643,7 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool
     shortest = _SAMPLING.finest * float(np.ptp(cuts))
     left = x[:-1]
     right = x[1:]
+    # At corners slopes are those inside the interval.
     at_left = _read(indenter, left, 1)
     at_right = _read(indenter, right, -1)
     steepest = float(np.abs([at_left[1], at_right[1]]).max())
@@ -600,10 +665,13 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool
 
 
 def _first_samples(cuts: Array) -> Array:
-    """512 samples over all pieces between cuts, or more if these are many, evenly in each."""
+    """About 512 samples over all pieces between cuts, evenly in each, all cuts among them.
+
+    A piece has as many intervals as fall to it by its width, rounded up.
+    """
     widths = np.diff(cuts)
     count = np.maximum(1, np.ceil(widths / np.ptp(cuts) * _SAMPLING.first)).astype(int)
-    number_of_first = np.repeat(np.cumsum(count) - count, count)
+    number_of_first = np.repeat(np.cumsum(count) - count, count)  # of the piece of each sample
     number_in_piece = np.arange(number_of_first.size) - number_of_first
     part = number_in_piece / np.repeat(count, count)
     x = np.repeat(cuts[:-1], count) + np.repeat(widths, count) * part
@@ -611,7 +679,10 @@ def _first_samples(cuts: Array) -> Array:
 
 
 def _read(indenter: Indenter, x: Array, side: Any) -> Array:
-    """f and f' (2, n), the slope at corners on this side of them."""
+    """f and f' (2, n) at x (n,); at corners f' is that on this side: 1 right, -1 left.
+
+    side: a number or (n,). Elsewhere it does not count.
+    """
     corners = np.asarray(indenter.corners, float)
     side = np.where(np.isin(x, corners), side, 0) if corners.size else 0
     return np.array([heights(indenter, x), indenter.slope_beside(x, side)])
@@ -627,17 +698,30 @@ def _unpredicted(
 ) -> Mask:
     """Intervals (n,) within which the cubic does not predict the slope, or its slope turns back.
 
-    at_left, at_right: f and f' (2, n) at their ends.
+    Parameters
+    ----------
+    indenter : Indenter
+    left, right : ndarray (n,)
+        Ends of the intervals [length].
+    at_left, at_right : ndarray (2, n)
+        f and f' at these ends.
+    tolerance : float
+        Slopes count as the same within this, or a part of how they vary in the interval.
+
+    Returns
+    -------
+    ndarray of bool (n,)
     """
     width = right - left
-    f_left, low = at_left
-    f_right, high = at_right
-    cubic = CubicSlope.of(low, high, (f_right - f_left) / width)
-    least = np.minimum(low, high)
-    most = np.maximum(low, high)
+    f_left, slope_left = at_left
+    f_right, slope_right = at_right
+    cubic = CubicSlope.of(slope_left, slope_right, (f_right - f_left) / width)
+    least = np.minimum(slope_left, slope_right)
+    most = np.maximum(slope_left, slope_right)
+    # Where the cubic is steepest or flattest, and by how much more than at both ends.
     with np.errstate(divide="ignore", invalid="ignore"):
         t_extreme = -cubic.b / (2 * cubic.a)
-        extreme = low - cubic.b * cubic.b / (4 * cubic.a)
+        extreme = slope_left - cubic.b * cubic.b / (4 * cubic.a)
     inside = (t_extreme > 0) & (t_extreme < 1)
     overshoot = np.where(inside, np.maximum(extreme - most, least - extreme), 0.0)
     turns = overshoot > np.maximum(tolerance, _SAMPLING.of_range * np.maximum(most, -least))
@@ -651,13 +735,17 @@ def _unpredicted(
 
 
 def _extremes(samples: Resolved) -> Array:
-    """The local extremes of f between its samples."""
+    """The local extremes of f between its samples: where f' is 0, found from the cubics' [length].
+
+    Those next to a sample are left out.
+    """
 
     def slope(x: Array, numbers: Indices) -> Array:
+        """f' at places; the numbers do not matter, as all are of the same function."""
         return np.asarray(samples.indenter.slope(x), float)
 
     found = []
-    for sign in (1, -1):
+    for sign in (1, -1):  # the minima of f, then those of -f
         cubic = minima(samples.x, sign * samples.f, sign * samples.slope)
         own = (cubic.lo < cubic.hi) & (cubic.bend > 0)
         low = cubic.lo[own]

@@ -1,4 +1,9 @@
-"""Zeros and least values of functions of one variable, one by one or many at once."""
+"""Zeros and least values of functions of one variable, one by one or many at once.
+
+Those that do many at once take arrays with one element for each function. As they leave out those
+that are done, a function of them is called with places (k,) and the numbers (k,) of the functions
+that are meant, which count from 0 in the order of the arrays.
+"""
 
 import math
 from collections.abc import Callable
@@ -12,9 +17,9 @@ from energy.arrays import Array, Indices, Mask
 
 Function = Callable[[float], float]
 Values = Callable[[Array], Array]
-# Values of the functions with these numbers at places, one each.
+# Values (k,) of the functions with these numbers (k,) at places (k,), one each.
 Functions = Callable[[Array, Indices], Array]
-# The same with their slopes, from places, numbers, last places, and last values.
+# Values and slopes (k,), from places, numbers, the places before these, and the values there.
 Evaluation = Callable[[Array, Indices, Array, Array], tuple[Array, Array]]
 
 # Where a minimum is looked for between two places, and how often: each time two of the eight parts
@@ -87,7 +92,8 @@ def bracketed(
                 return a - fa * (b - a) / (fb - fa)
         elif fa == 0 or narrow:
             return a if fa == 0 else best
-        # The inverse parabola through a, b, c is used where it is monotonic between a and b.
+        # The inverse parabola through a, b, c is used where it is monotonic between a and b:
+        # Chandrupatla's condition on ξ and φ. Else the bracket is halved.
         xi = (a - b) / (c - b)
         phi = (fa - fb) / (fc - fb)
         fraction = 0.5
@@ -144,16 +150,16 @@ def bracketed_minimum(
 
 
 class Minima(NamedTuple):
-    """Minima of a function between samples; arrays (k,).
+    """Minima of a function v between samples; arrays (k,).
 
     Attributes
     ----------
     lo, hi : ndarray
-        Places between which each is.
+        Places between which each is, and v' grows; a corner has both equal.
     at : ndarray
         Where that of the cubic is.
     bend : ndarray
-        v'' there; nan at a corner, which is a minimum between two equal places.
+        v'' there; nan at a corner.
     value, off : ndarray
         v there, and what it may be off by.
     """
@@ -202,15 +208,17 @@ def minima_between(x: Array, v: Array, v1: Array, joined: Mask) -> tuple[Indices
     cubics = _Cubics.between(x, v, v1, joined)
     changes_sign = (v1[:-1] <= 0) & (v1[1:] >= 0)
     t = cubics.minimum()
+    # Where v changes by less than its rounding, there is no minimum to be seen.
     steepest = np.maximum(np.abs(cubics.c), np.abs(cubics.end))
     with np.errstate(invalid="ignore"):
         is_inside = (t > 0) & (t < 1) & (steepest > EPSILON * np.abs(v).max())
     intervals = np.flatnonzero((changes_sign | is_inside) & joined)
     cubics = _Cubics(*(part[intervals] for part in cubics))
     t = t[intervals]
-    t = np.clip(np.where(np.isnan(t), 0.5, t), 0.0, 1.0)
+    t = np.clip(np.where(np.isnan(t), 0.5, t), 0.0, 1.0)  # a corner has no t, and any will do
 
-    # The minimum lies where v' grows: on one side of where v' itself is least or greatest.
+    # The minimum lies where v' grows: on one side of where v' itself is least or greatest. It is
+    # beyond that from an end at which v' has the wrong sign, h v' > 0 at t = 0 or < 0 at t = 1.
     with np.errstate(divide="ignore", invalid="ignore"):
         bend = (2 * cubics.a * t + cubics.b) / (cubics.h * cubics.h)
         turning = np.clip(-cubics.b / (2 * cubics.a), 0.0, 1.0)
@@ -359,6 +367,17 @@ def _crossings(
     A step that leaves the bracket is replaced by a halving, and so is the one after a step that has
     not halved the value. A zero is known once |h| <= enough, or a step is at most rounding; with
     quadratic convergence also where the next step will be: that is about step³/(last step)².
+
+    Parameters
+    ----------
+    evaluate : callable
+        Values and slopes of functions; see `Evaluation`.
+    lo, hi, guess, rise, enough
+        As of `crossings`.
+    first : tuple of ndarray (n,)
+        Values and slopes at the guesses.
+    quadratic : bool
+        Whether the slopes are derivatives, so that steps converge quadratically.
     """
     found = guess.copy()
     value, slope = first
@@ -375,7 +394,7 @@ def _crossings(
     for _ in range(MOST_STEPS):
         searched.narrow()
         new = searched.next_places(slope)
-        step = np.abs(new - searched.at)
+        step = np.abs(new - searched.at)  # searched.step is the one before, nan at first
         rounding = EPSILON * np.abs(new)
         is_zero = np.abs(searched.value) <= enough
         is_known = is_zero | (step <= rounding)
@@ -425,7 +444,7 @@ class _Searched:
     halves: Mask
 
     def narrow(self) -> None:
-        """Make the newest places ends of the brackets."""
+        """Make the newest places ends of the brackets, by the signs of the values there."""
         is_low = self.side * self.value <= 0
         self.lo = np.where(is_low, self.at, self.lo)
         self.hi = np.where(is_low, self.hi, self.at)
@@ -445,7 +464,7 @@ class _Searched:
         self.value = value
 
     def keep(self, left: Mask) -> None:
-        """Leave out all functions but these."""
+        """Leave out all functions but these; left: a mask (k,)."""
         self.numbers = self.numbers[left]
         self.lo = self.lo[left]
         self.hi = self.hi[left]
