@@ -1,4 +1,16 @@
-"""An equilibrium: what was found, and the observables read from it."""
+"""An equilibrium: what was found, and the observables read from it.
+
+Conventions
+-----------
+The depth d and displacements u are positive downwards, heights f of the profile upwards, forces if
+the indenter is pressed. Slopes are outward ones: by the distance from the contact, f' of the
+indenter positive where it rises away from the contact, u' of the free surface positive where it
+sinks. Arrays (m, 2) have a row for each contact, from left to right, and its left and its right
+line in the columns; about an axis these are radii, and the left end of a contact around the axis is
+0 and no line. A `LinePosition` has the position `x` of a line and the height `f` there. `surfaces`
+knows the free surfaces by the method shape(x, left, right, depth): u and du/dx at places between
+two lines, of which None is infinitely far away.
+"""
 
 from __future__ import annotations
 
@@ -171,7 +183,12 @@ class Equilibrium:
 
     @functools.cached_property
     def free_surfaces(self) -> list[tuple[LinePosition | None, LinePosition | None]]:
-        """The lines of every free surface from left to right, None infinitely far away."""
+        """The lines (left, right) of every free surface from left to right.
+
+        There are m + 1 for m contacts. The first has no left line, the last no right one: None,
+        infinitely far away. About an axis the first is the disc inside the innermost line, which
+        has no surface if that is the axis.
+        """
         x = self.contacts.ravel()
         f = np.asarray(self.scene.indenter.height(x), float)
         lines = [None, *map(LinePosition, x.tolist(), f.tolist()), None]
@@ -185,11 +202,13 @@ class Equilibrium:
         """
         sides = np.array([-1.0, 1.0])  # of the free surface beside left and right lines
         is_point = self.contacts[:, 1:] == self.contacts[:, :1]
-        read_side = np.where(is_point, sides, -sides)  # on which f' of a corner is read
+        # On which side f' of a corner is read; 0 where there is no corner.
+        read_side = np.where(is_point, sides, -sides)
         read_side = np.where(self.pinned, read_side, 0.0)
-        f1 = self.scene.indenter.slope_beside(self.contacts, read_side)
+        f1 = self.scene.indenter.slope_beside(self.contacts, read_side)  # by x, to the right
         if not (self.scene.gamma1 and self.contacts.size):
             return sides * f1, np.zeros_like(f1)
+        # The lines of all free surfaces, from left to right, are those of all contacts.
         u1 = []
         for lines in self.free_surfaces:
             x = np.array([line.x for line in lines if line])
@@ -211,7 +230,7 @@ class Equilibrium:
 
     @property
     def at_axis(self) -> Mask:
-        """Which ends of contacts (m, 2) are the axis, and no lines."""
+        """Which ends of contacts (m, 2) are the axis, and no lines: at most the first of all."""
         return (self.contacts == 0) & self.scene.axisymmetric & np.array([True, False])
 
     @property
@@ -261,9 +280,14 @@ class Equilibrium:
         return u
 
     def _undisplaced(self, x: ArrayLike) -> tuple[Array, Array, Mask]:
-        """Positions as arrays, about an axis as radii; u = 0 there; which are in contact.
+        """What fields at positions begin with, all in the shape of x.
 
-        u is nan where x is.
+        Returns
+        -------
+        positions, u : ndarray
+            About an axis radii, the sizes of x; and 0, or nan where x is.
+        inside : ndarray of bool
+            Which positions are in contact.
         """
         positions = np.asarray(x, float)
         if self.scene.axisymmetric:
@@ -283,9 +307,8 @@ class Equilibrium:
         -------
         ndarray of bool
         """
-        contact = (
-            np.searchsorted(self.contacts[:, 0], x, side="right") - 1
-        )  # -1: none begins before
+        # The last contact that begins at or before x; -1, the nan, if none does.
+        contact = np.searchsorted(self.contacts[:, 0], x, side="right") - 1
         right_ends = np.append(self.contacts[:, 1], math.nan)
         return x <= right_ends[contact]
 
@@ -344,7 +367,7 @@ def detached(
     branch : str
         For the record.
     surfaces : Surfaces or LatticeTail
-        Its free surfaces.
+        What knows its free surfaces; the one without lines is flat.
     certificate : Certificate
     spacing : float
         Of the nodes [length]; nan on the mesh.

@@ -2,6 +2,10 @@
 
 The indenter starts out of contact, touches, and follows the programme; contact lines move downhill
 in energy at once. Every step is cut at the events it meets, each located by root finding.
+
+Depths d are positive downwards, forces if the indenter is pressed. A `Control` is what is imposed,
+"depth", "force" or "drive" of a machine: control.value(d, P) is its value C at which a state is in
+equilibrium, and `control.stiffness` is None under an imposed depth, 0 under a dead load, else K.
 """
 
 import math
@@ -105,20 +109,20 @@ def load_path(
     """
     on_nodes = usable_on_path(scene, rtol, method, METHODS, spacing)
     name, values = _programme(machine_stiffness, depths=depths, forces=forces, drives=drives)
-    control_name = name.removesuffix("s")
+    control_name = name.removesuffix("s")  # "depth", "force" or "drive"
     control = Control.of(control_name, machine_stiffness)
     if on_nodes and spacing is None and after is not None:
         spacing = after.spacing
     if on_nodes and spacing is None:
         spacing = chosen_spacing(scene, _deepest(scene, control, float(values.max())))
     warn_coarse(resolution(scene, spacing or math.nan), stacklevel=2)
-    before = History(scene, control_name, machine_stiffness, rtol, spacing)
+    before = History(scene, control_name, machine_stiffness, rtol, spacing)  # of no steps
     if after is not None:
         _refuse_another(after, before)
         before = after
     largest = float(np.append(before.values, values).max())
     branch = branch_of(scene, rtol, spacing, lambda: _deepest(scene, control, largest))
-    path = LoadPath(branch, control, Point(-math.inf, None))
+    path = LoadPath(branch, control, Point(-math.inf, None))  # far above the layer
     if after is not None:
         path.resume(after.at(-1), len(after), float(after.values[-1]))
     with on_the_way_to(name, float(values[0]), float(values[-1])):
@@ -135,7 +139,10 @@ def load_path(
 
 
 def _refuse_another(after: History, history: History) -> None:
-    """ValueError unless both paths have the same scene, control, tolerance and nodes."""
+    """Raise ValueError unless both paths have the same scene, control, tolerance and nodes.
+
+    after: the path to continue; history: an empty one, of what is given now.
+    """
     for name in ("control", "machine_stiffness", "rtol", "spacing", "scene"):
         given = getattr(history, name)
         known = getattr(after, name)
@@ -147,7 +154,11 @@ def _refuse_another(after: History, history: History) -> None:
 
 
 def _programme(machine_stiffness: float | None, **given: ArrayLike | None) -> tuple[str, Array]:
-    """Name of the control and its values; ValueError for what is no programme of one control."""
+    """Name of the argument that is given, such as "depths", and its values (n,).
+
+    Raises ValueError unless exactly one is given, as a list of finite numbers, with a stiffness of
+    the machine if, and only if, it is drives.
+    """
     named = {name: value for name, value in given.items() if value is not None}
     if len(named) != 1:
         raise ValueError(
@@ -166,10 +177,11 @@ def _programme(machine_stiffness: float | None, **given: ArrayLike | None) -> tu
 
 
 def _deepest(scene: Scene, control: Control, deepest: float) -> float:
-    """A depth that is not reached by values of the control up to `deepest`.
+    """A depth that is not exceeded by values of the control up to `deepest` [length].
 
-    Under a load or a machine depths of indentation grow twofold (from δ₀), or fourfold (from next
-    to none), until the force is certainly enough, or the known profile ends.
+    Under imposed depth it is `deepest` itself. Under a load or a machine depths of indentation grow
+    twofold (from δ₀), or fourfold (from next to none), until the force is certainly enough, or the
+    known profile ends.
     """
     if control.stiffness is None:
         return deepest

@@ -1,4 +1,9 @@
-"""Many states at once: equilibria of one contact for arrays of depths and surface energies."""
+"""Many states at once: equilibria of one contact for arrays of depths and surface energies.
+
+What is computed with is flat: n states, the elements of the broadcast arguments in their order
+(`States` with `depth`, `work` w, `gamma1` and `stiffness` k, each (n,)). Messages name a state by
+its place in the shape of the result.
+"""
 
 from __future__ import annotations
 
@@ -140,11 +145,12 @@ def minimise_many(
         _check_angles(states, shape)
     found = _found(scene, states, shape)
     arrays: dict[str, Any] = {n: v.reshape(shape) for n, v in found._asdict().items()}
-    del arrays["lost"]
+    del arrays["lost"]  # such states have been refused
     uncertainty = {name: arrays.pop(f"off_{name}") for name in QUANTITIES}
     return Equilibria(**arrays, uncertainty=uncertainty)
 
 
+# What each argument has to be: functions of a name and a number that raise ValueError unless it is.
 _CHECKS: dict[str, Callable[[str, float], float]] = {
     "depths": finite,
     "w": not_negative,
@@ -154,7 +160,11 @@ _CHECKS: dict[str, Callable[[str, float], float]] = {
 
 
 def _checked(name: str, given: Any) -> Array:
-    """An array of numbers that can be computed with. ValueError names the first that cannot."""
+    """An array of numbers that can be computed with. ValueError names the first that cannot.
+
+    All are tested at once by what `_CHECKS` demands of one, and the first that fails is given to
+    that for its message.
+    """
     values = array(name, given)
     check = _CHECKS[name]
     wrong = ~np.isfinite(values)
@@ -186,7 +196,7 @@ def _shape(values: dict[str, Array]) -> tuple[int, ...]:
 
 
 def _check_angles(states: States, shape: tuple[int, ...]) -> None:
-    """ValueError for w > 2γ₁, for which there is no Young angle."""
+    """Raise ValueError for w > 2γ₁, for which there is no Young angle."""
     wrong = states.work > 2 * states.gamma1
     if wrong.any():
         i = int(wrong.argmax())
@@ -199,7 +209,11 @@ def _check_angles(states: States, shape: tuple[int, ...]) -> None:
 
 
 def _found(scene: Scene, states: States, shape: tuple[int, ...]) -> ManyStates:
-    """All states, certified, in parts of some thousand."""
+    """All states (n,), certified, found in parts of some thousand.
+
+    Raises ValueError for the first that is lost, and NotCertifiedError for the first that is no
+    equilibrium, of the first part that has such states.
+    """
     apex, touch = _lowest(scene)
     contact = SingleContact(scene, surfaces_of(scene), apex, touch)
     count = states.depth.size
@@ -223,7 +237,7 @@ def _found(scene: Scene, states: States, shape: tuple[int, ...]) -> ManyStates:
 
 
 def _lowest(scene: Scene) -> tuple[float, float]:
-    """Where the contact begins, and the depth at which it does."""
+    """Position of the lowest point, where the contact begins, and its height, the depth of that."""
     apex = scene.indenter.apex
     length = scene.elastocapillary_length
     if apex is None:
@@ -232,7 +246,7 @@ def _lowest(scene: Scene) -> tuple[float, float]:
 
 
 def _named(states: States, i: int, shape: tuple[int, ...]) -> str:
-    """A state by its place in the result and its parameters."""
+    """State number i in words, by its place in the result and its parameters."""
     place = _index(np.unravel_index(i, shape))
     numbers = zip(("w", "gamma1", "stiffness"), states.parameters(i)[1:], strict=True)
     others = ", ".join(f"{name} = {value!r}" for name, value in numbers)
@@ -240,9 +254,9 @@ def _named(states: States, i: int, shape: tuple[int, ...]) -> str:
 
 
 def _refusal(scene: Scene, states: States, i: int, shape: tuple[int, ...]) -> str:
-    """What `minimise` says of a state whose contact or surface is lost."""
+    """What `minimise` says of state number i, whose contact or surface is lost."""
     depth, work, gamma1, stiffness = states.parameters(i)
-    layer = replace(scene.layer, E=scene.layer.E * stiffness / scene.stiffness)
+    layer = replace(scene.layer, E=scene.layer.E * stiffness / scene.stiffness)  # k grows with E
     surfaces = SurfaceEnergies.from_work(gamma1, work)
     one = replace(scene, layer=layer, surfaces=surfaces)
     why = "its contact leaves the known profile, or its surface turns over; use a smaller |depth|"

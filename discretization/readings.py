@@ -14,6 +14,13 @@ and four links in a contact: of 600 random parabolas a was off by at most 7 % in
 and by up to its own size outside, where the energy may be wrong by orders of magnitude.
 
 state: an `Equilibrium`; history: a `History`. Both are built on this module, not it on them.
+
+Forces are positive if the indenter is pressed. Arrays (m, 2) of a state have a row for each contact
+and the left and right line in the columns; `at_axis` marks ends that are the axis and no lines.
+`line_slopes` are two of them: slopes of the indenter and of the free surface, positive where the
+profile rises, and the surface sinks, away from the contact; `angle_deficits` are π - θ. An
+`Assumption` has a name, a value, the limit that it must not exceed, and what follows if it does;
+`in_contact` gives the parts over the contacts, adhesion as a positive number.
 """
 
 import math
@@ -69,15 +76,26 @@ class ReadingRules(NamedTuple):
 _READING = ReadingRules()
 
 
-# Limits of nodes: spacing over l, and over the half-width of a contact, at most.
+# Limits of nodes: spacing over l, and over the half-width of a contact, at most. They are one node
+# in each l and four links in a contact, of the head of this module.
 LINKS = 1.0
 FEWEST = 0.5
 
 
 def parts_of(state: Any) -> dict[str, float]:
-    """Energy and force of a state in parts; of a plane without end every part is endless.
+    """Energy and force of a state in parts; see the head of this module.
 
-    Of a layer with its exact response, its fields know.
+    Of a plane without end every part is endless; of a layer with its exact response the fields
+    that were found know them.
+
+    Parameters
+    ----------
+    state : Equilibrium
+
+    Returns
+    -------
+    dict of float
+        By the names in `STORED` and `ACTING`; 0 without contact.
     """
     parts = dict.fromkeys((*STORED, *ACTING), 0.0)
     if not state.contacts.size:
@@ -101,7 +119,10 @@ def parts_of(state: Any) -> dict[str, float]:
 
 
 def _of_lines(state: Any) -> float:
-    """-γ₁ Σ sin β, or -γ₁ Σ u' with small slopes (11); about an axis each times 2πr."""
+    """-γ₁ Σ sin β, or -γ₁ Σ u' with small slopes (11); about an axis each times 2πr.
+
+    u' = tan β is the outward slope of the free surface beside each line, positive where it sinks.
+    """
     beside = state.line_slopes[1]
     if state.scene.slopes == "finite":
         beside = beside / np.hypot(1.0, beside)
@@ -109,15 +130,15 @@ def _of_lines(state: Any) -> float:
 
 
 def _of_free(state: Any) -> Array:
-    """Springs and surface (2,) of all free surfaces."""
+    """Energies of springs and of the surface (2,), summed over all free surfaces."""
     scene = state.scene
     found = np.zeros(2)
     far = _READING.far * scene.elastocapillary_length
-    least = 0.0 if scene.axisymmetric else -math.inf
+    least = 0.0 if scene.axisymmetric else -math.inf  # radii end at the axis
     for left, right in state.free_surfaces:
 
         def density(x: Array, pair: Any = (left, right)) -> Array:
-            """Energy of springs and surface per length of x."""
+            """Energies of springs and surface per length of x (2, ..), at places."""
             u, slope = state.surfaces.shape(x, *pair, state.depth)
             surface = terms.surface(slope, gamma1=scene.gamma1, slopes=scene.slopes).value
             return np.array([scene.spring(u).value, surface]) * scene.measure(x)
@@ -132,9 +153,10 @@ def _of_free(state: Any) -> Array:
 
 
 def with_surface(state: Any, surface: float) -> dict[str, float]:
-    """Energy and force of a state in parts, from what its surface stores. The layer itself stores
-    the rest, under the name of the springs. Lines pull by the slopes beside them, and the rest
-    of the force is the pressure.
+    """Energy and force of a state in parts, from what its surface stores.
+
+    The layer itself stores the rest of the energy, under the name of the springs. Lines pull by the
+    slopes beside them, and the rest of the force is the pressure.
 
     Parameters
     ----------
@@ -174,7 +196,10 @@ def of_path(history: Any) -> tuple[Assumption, ...]:
 
 
 def _left_to_nodes(ranges: Sequence[tuple[float, float]]) -> tuple[Assumption, ...]:
-    """What it means that parts of a refined path are those of nodes alone."""
+    """What it means that parts of a refined path are those of nodes alone.
+
+    ranges: their first and last depths [length].
+    """
     if not ranges:
         return ()
     where = ", ".join(f"{start:.6g} to {end:.6g}" for start, end in ranges)
@@ -200,7 +225,7 @@ def violated(shown: Any) -> tuple[str, ...]:
 
 
 def half_widths(state: Any) -> Array:
-    """Of every contact (m,); the radius of one around the axis."""
+    """Half-widths of every contact (m,) [length]; of one around the axis its radius."""
     return np.diff(state.contacts)[:, 0] / np.where(state.at_axis[:, 0], 1, 2)
 
 
@@ -210,10 +235,21 @@ def deformation(state: Any) -> Deformation:
     The ends, corners, knots and the apex are among them. Where the layer is pressed anywhere, the
     least height in contact is that of the whole profile: were it free, the surface would stand
     above it by more than anywhere in contact. Free surfaces bend and move most at their lines.
+
+    Parameters
+    ----------
+    state : Equilibrium
+        In contact.
+
+    Returns
+    -------
+    Deformation
+        The largest depth of indentation, d less the least height in contact, the largest |u|, the
+        half-width of the narrowest contact, and the largest slope of indenter and free surfaces.
     """
     indenter = state.scene.indenter
     ends = state.contacts
-    x = np.zeros(1)
+    x = np.zeros(1)  # of a plane without end all places are alike
     bounded = bool(np.isfinite(ends).all())
     if bounded:
         kinks = indenter.breaks()
@@ -227,7 +263,10 @@ def deformation(state: Any) -> Deformation:
 
 
 def of_nodes(state: Any) -> tuple[Assumption, ...]:
-    """What the nodes of a state assume; of an endless plane nothing, as its links are alike."""
+    """What the nodes of a state assume; of an endless plane nothing, as its links are alike.
+
+    Contacts with both lines pinned do not count: their half-widths are those of the body.
+    """
     if not np.isfinite(state.contacts).all():
         return ()
     own = ~state.pinned.all(axis=1)
@@ -254,7 +293,19 @@ def resolution(scene: Scene, spacing: float, widths: ArrayLike = ()) -> tuple[As
 
 
 def warn_coarse(assumed: tuple[Assumption, ...], stacklevel: int) -> None:
-    """AccuracyWarning where the free surface has too few nodes: next to nothing may be right."""
+    """Warn where the free surface has too few nodes: next to nothing may be right.
+
+    Parameters
+    ----------
+    assumed : tuple of Assumption
+        From `resolution`.
+    stacklevel : int
+        Of the warning, counted from the caller.
+
+    Warns
+    -----
+    AccuracyWarning
+    """
     for one in assumed:
         if one.name == "Δx/l" and not one.holds:
             message = f"the nodes are too far apart: {one}"
@@ -279,7 +330,15 @@ def html(shown: Any) -> str:
 def state_row(state: Any) -> dict[str, float | str]:
     """One row of a data frame: observables, their absolute errors, and which state it is.
 
-    contact_angle [rad]: the mean over all contact lines; contacts: how many there are.
+    Parameters
+    ----------
+    state : Equilibrium
+
+    Returns
+    -------
+    dict
+        The `OBSERVABLES`, contact_angle [rad] being the mean over all contact lines; error_… of
+        half_width, force and energy; how many contacts there are; label, branch and method.
     """
     numbers = {name: float(getattr(state, name)) for name in OBSERVABLES}
     errors = {f"error_{name}": float(error) for name, error in state.uncertainty.items()}
@@ -299,8 +358,17 @@ def angle_error(state: Any) -> float:
     θ is read beside lines whose positions have the error of the half-width, which changes f' and u'
     there; lines that are pinned have none. On nodes u' has an error of its own, (Δx/l)²/24 of u' to
     the leading order, as a free surface decays by λ = exp(-2 asinh(Δx/2l)) for exp(-Δx/l): twice
-    that is taken. nan without a line or an angle, and for the exact response of a layer, whose
-    fields are those of one contact alone; inf where nodes do not resolve the lines.
+    that is taken.
+
+    Parameters
+    ----------
+    state : Equilibrium
+
+    Returns
+    -------
+    float
+        nan without a line or an angle, and for the exact response of a layer, whose fields are
+        those of one contact alone; inf where nodes do not resolve the lines.
     """
     scene = state.scene
     deficits = state.angle_deficits
@@ -310,7 +378,7 @@ def angle_error(state: Any) -> float:
     if not math.isfinite(position):
         return math.inf
     largest = _READING.angle_rounding
-    for step in (position, -position):
+    for step in (position, -position):  # all free lines outwards, then inwards
         outwards = np.where(state.pinned | state.at_axis, 0.0, [-step, step])
         moved = replace(state, contacts=state.contacts + outwards)
         change = np.abs(moved.angle_deficits - deficits)
@@ -334,7 +402,7 @@ def rounded(value: float, error: float) -> str:
 
 
 def _error_text(value: float, error: float, unit: str) -> str:
-    """The numerical error in words."""
+    """The numerical error of a value in words; both in the unit that is written after it."""
     if math.isnan(error):
         return "numerical error not estimated"
     if not math.isfinite(error):
@@ -374,7 +442,10 @@ def _measured_text(head: str, value: float, error: float, unit: str) -> str:
 
 
 def _angle_text(state: Any) -> str:
-    """θ with its error; whether lines are pinned, and so have the angle that the depth gives."""
+    """One line of a state's text: θ with its error, and whether lines are pinned.
+
+    Pinned lines have the angle that the depth gives them.
+    """
     deficit = state.angle_deficit
     if math.isnan(deficit):
         return "angle        none, as there is no contact line under tension"
@@ -398,7 +469,7 @@ def _angle_text(state: Any) -> str:
 
 
 def _relative_to(state: Any) -> list[str]:
-    """The relative errors of a state on nodes, and what they are relative to; nothing of others.
+    """Lines of a state's text: relative errors on nodes, and what they are relative to; else none.
 
     Terms of U cancel, so that its error over U itself may be many times as large.
     """

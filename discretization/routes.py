@@ -2,6 +2,10 @@
 
 Kinds of questions are the two branches of `minimise`, "adhered" and "global", the "search" for the
 lowest contacts by a method of its own, and the load "path"; each is for the fitted mesh or nodes.
+
+What is not supported stands in three lists of `Unsupported`: of scenes on springs, of layers with
+their exact response (`scene.layer.exact`), and of `minimise_many`. The first of a list that applies
+makes the error. Their conditions are functions of a `Question`, whose properties are said there.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +17,8 @@ from energy.checks import finite, option, positive
 
 LOWEST = ("shortest_path", "oracle")  # methods that search for the lowest contacts
 ON_NODES = ("lattice", *LOWEST)
-# turned about an axis, of these the line has one stable place (fitted/single_contact.py)
+# Indenters of which, turned about an axis, the line has one stable place at any depth
+# (fitted/single_contact.py).
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 
 
@@ -25,6 +30,7 @@ class Question:
     ----------
     scene : Scene
     kind : {"adhered", "global", "search", "path"}
+        See the head of this module.
     nodes : bool
         Whether it is put to nodes, or else to the fitted mesh.
     """
@@ -60,7 +66,7 @@ class Question:
 
     @property
     def path_dependent(self) -> bool:
-        """Whether where lines rest depends on the path: opening or a pattern."""
+        """Whether where lines rest depends on the path: with two works of adhesion or a pattern."""
         return self.scene.path_dependent
 
     @property
@@ -92,6 +98,7 @@ class Unsupported(NamedTuple):
         return ValueError(self.message.format(scene=scene) + self.remedy)
 
 
+# Ends of messages, after what the scene has that does not fit, and remedies.
 _NODES = (
     ": nodes support states, searches over contact sets and load paths with slopes = 'small' and "
     "gamma1 > 0, but about an axis no searches, and only one contact around it, of a convex "
@@ -308,7 +315,8 @@ def usable_on_path(
 ) -> bool:
     """Whether a load path is followed on nodes; their spacing may be left open.
 
-    Parameters are those of `usable`, and so is the ValueError.
+    Parameters are those of `usable`, and so is the ValueError. With "auto" it is on nodes if a
+    spacing is given, or if the mesh does not follow the scene and nodes do.
     """
     option("method", method, methods)
     if method == "lattice" and spacing is None:
@@ -323,7 +331,7 @@ def usable_on_path(
 
 
 def _followed(scene: Scene, *, nodes: bool) -> bool:
-    """Whether load paths of a scene are followed on nodes, or on the fitted mesh."""
+    """Whether load paths of a scene are supported: on nodes, or else on the fitted mesh."""
     try:
         route(scene, "path", nodes=nodes)
     except ValueError:
@@ -348,7 +356,10 @@ def one_contact(scene: Scene) -> bool:
 
 
 def refined(scene: Scene) -> bool:
-    """Whether states of several contacts are found on nodes and refined (refine/states.py)."""
+    """Whether states of several contacts are found on nodes and refined (refine/states.py).
+
+    Else their lines move on the mesh from first touch on (fitted/contact_lines.py).
+    """
     return not scene.axisymmetric and scene.slopes == "small" and scene.pattern is None
 
 
@@ -381,7 +392,7 @@ def vectorised(scene: Scene) -> None:
 
 
 def _check(question: Question, limits: Sequence[Unsupported]) -> None:
-    """ValueError of the first limit that applies."""
+    """Raise the ValueError of the first limit that applies, if one does."""
     for limit in limits:
         if limit.applies(question):
             raise limit.error(question.scene)
@@ -401,8 +412,10 @@ def route(scene: Scene, kind: str, *, nodes: bool) -> str:
     Returns
     -------
     str
-        "layer", "lowest", "plane", "one contact", "refined contacts", "several contacts", "plain",
-        "springs" or "path".
+        "layer" for a layer with its exact response, "plane" for a plane without end; on the mesh
+        "one contact", "refined contacts" (found on nodes), "several contacts" (on the mesh alone),
+        or "springs" without tension; on nodes "path" along the path from first touch, "lowest" for
+        the lowest contact set, or "plain" by plain minimisation, of one contact.
 
     Raises
     ------
