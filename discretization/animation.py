@@ -5,6 +5,11 @@ in slow motion. What lies between the two states of a jump is no equilibrium: th
 drawn as the weighted mean of both, and the title says so.
 
 history: a `History`, which is built on this module, not it on that.
+
+Depths and displacements u are positive downwards, and the picture's axis points down; heights f of
+the indenter are positive upwards, so that its surface is at d - f. A state of the path is a
+`Snapshot` with `depth`, `force`, `lines` (both ends of each contact from left to right; radii about
+an axis) and `left`, the first of them, nan without contact.
 """
 
 from __future__ import annotations
@@ -111,7 +116,10 @@ def animate(
 
 
 def _places(scene: Any, touching: Array) -> Array:
-    """Positions at which everything is drawn."""
+    """Positions at which everything is drawn (n,) [length]; about an axis along a diameter.
+
+    touching: the outermost lines of every state in contact (k, 2) [length].
+    """
     low = float(touching.min())
     high = float(touching.max())
     low = -high if scene.axisymmetric else low
@@ -121,7 +129,22 @@ def _places(scene: Any, touching: Array) -> Array:
 
 
 def displacement(history: Any, state: Any, x: Array) -> Array:
-    """u(x) of a state of the path, from its depth and contact lines."""
+    """u(x) of a state of the path, from its depth and contact lines.
+
+    Parameters
+    ----------
+    history : History
+        The path.
+    state : Snapshot
+        One of its states; in a state out of contact, or infinitely far away, u = 0.
+    x : ndarray (n,)
+        Positions [length].
+
+    Returns
+    -------
+    ndarray (n,)
+        [length].
+    """
     scene = history.scene
     r = np.abs(x) if scene.axisymmetric else x
     if math.isnan(state.left) or not math.isfinite(state.depth):
@@ -136,20 +159,30 @@ def displacement(history: Any, state: Any, x: Array) -> Array:
         return np.asarray(u)
     heights = np.asarray(scene.indenter.height(lines), float)
     known = [None, *map(LinePosition, lines.tolist(), heights.tolist()), None]
-    part = np.where(inside, -1, np.searchsorted(ends[:, 0], r))
+    # Free surface number i is the one beyond i contacts; its lines stand in pairs.
+    number = np.where(inside, -1, np.searchsorted(ends[:, 0], r))
     surfaces = surfaces_of(scene)
     for i, (left, right) in enumerate(zip(known[::2], known[1::2], strict=True)):
-        own = part == i
+        own = number == i
         if own.any():
             u[own] = surfaces.shape(r[own], left, right, state.depth)[0]
     return np.asarray(u)
 
 
 def _frames(history: Any, x: Array, count: int) -> list[Frame]:
-    """The pictures, in their order."""
+    """The pictures, in their order.
+
+    Parameters
+    ----------
+    history : History
+    x : ndarray (n,)
+        Positions at which the surface is drawn [length].
+    count : int
+        How many frames all parts but the jumps get together, about.
+    """
     parts = [(kind, states) for kind, states in plots.legs(history) if len(states) > 1]
     every = np.array([(s.depth, s.force) for _, states in parts for s in states])
-    size = np.ptp(every, axis=0)
+    size = np.ptp(every, axis=0)  # ranges of depth and force
     size[size == 0] = 1.0
 
     def length(states: list[Any]) -> Array:
@@ -165,6 +198,8 @@ def _frames(history: Any, x: Array, count: int) -> list[Frame]:
             continue
         along = length(states)
         steps = max(2, round(count * along[-1] / total))
+        # The states at or after even steps of the length, which rounding must not take beyond the
+        # last one; each of them once.
         chosen = np.searchsorted(along, np.linspace(0, along[-1], steps) * (1 - 1e-12))
         for i in dict.fromkeys(chosen.tolist()):
             state = states[i]
@@ -173,7 +208,7 @@ def _frames(history: Any, x: Array, count: int) -> list[Frame]:
 
 
 def _jump(history: Any, x: Array, before: Any, after: Any) -> list[Frame]:
-    """A jump in slow motion, from its first state to its last."""
+    """Frames of a jump in slow motion, from the snapshot before to the one after, in even steps."""
     first, last = (displacement(history, state, x) for state in (before, after))
     found = []
     for part in np.linspace(0, 1, _FILM.jump_frames):
@@ -184,7 +219,10 @@ def _jump(history: Any, x: Array, before: Any, after: Any) -> list[Frame]:
 
 
 def _written(history: Any, x: Array, frames: list[Frame], path: Path, rate: int, si: bool) -> Path:
-    """Write frames as a file of the kind that its ending names, and return its path."""
+    """Write frames as a file of the kind that its ending names, and return its path.
+
+    rate: frames in a second; x, si: as of `Picture`.
+    """
     from PIL import Image
 
     picture = Picture(history, x, frames, si)
@@ -197,7 +235,18 @@ def _written(history: Any, x: Array, frames: list[Frame], path: Path, rate: int,
 
 
 class Picture:
-    """Indenter and surface on the left, P(d) on the right; only what moves is drawn again."""
+    """Indenter and surface on the left, P(d) on the right; only what moves is drawn again.
+
+    Parameters
+    ----------
+    history : History
+    x : ndarray (n,)
+        Positions at which the surface is drawn [length].
+    frames : list of Frame
+        All that will be drawn, for the limits of the axes.
+    si : bool
+        Whether numbers have SI units, which are then written at the axes.
+    """
 
     def __init__(self, history: Any, x: Array, frames: list[Frame], si: bool) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -254,7 +303,10 @@ class Picture:
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
     def _area(self, values: Array, level: float) -> Array:
-        """The outline of what lies between these values and a level."""
+        """Corners (n + 2, 2) of what lies between values (n,) over x and a level.
+
+        All in the units that are drawn; values beyond the picture count as its edge.
+        """
         inside = np.clip(values, self.top, self.bottom)
         return np.column_stack(
             [

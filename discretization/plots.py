@@ -5,6 +5,12 @@ distinguish the loading of a path from its unloading, or one path from another. 
 drawn dashed along the line that the control prescribes: fixed depth or load, or the spring's.
 
 state: an `Equilibrium`; history: a `History`. Both are built on this module, not it on them.
+
+Depths and displacements are positive downwards, and axes of displacements point down. A `Snapshot`
+of a path has `depth`, `force`, `half_width` and `left`, its outermost line on the left, nan without
+contact; `history.parts` are lists of them along which nothing happens, and between these events,
+each with its `kind` and the snapshots `before` and `after`. A `Unit` has a `size`, by which numbers
+are divided to be drawn in it, and a `symbol`, "" for plain numbers.
 """
 
 from __future__ import annotations
@@ -31,9 +37,11 @@ GREEN = "#009E73"
 GREY = "#7F7F7F"
 SOFT = "#f3d9b1"
 RIGID = "#b8c4cc"
+# Kinds of events at which the state jumps, and the marks of all kinds.
 JUMPS = ("touch", "jump-in", "jump", "detachment", "pull-off")
 MARKS = {"touch": "o", "jump-in": "^", "jump": "D", "detachment": "v", "pull-off": "X"}
 MARKS |= {"edge depinning": "s", "tip depinning": "<", "tip pinning": ">", "edge pinning": "p"}
+# How the parts of a path are drawn, by the names of `legs`.
 STYLES: dict[str, dict[str, Any]] = {
     "loading": {"color": BLUE, "lw": 3.5, "alpha": 0.55, "zorder": 2},
     "unloading": {"color": ORANGE, "lw": 1.4, "zorder": 3},
@@ -96,9 +104,16 @@ def plot_state(state: Any, title: str = "", *, si: bool = True) -> Figure:
 
 
 def draw_state(axes: Any, state: Any, unit: str = "m", last: bool = False) -> None:
-    """The whole surface on the first of two axes, the right contact line on the second.
+    """Draw the whole surface on the first of two axes, the right contact line on the second.
 
-    last: say that it is the last of several states in contact.
+    Parameters
+    ----------
+    axes : sequence of two Axes
+    state : Equilibrium
+    unit : str
+        Of lengths, "" for plain numbers.
+    last : bool
+        Whether the title says that it is the last of several states in contact.
     """
     _surface(axes[0], state, *_window(state), unit=unit)
     at = f"d = {written(state.depth, unit)}".replace("-", "−").rstrip()
@@ -121,7 +136,10 @@ def note(figure: Figure, violated: Iterable[Assumption]) -> None:
 
 
 def _window(state: Any) -> tuple[float, float]:
-    """Ends of the contact and some free surface beside them."""
+    """The x between which a state is shown: its contacts and some free surface beside them.
+
+    About an axis it is a diameter.
+    """
     scene = state.scene
     ends = state.contacts[np.isfinite(state.contacts)]
     ends = ends if ends.size else np.array([scene.indenter.apex or 0.0])
@@ -135,14 +153,14 @@ def _window(state: Any) -> tuple[float, float]:
 def _surface(
     axes: Any, state: Any, lo: float, hi: float, origin: float = 0.0, unit: str = "m"
 ) -> None:
-    """The deformed layer and the indenter from x = lo to hi, x drawn from the origin."""
+    """Draw the deformed layer and the indenter from x = lo to hi, x counted from the origin."""
     x = np.linspace(lo, hi, 2001)
     u = state.displacement(x)
-    body = state.depth - state.scene.indenter.height(x)
-    lowest = np.sort(body[np.isfinite(body)])[-1:]  # of the indenter; u is positive downwards
+    body = state.depth - state.scene.indenter.height(x)  # the indenter's surface, as u
+    lowest = np.sort(body[np.isfinite(body)])[-1:]
     levels = np.concatenate([u, [0.0], lowest])
     span = float(np.ptp(levels)) or state.scene.layer.h
-    top = float(levels.min()) - 0.9 * span
+    top = float(levels.min()) - 0.9 * span  # the least u that is shown, at the top
     bottom = float(levels.max()) + 0.5 * span
     scale = prefixed([lo - origin, hi - origin], unit)
     height = prefixed([top, bottom], unit)
@@ -164,7 +182,7 @@ def _surface(
 
 
 def _contact_line(axes: Any, state: Any, unit: str) -> None:
-    """The surroundings of the right contact line, enlarged; nothing if there is none."""
+    """Draw the surroundings of the right contact line, enlarged; nothing if there is none."""
     if not (state.contacts.size and np.isfinite(state.contacts).all()):
         axes.set_axis_off()
         return
@@ -180,7 +198,8 @@ def _contact_line(axes: Any, state: Any, unit: str) -> None:
 
 def legs(history: Any) -> list[tuple[str, list[Any]]]:
     """The parts of a path along which the depth rises or falls, and the jumps between them.
-    Infinite depths are left out.
+
+    Neighbouring parts of one kind are one. Infinite depths are left out.
 
     Parameters
     ----------
@@ -193,7 +212,7 @@ def legs(history: Any) -> list[tuple[str, list[Any]]]:
     """
     found: list[tuple[str, list[Any]]] = []
     for part in history.parts:
-        if not isinstance(part, list):
+        if not isinstance(part, list):  # an event
             found += [("jump", _under_control(history, part))] if part.kind in JUMPS else []
             continue
         free = all(math.isnan(state.left) for state in part)
@@ -205,7 +224,11 @@ def legs(history: Any) -> list[tuple[str, list[Any]]]:
 
 
 def _under_control(history: Any, event: Any) -> list[Any]:
-    """A jump along the line of the control: before, under the load at its end, after."""
+    """States of a jump along the line of the control: before, under the load at its end, after.
+
+    Under imposed depth the force jumps. Else the depth does, while what holds the indenter pulls
+    with a load, and only then, at the depth after the jump, the force becomes that of the state.
+    """
     before = event.before
     after = event.after
     if history.control == "depth":
@@ -269,7 +292,10 @@ def draw_path(
 
 
 def _arrow(axes: Any, x: Array, y: Array, colour: str, at: float) -> None:
-    """An arrow head on a line, at this part of its length."""
+    """Draw an arrow head on the line through x, y (n,), at this part of its length, 0 to 1.
+
+    Lengths are those with both axes scaled to the line's range.
+    """
     steps = np.hypot(np.diff(x) / (np.ptp(x) or 1.0), np.diff(y) / (np.ptp(y) or 1.0))
     length = np.append(0.0, np.cumsum(steps))
     ends = np.array([at - 0.025, at + 0.025]) * length[-1]
@@ -279,7 +305,10 @@ def _arrow(axes: Any, x: Array, y: Array, colour: str, at: float) -> None:
 
 
 def mark(axes: Any, history: Any, quantity: str, scale: tuple[Unit, Unit]) -> None:
-    """Mark the events of a path by kind, where contact has begun or from where the state jumps."""
+    """Mark the events of a path by kind, where contact has begun or from where the state jumps.
+
+    The parameters are those of `draw_path`.
+    """
     x, y = scale
     for event in history.events:
         contact_begins = event.kind in ("touch", "jump-in")
@@ -343,7 +372,7 @@ def plot_path(
 
 
 def _programme(axes: Any, history: Any, si: bool) -> None:
-    """The depth against the imposed force or drive."""
+    """Draw the depth of every step over the imposed force or drive."""
     if history.control == "force":
         label = "imposed force"
         unit = f"N{history.scene.per_length}"
