@@ -80,8 +80,6 @@ def _taken_apart(event: Happening, place: int, merged: Array) -> Happening:
     between = Life(nodes, event.direction, [(event.at, pair)], born=event)
     before = [*event.before[:place], between, *event.before[place + 2 :]]
     later = Happening(event.at, before, event.after)
-    for life in before:
-        life.dies = later
     for life in event.after:
         life.born = later
         life.start = float("nan")

@@ -74,10 +74,10 @@ class Life:
     trace : list of (float, (int or None, int or None))
         On nodes: depths, in the order of the route, with the surface's pair of contact nodes from
         there on [length]. The first depth is that at which it is born on the nodes.
-    born, dies : Happening or None
-        The events at which it begins and ends; None where the route begins, or ends, with it.
+    born : Happening or None
+        The event at which it begins; None where the route begins with it.
     start, end : float
-        Refined depths of these [length].
+        Refined depths at which it begins and ends [length].
     first, last : ndarray (2,)
         Its refined lines there [length].
     pieces : list of Piece
@@ -92,7 +92,6 @@ class Life:
     direction: int
     trace: list[tuple[float, Pair]]
     born: Happening | None = None
-    dies: Happening | None = None
     start: float = math.nan
     end: float = math.nan
     first: Array = field(default_factory=lambda: np.full(2, math.nan))
@@ -310,12 +309,10 @@ def _event_between(
 ) -> Happening:
     """An event at which these surfaces end and new ones begin, between the given pairs of nodes.
 
-    It is written into the surfaces, too.
+    It is written into the new surfaces, too.
     """
     new = [Life(nodes, direction, [(at, pair)]) for pair in after]
     event = Happening(at, before, new)
-    for life in before:
-        life.dies = event
     for life in new:
         life.born = event
     return event

@@ -379,8 +379,6 @@ class Refinement:
             elif not any(one is new for one in after for new in second.after):
                 after += second.after
         event = Happening(second.at, before, after, False, first.depth, np.array(lines))
-        for life in before:
-            life.dies = event
         for life in after:
             life.born = event
         return event

@@ -132,8 +132,6 @@ def _interposed(event: Happening, rows: Array, place: float) -> Happening:
     for life in event.after:
         life.born = later
         life.start = float("nan")
-    for life in new:
-        life.dies = later
     event.after = new
     event.lines_after = rows
     return later
