@@ -30,7 +30,8 @@ from energy.checks import array
 from energy.description import alike, described
 
 METHODS = ("auto", "fitted", "lattice")
-# Of the thickness: the depth of indentation that is tried first where nothing adheres.
+# Of the thickness: the depth of indentation that is tried first where nothing adheres, and doubled
+# until the force is large enough. Forces of less are none in practice.
 _SHALLOW = 1e-12
 
 

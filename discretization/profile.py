@@ -40,7 +40,7 @@ from energy import Indenter, Scene
 from energy.arrays import Array, Indices, Mask
 from energy.axis import Radial
 
-MOST = 200_000  # samples at most, so that a path over them takes seconds
+MOST = 200_000  # samples at most: arrays of 1.6 MB, so that a path over them takes seconds
 # Times at most that a profile is resolved again around what quadrature has found between samples:
 # each adds all places that were found, and what is left is named in a warning.
 LOOKS = 8

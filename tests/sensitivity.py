@@ -21,8 +21,8 @@ A line for each factor says
     time         of the processor, relative to that without a change; 5 % is noise.
 
 The constant is changed in the source before Python compiles it, so that what is computed from it at
-import changes too, but not the file of free surfaces in surfaces/families.npz. Reads are counted in
-one run of all scenes in the same manner. Each run is a process of its own.
+import changes too; with one of surfaces/ the free surfaces in families.npz are solved for anew.
+Reads are counted in one run of all scenes in the same manner. Each run is a process of its own.
 """
 
 import ast
@@ -486,6 +486,9 @@ def count_reads(chosen):
 
 def solve_changed(module, name, factor, chosen):
     changed(module, name, factor)
+    if module.startswith("discretization.surfaces"):
+        for family in importlib.import_module("discretization.surfaces.tables").FAMILIES:
+            object.__setattr__(family, "shipped", dict.fromkeys(family.shipped, ()))
     return solve(chosen)
 
 
@@ -574,7 +577,7 @@ class Measurement:
         chosen = some_of(self.scenes if derived else readers)
         if not chosen:
             return
-        limit = LONGEST * sum(self.before[s]["time"] for s in chosen) + 10
+        limit = LONGEST * sum(self.before[s]["time"] for s in chosen) + 60
         for factor in factors or factors_of(value):
             after = child(solve_changed, module, name, factor, chosen, limit=limit)
             word = after if isinstance(after, str) else compared(self.before, after[0])

@@ -63,7 +63,9 @@ from energy.arrays import Array, Indices
 
 DEGREE = 12  # of the polynomials on an element
 STEEPEST = math.radians(86)  # steeper lines have no state: no mesh of this kind resolves them
-_MILD = math.radians(60)  # up to here inclinations are in the first of two pieces
+# Up to here inclinations are in the first of two pieces, whose lengths in sin²(φ/2) are then about
+# the same: 0.25 and 0.22.
+_MILD = math.radians(60)
 # Smallest radii of lines with a surface outside (1) and with a disc inside (-1) [l] of which the
 # surface is known: with smaller ones digits are lost.
 LEAST_RADIUS = {1: 2.0**-1000, -1: 2.0**-15}
