@@ -1,4 +1,10 @@
-"""What branches on the fitted mesh have in common, of one contact and of several."""
+"""What branches on the fitted mesh have in common, of one contact and of several.
+
+Depths are positive down into the layer, P is positive where pressed, U is 0 without contact and
+counts with the work of adhesion of closing. Lines of a `Point` are a flat tuple, both ends of every
+contact from left to right, () or None without contact; about an axis they are radii.
+`ContactLines.gradual` is whether lines never jump, as in a line contact of a convex profile.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +60,10 @@ class FittedBranch(Branch):
         return JUMPS.resolution * self.scene.elastocapillary_length
 
     def pinned(self, point: Point) -> Pinned:
-        """Where each of the outermost lines is pinned: "edge", "tip" of a convex profile, or ""."""
+        """Where each of the outermost lines is pinned: "edge", "tip", or "" where it is free.
+
+        A tip is a corner at the lowest point of a convex profile.
+        """
         tip = self.contact_lines.profile.lowest
         at_edges = super().pinned(point)
         if not self.contact_lines.gradual or tip not in self.scene.indenter.corners:
@@ -64,7 +73,12 @@ class FittedBranch(Branch):
         return first, last
 
     def jumps(self, before: Point, after: Point) -> bool:
-        """Whether lines jump; not by what the energy changes within the rounding of a depth."""
+        """Whether lines jump between two points at the same depth, before and after an event.
+
+        They do where the number of contacts changes, but for the first and the last contact of
+        lines that never jump; else where one moves further than it is unknown, and the energy
+        falls by more than the rounding of the depth makes of it.
+        """
         if not after.lines or not before.lines:
             return not self.contact_lines.gradual
         if len(before.lines) != len(after.lines):
@@ -77,12 +91,19 @@ class FittedBranch(Branch):
         return bool(energy[0] - energy[1] > noise)
 
     def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points, weighted with the pattern's factor [length]."""
+        """The length that opens between two points, weighted with the pattern's factor [length].
+
+        It is the sum of what each line has receded by; one that has advanced counts as 0.
+        """
         if not before.lines or not after.lines:
             return 0.0
-        bound = [self.integrals.at(np.array(point.lines))[4] for point in (before, after)]
+        # ∫ of the factor from a fixed place to each line.
+        to_before = self.integrals.at(np.array(before.lines))[4]
+        to_after = self.integrals.at(np.array(after.lines))[4]
         if len(before.lines) != len(after.lines):  # nodes do not see a narrow gap
-            in_contact = [float(np.diff(each)[::2].sum()) for each in bound]
-            return max(0.0, in_contact[0] - in_contact[1])
-        receded = (bound[0] - bound[1]).reshape(-1, 2) * (-1, 1)
+            in_contact_before = float(np.diff(to_before)[::2].sum())
+            in_contact_after = float(np.diff(to_after)[::2].sum())
+            return max(0.0, in_contact_before - in_contact_after)
+        # Left lines recede towards +x, right ones towards -x.
+        receded = (to_before - to_after).reshape(-1, 2) * (-1, 1)
         return float(np.maximum(receded, 0.0).sum())

@@ -4,6 +4,23 @@ A state is a list of contacts, node intervals first..last, which walk.py takes f
 What is reported for a step, lines, force and energy, is interpolated between nodes (subgrid.py);
 states, events and the energy balance are those of the contact sets, but for the depths of first
 touch, by the parabola through three nodes, and at which contacts are lost (lattice/loss.py).
+
+Conventions
+-----------
+The depth d is positive down into the layer, heights f of the profile upwards [length]; `direction`
+is 1 where the depth grows. P is positive where pressed, U is 0 without contact; for a line contact
+both count per length of it.
+
+Contacts are pairs (first, last) of node numbers from left to right, counted from the first node of
+the row of nodes under the profile (`Row`); x = origin + (row.first + number) · spacing, but for the
+edges of the body, where lines stand at the edge itself. A link is what lies between neighbouring
+nodes. `paired` makes such pairs of a flat tuple of node numbers. Lines of a point are x of both
+ends of all contacts, a flat tuple.
+
+`Walk.track(contacts, depth, goal)` takes contacts from a depth towards another: it gives the depths
+at which they change with the flat node numbers from there on, the depth of the first event, or
+None, and the contacts beyond that. `subgrid` finds lines between nodes, and what U and P are more
+with lines there than with lines on nodes.
 """
 
 from __future__ import annotations
@@ -55,13 +72,13 @@ class LatticeSegment(PathSegment):
     ----------
     trace : sequence of (float, tuple of int)
         Depths, in the order of the path, with the first and last nodes of all contacts from there
-        on, as in the `Track` of the walk.
+        on, as in the `Track` of the walk. The first depth is that of the start.
     """
 
     trace: Sequence[tuple[float, tuple[int, ...]]]
 
     def between(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the segment (n,)."""
+        """The contacts at depths (n,) on the segment: those since the last change before each."""
         direction = 1 if self.end.depth >= self.start.depth else -1
         changed = direction * np.array([depth for depth, _ in self.trace])
         last = np.searchsorted(changed, direction * depths, side="right") - 1
@@ -69,7 +86,10 @@ class LatticeSegment(PathSegment):
         return list(self.branch.points(contacts, depths, self.start))
 
     def external_work(self) -> float:
-        """∫P dd from the start to the end: P is linear between changes."""
+        """∫P dd of the contact sets from the start to the end.
+
+        P is linear in d between changes, so that it is that at the middle of each part.
+        """
         depths = np.array([depth for depth, _ in self.trace] + [self.end.depth])
         nodes = np.array([nodes for _, nodes in self.trace]).reshape(len(self.trace), -1)
         spans = np.diff(depths)
@@ -81,12 +101,14 @@ class LatticeSegment(PathSegment):
 class LatticeBranch(Branch):
     """Any number of contacts on fixed nodes under a prescribed depth.
 
-    The memory of a point are its contacts as node intervals. Its lines are on their nodes, but
-    where closing and opening differ: there, between nodes, where they have last moved.
+    The memory of a point are its contacts as pairs of nodes. Its lines are at these nodes. Only
+    where the works of adhesion of closing and opening differ they stand between nodes, where they
+    have last moved.
 
     Attributes
     ----------
     scene : Scene
+        As given; that of `row` has the profile that the nodes see.
     row : Row
         The nodes, with the profile on them.
     walk : Walk
@@ -130,17 +152,20 @@ class LatticeBranch(Branch):
 
     @property
     def touch(self) -> float:
-        """Depth at which contact begins."""
+        """Depth at which contact begins [length]."""
         return self._touching[0]
 
     @functools.cached_property
     def _touching(self) -> tuple[float, Contacts]:
         """Depth at which contact begins, and the contacts there.
 
-        Where the parabola through the lowest nodes is lowest; that of the lowest node at a corner,
-        and where the contact would not spread at once.
+        The depth is the height at which the parabola through the lowest node and both beside it is
+        lowest. It is that of the lowest node itself where this is at a corner, and where the
+        contact would not spread at the depth of the parabola.
         """
-        row, node, lowest = self.row, self.row.touch, self.row.lowest
+        row = self.row
+        node = self.row.touch  # number of the lowest node
+        lowest = self.row.lowest  # and its height
         own = ((node, node),)
         if self.walk.loss is not None and self.walk.loss.smooth(node):
             before, here, after = row.f[node - 1 : node + 2].tolist()
@@ -154,18 +179,19 @@ class LatticeBranch(Branch):
 
     @property
     def resolution(self) -> float:
-        """The length by which lines may be off: more than a link, and they jump."""
+        """The length by which lines may be off: more than a link, by which they jump [length]."""
         return 1.5 * self.row.lattice.spacing
 
     def point(self, nodes: Contacts, depth: float, before: Point) -> Point:
-        """The point with these contacts at a depth, when it was `before` on the path here.
+        """The point with these contacts at a depth, on the path from a point `before`.
 
-        ValueError for contacts that reach an end of the known profile.
+        Without contacts it is detached. ValueError for contacts that reach an end of the known
+        profile.
         """
         return self.points([nodes], np.array([depth]), before)[0] if nodes else Point(depth, None)
 
     def points(self, nodes: list[Contacts], depths: Array, before: Point) -> list[Point]:
-        """The same at some depths (n,), with as many contacts at each."""
+        """Points with these contacts at depths (n,), all with as many contacts, not detached."""
         for each, depth in zip(nodes, depths.tolist(), strict=True):
             self.row.refuse_unknown(depth, each)
         if self.scene.hysteretic:
@@ -177,6 +203,7 @@ class LatticeBranch(Branch):
         return list(map(Point, depths.tolist(), lines, nodes))
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
+        """Positions of both ends of all contacts, at their nodes [length]."""
         at = self.row.first + np.ravel(nodes)
         return tuple(positions(self.row.lattice, self.row.scene.indenter, at).tolist())
 
@@ -195,7 +222,7 @@ class LatticeBranch(Branch):
         return Point(depth, lines if self.scene.hysteretic else self._on_nodes(nodes), nodes)
 
     def nearest(self, lines: Array) -> Nodes:
-        """The nodes next to lines; at an edge, up to a link beyond which they are, the last one."""
+        """Numbers of the nodes nearest to lines; at an edge beyond the last node that one."""
         lattice = self.row.lattice
         at = np.rint((lines - lattice.origin) / lattice.spacing).astype(int) - self.row.first
         return np.minimum(at, self.row.size - 1)
@@ -205,8 +232,8 @@ class LatticeBranch(Branch):
 
         Or to where an outermost line becomes pinned or free.
         """
-        trace, at, then = self.walk.track(point.memory, point.depth, goal)
-        stop = goal if at is None else at
+        trace, event_depth, beyond = self.walk.track(point.memory, point.depth, goal)
+        stop = goal if event_depth is None else event_depth
         pinned = [self.pinned_at(nodes[0], nodes[-1]) for _, nodes in trace]
         for i in range(1, len(trace)):
             depth = trace[i][0]
@@ -217,14 +244,15 @@ class LatticeBranch(Branch):
                 return LatticeSegment(self, point, here, there, False, trace[:i])
         low, high = sorted((point.depth, goal))
         last = paired(trace[-1][1])
-        end = self.point(last, min(max(stop, low), high), point)  # but for rounding
-        after = None if at is None else self.point(then, end.depth, end)
+        end = self.point(last, min(max(stop, low), high), point)  # outside only by rounding
+        after = None if event_depth is None else self.point(beyond, end.depth, end)
+        # The loss of the last contact is no jump of a line; every other event is.
         lost = after is not None and after.lines is None and len(last) == 1
         return LatticeSegment(self, point, end, after, after is not None and not lost, trace)
 
     @functools.cached_property
     def _pinning(self) -> tuple[dict[int, str], dict[int, str]]:
-        """The nodes at which a left and a right line are pinned, "edge" or "tip"."""
+        """Where a left line is pinned, and where a right one: "edge" or "tip" by node number."""
         body = self.row.scene.indenter
         lowest_node = self.row.touch
         lowest, _ = self._on_nodes(((lowest_node, lowest_node),))
@@ -244,7 +272,7 @@ class LatticeBranch(Branch):
         return left, right
 
     def pinned_at(self, first: int, last: int) -> Pinned:
-        """Where the outermost lines of contacts between these nodes are pinned."""
+        """Where the outermost lines are pinned if these are the first and last nodes of all."""
         left, right = self._pinning
         return left.get(first, ""), right.get(last, "")
 
@@ -259,13 +287,25 @@ class LatticeBranch(Branch):
         return self._interpolated(points)[:2]
 
     def _interpolated(self, points: Sequence[Point], *, looked: bool = False) -> Array:
-        """U, P and both outermost lines (4, n) of points in contact.
+        """U, P and both outermost lines between the nodes, of points in contact.
 
-        looked: whether it is looked at whether the profile lets the lines rest there.
+        Parameters
+        ----------
+        points : sequence of Point
+            n of them.
+        looked : bool
+            Whether to warn of lines where the profile between nodes does not let them rest.
+
+        Returns
+        -------
+        ndarray (4, n)
+            In its rows U, P, and x of the first and of the last line.
         """
         row = self.row
         found = np.empty((4, len(points)))
         all_depths = np.array([point.depth for point in points])
+        # Lines of each point, and by what U and P (2, n) are more than those of the contact sets.
+        # With hysteresis lines stand where they have last moved, which the points know.
         of_points: list[Array] = []
         if not self.scene.hysteretic:
             of_points, more = subgrid.of_states(row, [p.memory for p in points], all_depths)
@@ -301,12 +341,15 @@ class LatticeBranch(Branch):
         return found
 
     def total(self, point: Point) -> Array:
-        """U of the contact set, and P between the nodes."""
+        """U of the contact set, and P between the nodes (2,); 0 when detached."""
         energy = 0.0 if point.lines is None else self.walk.energy(point.memory, point.depth)
         return np.array([energy, super().total(point)[1]])
 
     def opened(self, before: Point, after: Point) -> float:
-        """The length of the links that open, weighted with the pattern's factor."""
+        """The length of the links that open between two points, weighted with the pattern's factor.
+
+        0 where links close.
+        """
         return self.walk.opened(before.memory or (), after.memory or ())
 
     def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
@@ -314,22 +357,31 @@ class LatticeBranch(Branch):
 
         AccuracyWarning where the surfaces miss what the nodes do not see.
         """
-        lattice, flat = self.row.lattice, Certificate.undeformed()
-        apart = detached(self.scene, 0.0, "adhered", lattice.tail, flat)
-        whole = (
-            replace(apart, depth=point.depth, contacts=np.array(point.lines).reshape(-1, 2))
+        lattice = self.row.lattice
+        # States without more than depth and contacts, which the warning reads.
+        flat = Certificate.undeformed()
+        without_contact = detached(self.scene, 0.0, "adhered", lattice.tail, flat)
+        states = (
+            replace(
+                without_contact, depth=point.depth, contacts=np.array(point.lines).reshape(-1, 2)
+            )
             for point in points
         )
-        warn_unresolved(whole, self.hidden, lattice, stacklevel=4)
+        warn_unresolved(states, self.hidden, lattice, stacklevel=4)
         for one, other in itertools.pairwise(points if self.scene.work_of_adhesion else ()):
-            before, after = one.lines or (), other.lines or ()
+            before = one.lines or ()
+            after = other.lines or ()
             if len(after) < len(before) and other.depth < one.depth:
                 warn_losses(self.scene, lattice, other.depth, before, after, stacklevel=4)
         energy, force, *lines = self._interpolated(points, looked=True)
         return np.array(lines).T, force, energy
 
     def closes_at(self, state: Snapshot) -> bool:
-        """Whether a contact of a node or a link, alone, is lost where both its lines meet."""
+        """Whether the last contact, of a node or a link, is lost at the depth where its lines meet.
+
+        That depth is that of the links they would pass (lattice/loss.py); a contact that lets go
+        from more nodes, or at another depth, is lost too early.
+        """
         contacts = self.contact(state.depth, *state.lines).memory
         first, last = contacts[0]
         if len(contacts) > 1 or last - first > 1 or self.walk.loss is None:
@@ -340,14 +392,18 @@ class LatticeBranch(Branch):
 
     def released(self, depth: float, left: float, right: float) -> None:
         """AccuracyWarning if at this depth a contact is narrower than the nodes can hold."""
-        scene, lattice = self.scene, self.row.lattice
+        scene = self.scene
+        lattice = self.row.lattice
         lowest = None
         if not scene.indenter.convex:
             lowest = lowest_within(scene, lattice, left, right)
         warn_narrow(scene, lattice, depth, "adhered", lowest, stacklevel=5)
 
     def certify(self, point: Point) -> None:
-        """NotCertifiedError if something would still happen at this depth, or has not before."""
+        """NotCertifiedError unless the contacts are in equilibrium on the nodes.
+
+        Then nothing would still happen at this depth, and nothing should have happened before.
+        """
         depth, lines, nodes = point
         if lines is not None:
             certificate = on_row(self.row, nodes, depth, narrow=True).certificate
@@ -355,6 +411,6 @@ class LatticeBranch(Branch):
 
 
 def contacts_at(nodes: Nodes) -> Contacts:
-    """The contacts between these nodes (2m,)."""
+    """The contacts with these first and last nodes, a flat array (2m,), as pairs."""
     ends = nodes.tolist()
     return tuple(zip(ends[::2], ends[1::2], strict=True))

@@ -2,6 +2,22 @@
 
 Its lines do not feel each other (single_line.py). Of a convex indenter there is no other contact;
 of others a path is followed up to where a second one begins.
+
+Conventions
+-----------
+The depth d and the rest depth D(x) of a line are positive down into the layer, heights f of the
+profile upwards [length]; `direction` is 1 where the depth grows and lines advance outwards, -1
+where it falls and they recede. P is positive where pressed, U is 0 without contact; both count per
+length of a line contact.
+
+Lines of the contact are a tuple (left, right), `column` is 0 for the left and 1 for the right one.
+About an axis they are radii: the left line of a ring is its inner one, that of a disc is 0 and no
+line. `side` of a line is 1 if its contact is on its left, that is for the right line, else -1.
+
+An `Arc` is what one line does first on the way to another depth: it moves in one direction or
+stays, from the place `start` at the depth `first` to `end` at `last`, and `how` says why it ends:
+"goal", "free" of a corner or at one, or "jump". A `SingleContactTrack` has both lines where there
+can be no other contact and nothing happens to them but, in the end, the loss of contact.
 """
 
 from __future__ import annotations
@@ -34,13 +50,21 @@ Lines = tuple[float, ...]
 
 @dataclass(eq=False)
 class OneContactSegment(PathSegment):
-    """A segment on which each line moves in one direction or stays; or that of a single contact."""
+    """A segment on which each line moves in one direction or stays.
+
+    Attributes
+    ----------
+    arcs : tuple of Arc
+        What each moving line does, in the order of `OneContactBranch.moving`.
+    track : SingleContactTrack or None
+        Both lines, in place of arcs, where it is known.
+    """
 
     arcs: tuple[Arc, ...] = ()
     track: SingleContactTrack | None = None
 
     def lines(self, depths: Array) -> Array:
-        """Lines (k, 2) of the contact at depths (k,)."""
+        """Left and right line (k, 2) of the contact at depths (k,) [length]."""
         if self.track is not None:
             return self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1]
         found = np.zeros((depths.size, 2))
@@ -63,8 +87,10 @@ class OneContactBranch(FittedBranch):
     ----------
     scene : Scene
     contact_lines : ContactLines
+        The lines of the scene, their rest depths and their free surfaces.
     single_contacts : dict
-        What finds it where there can be no other, pressed (1) and retracted (-1).
+        By direction, what finds the contact where there can be no other: 1 with the adhesion of
+        closing, -1 with that of opening. Empty where there may be others.
     """
 
     scene: Scene
@@ -73,7 +99,13 @@ class OneContactBranch(FittedBranch):
 
     @classmethod
     def of(cls, scene: Scene, deepest: float) -> OneContactBranch:
-        """deepest: the largest depth of the programme."""
+        """The branch of a scene, for depths up to the largest one of the programme, `deepest`.
+
+        Warns
+        -----
+        AccuracyWarning
+            Where the profile has features that its samples have missed.
+        """
         single_contacts = {}
         if one_contact(scene) and scene.pattern is None:
             single_contacts = {1: SingleContact.of(scene), -1: SingleContact.of(scene.opened)}
@@ -90,19 +122,19 @@ class OneContactBranch(FittedBranch):
 
     @functools.cached_property
     def integrals(self) -> Integrals:
-        """What contacts cost up to a line."""
+        """Integrals over the profile up to a line, by which U and P of contacts are differences."""
         rests = self.contact_lines.rests
         level = rests.size + max(rests.size, self.touch)
         return Integrals.of(self.scene, self.contact_lines.profile, level)
 
     def moving(self, lines: Lines) -> list[tuple[int, SingleLine]]:
-        """Which lines of a contact move, of a disc only the right one, and how."""
+        """The lines of a contact with their columns: both, or only the right one of a disc."""
         both = self.both
         return both[1:] if self.scene.axisymmetric and not lines[0] else both
 
     @functools.cached_property
     def both(self) -> list[tuple[int, SingleLine]]:
-        """The left and the right line of a contact."""
+        """The left and the right line of a contact, each with its column."""
         return [
             (0, SingleLine(self.contact_lines.rests, -1)),
             (1, SingleLine(self.contact_lines.rests, 1)),
@@ -110,7 +142,7 @@ class OneContactBranch(FittedBranch):
 
     @functools.cached_property
     def first(self) -> Point:
-        """The contact at first touch."""
+        """The contact at first touch, spread from the lowest point to where its lines rest."""
         lowest = self.contact_lines.profile.lowest
         lines = self._landed((lowest, lowest), self.touch, 1)
         assert lines is not None, "a line that is pressed rests somewhere"
@@ -120,17 +152,21 @@ class OneContactBranch(FittedBranch):
         return Point(self.touch, lines)
 
     def _near_apex(self, lines: Lines) -> SingleContact | None:
-        """What finds lines closer to the apex of a lone contact than the samples of the profile."""
-        contact, near = (
-            self.single_contacts.get(1),
-            DIFFERENCES.least_radius * self.scene.elastocapillary_length,
-        )
+        """What finds lines closer to the apex of a lone contact than the samples of the profile.
+
+        None if these lines are not so close, or if there is no such contact.
+        """
+        contact = self.single_contacts.get(1)
+        near = DIFFERENCES.least_radius * self.scene.elastocapillary_length
         if contact is None or not contact.tip or not lines:
             return None
         return contact if max(abs(x - contact.apex) for x in lines) <= near else None
 
     def segment(self, point: Point, goal: float) -> OneContactSegment:
-        """The route from a point to another depth, up to where a line jumps or becomes pinned."""
+        """The path from a point towards another depth, up to the first change.
+
+        That is where a line jumps, becomes pinned or free, or the contact is lost.
+        """
         lines = point.lines or ()
         direction = 1 if goal >= point.depth else -1
         contact = self.single_contacts.get(direction)
@@ -144,14 +180,15 @@ class OneContactBranch(FittedBranch):
         moving = self.moving(lines)
         arcs = [line.arc(lines[column], point.depth, goal) for column, line in moving]
         ends = [goal, *(arc.last for arc in arcs)]
-        end = min(ends, key=lambda depth: direction * depth)
+        end = min(ends, key=lambda depth: direction * depth)  # the first one on the path
         lost = False
         if direction < 0:
             end, lost = self._lost(lines, point.depth, arcs, end)
         there = self._there(lines, arcs, end)
         segment = OneContactSegment(self, point, Point(end, there), None, False, tuple(arcs))
         if lost:
-            if there[0] == there[1] and lines[0] != lines[1]:  # the last state before is wider
+            if there[0] == there[1] and lines[0] != lines[1]:
+                # The last state before is a little wider, so that it is not one of one point.
                 wider = [math.nextafter(x, before) for x, before in zip(there, lines, strict=True)]
                 segment.end = Point(end, (wider[0], wider[1]))
             segment.after = Point(end, None)
@@ -169,6 +206,7 @@ class OneContactBranch(FittedBranch):
         return segment
 
     def _there(self, lines: Lines, arcs: Sequence[Arc], depth: float) -> Lines:
+        """Both lines at a depth on the arcs of those that move."""
         found = list(lines)
         for arc, (column, line) in zip(arcs, self.moving(lines), strict=True):
             found[column] = float(line.places(arc, np.array([depth]))[0])
@@ -177,9 +215,29 @@ class OneContactBranch(FittedBranch):
     def _lost(
         self, lines: Lines, start: float, arcs: Sequence[Arc], end: float
     ) -> tuple[float, bool]:
-        """Where the contact is lost before a depth, if it is: its lines meet, or one is pulled."""
+        """Whether, and where, the contact is lost on the path to the smaller depth `end`.
+
+        A contact of one point is lost at the height of the profile there. Another one is lost where
+        its lines meet, unless it is pressed there: then it goes on as one of a point.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            At the start [length].
+        start, end : float
+            Depths [length].
+        arcs : sequence of Arc
+            Of the lines that move.
+
+        Returns
+        -------
+        depth : float
+            Where the contact is lost or its lines meet, or the end [length].
+        lost : bool
+        """
 
         def width(depth: float) -> float:
+            """Of the contact; negative where its lines would have crossed."""
             left, right = self._there(lines, arcs, depth)
             return right - left
 
@@ -200,7 +258,24 @@ class OneContactBranch(FittedBranch):
     ) -> Lines | None:
         """The lines after those that jump have come to rest; None where the contact is lost.
 
-        ValueError where one leaves the known profile.
+        An inner line about an axis that finds no rest on its way inwards closes the hole: 0. A
+        right line that recedes to the axis has lost the contact, and so have lines that cross.
+
+        Parameters
+        ----------
+        lines : tuple of float
+            Before the jump [length].
+        depth : float
+            d [length].
+        direction : {1, -1}
+            1 where lines advance.
+        jumping : sequence of bool
+            Which of the lines that move do, in the order of `moving`.
+
+        Raises
+        ------
+        ValueError
+            If one leaves the known profile.
         """
         found = list(lines)
         for (column, line), jumps in zip(self.moving(lines), jumping, strict=False):
@@ -223,6 +298,7 @@ class OneContactBranch(FittedBranch):
             return
         scale = TOLERANCE * self.contact_lines.rests.size
         unit = self.scene.stiffness * self.scene.elastocapillary_length
+        # Not <=, rather than >, since what is nan must not pass.
         torn = not worst(*self.contact_lines.opening(lines, depth)) <= unit * scale
         if torn or not self.contact_lines.penetration(lines, depth) <= scale:
             what = "a gap opens inside the contact" if torn else "another contact begins"
@@ -235,12 +311,16 @@ class OneContactBranch(FittedBranch):
             )
 
     def many(self, points: Sequence[Point]) -> Array:
-        """U and P (2, n) of points with as many lines as each other."""
+        """U and P (2, n) of points in contact.
+
+        Each is the integral over the profile up to the right line less that up to the left one, and
+        what both tails contribute.
+        """
         lines = np.array([free_surface_lines(point.lines or ()) for point in points])
         depths = np.array([point.depth for point in points])
         total = np.zeros((2, len(points)))
         for column, sign in ((0, -1.0), (1, 1.0)):
-            line = lines[:, column, 1 - column]
+            line = lines[:, column, 1 - column]  # the right line of the left tail, and vice versa
             contact = self.integrals.contact(line, depths, self.scene.work_of_adhesion)
             total += sign * contact[::2]
             at = self.contact_lines.rests.at(line)
@@ -249,10 +329,11 @@ class OneContactBranch(FittedBranch):
         return total
 
     def certify(self, point: Point) -> None:
-        """NotCertifiedError unless the contacts are in equilibrium."""
+        """NotCertifiedError unless the contact is in equilibrium."""
         if not point.lines:
             return
-        judge = self._near_apex(point.lines) or self.contact_lines  # by the sizes of the whole path
+        # The lines of the path know the size of its depths, of which rounding is a part.
+        judge = self._near_apex(point.lines) or self.contact_lines
         contacts = Contacts(judge, point.lines, point.depth)
         certify(contacts, contacts.totals()).demand(
             f"the state at depth = {point.depth!r}",

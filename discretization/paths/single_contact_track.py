@@ -1,4 +1,12 @@
-"""The lines of a contact that stays alone while nothing else happens to it."""
+"""The lines of a contact that stays alone while nothing else happens to it.
+
+Depths d and rest depths D of lines are positive down into the layer [length]. `sides` of a contact
+are (-1, 1), of the left and the right line, or (1,) about an axis, where the right line is the only
+one; a line is at rest where D = d, and D grows outwards, in the direction of its side along x.
+`SingleContact.rest_depth(side, x, beside)` is D, at corners just outwards (beside 1) or inwards
+(-1) of x; `find(side, depth)` is the place where a line rests; `lowest` is the innermost place
+where one may rest, and D there: the depth at which contact is lost.
+"""
 
 import math
 from dataclasses import dataclass
@@ -19,9 +27,10 @@ NEAR = 1e-11  # of the same: D - d of lines that are read next to where they dis
 
 @dataclass(frozen=True, eq=False)
 class SingleContactTrack:
-    """The lines of a contact, one about an axis, at rest from a depth to another.
+    """The free lines of a contact, one about an axis, at rest from a depth to another.
 
-    Each has one place at every depth in between (../fitted/single_contact.py).
+    Each has one place at every depth in between (../fitted/single_contact.py). So the lines at any
+    depth are roots of D = d between the first and the last place, and need not be followed.
 
     Attributes
     ----------
@@ -30,7 +39,7 @@ class SingleContactTrack:
     start, end : float
         Depths [length].
     first, last : ndarray (2,) or (1,)
-        Lines there [length].
+        Lines there, in the order of the sides of the contact [length].
     size : float
         Of depths, by which rounding is judged [length].
     """
@@ -50,7 +59,7 @@ class SingleContactTrack:
         ----------
         contact : SingleContact
         lines : tuple of float
-            At the start [length].
+            Left and right line at the start; about an axis the left one is 0 [length].
         start, end : float
             Depths [length].
 
@@ -64,32 +73,53 @@ class SingleContactTrack:
         ValueError
             If a free surface turns over.
         """
-        first, (place, low) = np.array(lines[-len(contact.sides) :]), contact.lowest
-        sides, size = np.array(contact.sides), contact.size(start, end)
+        sides = np.array(contact.sides)
+        first = np.array(lines[-sides.size :])
+        innermost, lost_at = contact.lowest
+        size = contact.size(start, end)
         ahead = contact.rest_depth(sides, first, 1 if end > start else -1)
-        around = contact.scene.axisymmetric and first[0] < place
+        # About an axis D falls up to the innermost place: a line inside of it is not stable.
+        too_far_in = contact.scene.axisymmetric and first[0] < innermost
         pointed = first[0] == first[-1] and contact.pointed(float(first[0]))
         at_rest = contact.lines(start) == lines if pointed else np.abs(ahead - start) <= TIE * size
-        if around or not np.all(at_rest):
+        if too_far_in or not np.all(at_rest):  # a line that is pinned is not at rest just ahead
             return None
-        end = max(end, min(low + _LOST * size, start))
+        end = max(end, min(lost_at + _LOST * size, start))  # no further than the loss of contact
         last = (
             np.array([contact.find(side, end) for side in contact.sides]) if end != start else first
         )
         corners = np.reshape(contact.scene.indenter.corners, (-1, 1))
-        met = ((corners - first) * (corners - last) <= 0) & (corners != first)
-        if met.any() or (end != start and (last == first).any() and not pointed):
+        meets_corner = ((corners - first) * (corners - last) <= 0) & (corners != first)
+        stays = end != start and (last == first).any() and not pointed
+        if meets_corner.any() or stays:
             return None
         for side, x in zip(contact.sides, last.tolist(), strict=True):
-            contact.solve(side, x, end)
+            contact.solve(side, x, end)  # raises where a surface turns over
         return cls(contact, start, end, first, last, size)
 
     def lines(self, depths: Array) -> Array:
-        """Lines (k, 2, 2) of both free surfaces at depths (k,) in between: the roots of D = d.
+        """Lines of both free surfaces at depths in between: the roots of D = d.
 
         They lie between the first and the last line, and are found to rounding of D.
+
+        Parameters
+        ----------
+        depths : ndarray (k,)
+            [length].
+
+        Returns
+        -------
+        ndarray (k, 2, 2)
+            [[-inf, left], [right, inf]], the left and the right line of both tails, at each depth;
+            left is 0 about an axis [length].
+
+        Raises
+        ------
+        NotCertifiedError
+            If a line does not come to rest.
         """
         sides = np.array(self.contact.sides)
+        # In a row all depths of the first line, and then those of the second one.
         count = depths.size
         side = np.repeat(sides, count)
         goal = np.tile(depths, sides.size)
@@ -98,8 +128,9 @@ class SingleContactTrack:
         span = self.end - self.start
 
         def off(x: Array, own: Indices) -> Array:
-            """D - d of lines with these numbers."""
-            aside = np.sign(span) * (x == first[own])  # the first may be a corner
+            """D - d at x of the lines with these numbers in the row."""
+            # The first place may be a corner, which is read on the side to which the line moves.
+            aside = np.sign(span) * (x == first[own])
             return np.asarray(self.contact.rest_depth(side[own], x, aside) - goal[own])
 
         moves = last != first
@@ -113,12 +144,16 @@ class SingleContactTrack:
         missed = np.abs(off(x, np.arange(x.size))) > NEAR * self.size
         for i in np.flatnonzero(missed).tolist():
             x[i] = self._near_apex(int(side[i]), float(goal[i]))
+        # Flat (-inf, left, right, inf); about an axis only the right line is set.
         surfaces = np.tile([-math.inf, 0.0, 0.0, math.inf], (count, 1))
         surfaces[:, 3 - sides.size : 3] = x.reshape(sides.size, count).T
         return surfaces.reshape(count, 2, 2)
 
     def _near_apex(self, side: int, depth: float) -> float:
-        """A line found by the logarithm of its distance from the apex, or at the apex."""
+        """The line on this side at a depth, by a search that resolves it next to the apex.
+
+        NotCertifiedError if D is not the depth there, and it is no contact of one point.
+        """
         x = self.contact.find(side, depth)
         off = abs(float(self.contact.rest_depth(side, x)) - depth)
         if off > NEAR * self.size and not self.contact.pointed(x):

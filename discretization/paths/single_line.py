@@ -4,6 +4,19 @@ D(x), the depth at which a line rests at x, is then a function of its own place 
 grows a line advances to the first place at which D is not less; as it falls, the line recedes to
 the first place at which D is not greater. So it stays at a corner, past which D jumps, moves along
 a part on which D is monotone, or jumps from where D turns back to the next place that holds it.
+
+Conventions
+-----------
+Depths d and D are positive down into the layer [length]. `side` is 1 for a line whose contact is on
+its left, -1 for one whose contact is on its right; outwards of the contact is the direction `side`
+along x. `direction` is 1 where the depth grows and the line advances outwards, -1 where it falls
+and the line recedes inwards; the line moves in the direction side · direction along x. `aside` says
+on which side of x D is read: 1 just outwards, -1 just inwards, 0 at x itself; they differ at
+corners. direction · D is compared with direction · d throughout, so that "the line moves on" is
+direction · (D - d) < 0, and it stops where this is not negative.
+
+Joints of the profile are its corners, the edges of a pattern of adhesion, and the ends of the
+window in which it is known: D may jump there, and there only.
 """
 
 from __future__ import annotations
@@ -23,17 +36,17 @@ _KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need n
 
 
 class Arc(NamedTuple):
-    """A line that moves in one direction, or stays, from one place and depth to others.
+    """What a line does first on the way to another depth: it moves in one direction, or stays.
 
     Attributes
     ----------
     start, end : float
-        Places [length].
+        Places from and to which it moves, the same if it stays [length].
     first, last : float
         Depths there [length].
     how : {"goal", "free", "jump"}
-        Why it ends: the goal is reached, the line comes to a corner or is free of one, or D turns
-        back.
+        Why it ends: the goal is reached, the line comes to a joint or is free to leave one, or D
+        turns back, so that the line jumps.
     """
 
     start: float
@@ -59,14 +72,16 @@ class SingleLine:
     side: int
 
     def rest_depth(self, x: Array, aside: Array | int, direction: int) -> Array:
-        """D at x (n,), read outwards (aside 1) or inwards (-1) of corners.
+        """D (n,) at places x (n,), read just outwards (aside 1) or inwards (-1) of them.
 
-        direction: 1 with the adhesion of a contact that closes, -1 of one that opens.
+        direction: 1 with the adhesion of a contact that closes, -1 of one that opens. The surface
+        beside the line is a tail: the line that it would face is at infinity.
         """
         none = np.full(x.shape, math.copysign(math.inf, self.side))
         return self.rests.one_sided(self.side, x, none, aside, direction)
 
     def _at(self, x: float, aside: int, direction: int) -> float:
+        """D at one place, parameters as of `rest_depth`."""
         return float(self.rest_depth(np.array([x]), aside, direction)[0])
 
     def arc(self, x: float, depth: float, goal: float) -> Arc:
@@ -91,15 +106,17 @@ class SingleLine:
         direction = 1 if goal >= depth else -1
         ahead = self._at(x, direction, direction)
         tie = TIE * self.rests.size
-        if direction * (ahead - depth) > tie:
+        if direction * (ahead - depth) > tie:  # pinned at a joint, past which D jumps
             if direction * (ahead - goal) >= 0:
                 return Arc(x, x, depth, goal, "goal")
             return Arc(x, x, depth, ahead, "free")
-        if direction * (ahead - depth) < -tie:
+        if direction * (ahead - depth) < -tie:  # nothing holds it where it is
             return Arc(x, x, depth, depth, "jump")
         places = self._ahead(x, direction)
         if not places.size:  # beyond the last joint
             raise unknown(depth, x)
+        # Samples up to the next joint are read on the side from which the line comes. It moves
+        # with the depth as long as direction · D grows from sample to sample.
         values = direction * self.rest_depth(places, -direction, direction)
         before = np.append(direction * depth, values[:-1])
         turn = _first(values < before - tie)
@@ -110,6 +127,8 @@ class SingleLine:
             return Arc(x, end, depth, goal, "goal")
         if turn == values.size:
             return Arc(x, float(places[-1]), depth, direction * float(values[-1]), "free")
+        # The maximum of direction · D is between the samples before and after the last that grew;
+        # the start of the search stands for a sample before the first one.
         around = np.concatenate([[x, x], places])[turn : turn + 3 : 2]
         top, value = self._turn(float(around[0]), float(around[1]), direction)
         if value < direction * depth:
@@ -119,7 +138,15 @@ class SingleLine:
         return Arc(x, top, depth, direction * value, "jump")
 
     def landing(self, x: float, depth: float, direction: int) -> float | None:
-        """The first place ahead at which a line rests, None where there is none."""
+        """The first place ahead at which a line that jumps rests, None where there is none.
+
+        Parameters
+        ----------
+        x, depth : float
+            Where it jumps from, and at which depth [length].
+        direction : {1, -1}
+            1 where it advances.
+        """
         if direction * (self._at(x, direction, direction) - depth) > TIE * self.rests.size:
             return x
         while True:
@@ -131,18 +158,19 @@ class SingleLine:
             if rests < values.size:
                 start = x if rests == 0 else float(places[rests - 1])
                 return self._where(depth, start, float(places[rests]), direction)
-            x = float(places[-1])
+            x = float(places[-1])  # the next joint, where D may jump to where it holds the line
             if direction * (self._at(x, direction, direction) - depth) >= 0:
                 return x
 
     def places(self, arc: Arc, depths: Array) -> Array:
-        """Where the line is at depths (n,) on an arc."""
+        """Where the line is at depths (n,) on an arc [length]; beyond its ends it is at these."""
         if arc.start == arc.end or arc.first == arc.last:
             return np.full(depths.shape, arc.end)
         direction = 1 if arc.last >= arc.first else -1
         inside = np.clip(depths, min(arc.first, arc.last), max(arc.first, arc.last))
 
         def off(x: Array, own: Indices) -> Array:
+            """D - d; the ends of the arc, which may be joints, are read on the side of the arc."""
             aside = np.where(x == arc.start, direction, np.where(x == arc.end, -direction, 0))
             return self.rest_depth(x, aside, direction) - inside[own]
 
@@ -158,7 +186,10 @@ class SingleLine:
         return np.where(inside == arc.first, arc.start, found)
 
     def _ahead(self, x: float, direction: int) -> Array:
-        """Samples of the profile ahead of a line, up to the next corner, in their order."""
+        """Samples of the profile ahead of a line up to the next joint, in the order of the motion.
+
+        None if there is no joint ahead: the line is at the end of the known profile.
+        """
         profile = self.rests.profile
         towards = self.side * direction
         joints = profile.joints
@@ -170,9 +201,13 @@ class SingleLine:
         return np.append(between, joint)
 
     def _where(self, depth: float, inside: float, outside: float, direction: int) -> float:
-        """Where D is a depth between two places, at the second of which it is past it."""
+        """Where D is a depth between two places; beyond it direction · D is more than that depth's.
+
+        inside: the place from which the line comes; outside: one where direction · (D - d) >= 0.
+        """
 
         def off(x: float) -> float:
+            """direction · (D - d), at the two places on the side between them."""
             aside = -direction if x == outside else direction if x == inside else 0
             return direction * (self._at(x, aside, direction) - depth)
 
@@ -181,7 +216,7 @@ class SingleLine:
         return bracketed(off, inside, outside)
 
     def _turn(self, start: float, end: float, direction: int) -> tuple[float, float]:
-        """Where direction · D has a maximum between two places, and its value."""
+        """Where direction · D has a maximum between two places, and direction · D there."""
         low, high = sorted((start, end))
         place, value = bracketed_minimum(
             lambda x: -direction * self.rest_depth(x, 0, direction), low, high, -math.inf
