@@ -24,6 +24,14 @@ The state is not resolved, and all errors are infinite, where
     the state is detached and a lattice finer by one of FINER has a contact.
 
 What the nodes do not resolve of the profile itself is looked for by unresolved.py.
+
+Conventions
+-----------
+`fine` is the state that is judged, of the spacing Δx; the *other* state, there called `other`,
+`closer` or `finer`, is that of the same scene, depth and branch on nodes c Δx apart, coarser if
+c > 1. Of an `Equilibrium`, `contacts` (m, 2) are the ends of m contacts, from left to right
+[length], `nodes` (m, 2) the positions of their outermost nodes, `force_parts` and `energy_parts`
+P and U again by quadrature between the lines, `scales` the sums of the sizes of their terms.
 """
 
 import math
@@ -154,14 +162,15 @@ def _has_inner_corners(fine: Equilibrium) -> bool:
 
 
 def _compared(fine: Equilibrium, other: Equilibrium) -> dict[str, float]:
-    """The estimates of the module from a state of another spacing.
+    """The relative errors, by name, that follow from a state of another spacing.
 
-    Where that has another number of contacts errors are of first order.
+    3/2 |Q - Q_c|/|c² - 1|, or c in place of c² where that has another number of contacts, or 3/2 of
+    what Q differs from its own parts by, if that is more; see the module.
     """
-    coarser = other.spacing / fine.spacing
+    coarser = other.spacing / fine.spacing  # c
     order = 2 if other.contacts.shape == fine.contacts.shape else 1
     scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
-    sums = {
+    parts = {
         "half_width": fine.half_width,
         "force": sum(fine.force_parts.values()),
         "energy": sum(fine.energy_parts.values()),
@@ -172,13 +181,16 @@ def _compared(fine: Equilibrium, other: Equilibrium) -> dict[str, float]:
         there = getattr(other, name)
         size = scale or max(abs(value), abs(there))  # touching: nothing is deformed
         change = abs((value - there) / (coarser**order - 1))
-        change = max(change, abs(sums[name] - value))
+        change = max(change, abs(parts[name] - value))
         errors[name] = float(_COMPARED.safety * change / size if size else 0.0) + _COMPARED.rounding
     return errors
 
 
 def _held_on_finer_nodes(solve: Solver, state: Equilibrium) -> bool:
-    """Whether a finer lattice has a contact, of nodes beside the lowest point if they are many."""
+    """Whether a finer lattice has a contact where this state is detached.
+
+    By one of FINER, which also says how many nodes on each side of the lowest point are looked at.
+    """
     scene = state.scene
     lowest = resolve(scene, state.depth).lowest
     for finer, nodes in FINER:

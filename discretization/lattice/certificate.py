@@ -18,6 +18,17 @@ precision leaves in a nodal force, 32 ε (kΔx + 4t) δ, in their sum, and in a 
 32 ε δ; for these |u| at the lowest node counts for δ, too. In the sum of the forces every link's
 tension T enters twice, 4 ε √ΣT²; that of links beside a contact enters once, and is a difference of
 displacements, 2 ε t |u| each.
+
+Conventions
+-----------
+u, d and g = d - f are positive down into the layer. A nodal force is ∂U/∂u_i: on a contact node
+what the indenter presses with, negative if adhesion pulls the node up. Nodes of contacts are those
+of the row (`Row`); arrays (n,) are over the nodes that are looked at, which begin with node 0 of
+`State.model`. Lines, arrays (2m,), are in the order left and right line of the first contact, of
+the second, .... `Advances` has arrays (1, 2m, 6): of one state, its lines, and the links j = -3
+... 2 beside them, `LINKS`; the line closes link 0 next and opens link -1. `row.works` are the works
+of adhesion of closing and of opening, `row.bonds` lengths or areas of links times the factor of the
+pattern, `NodalEnergy.bonds` the adhesion of links of a contact [energy/length].
 """
 
 import functools
@@ -36,8 +47,8 @@ from energy.arrays import Array, Indices, Mask
 
 _ROUNDINGS = 32 * EPSILON  # of δ: of a gap, and with the stiffness of a nodal force
 _TINY = float(np.finfo(float).tiny)  # divided by in place of 0
-_CLOSING = -LINKS[0]  # place among LINKS of the link that a line closes next,
-_OPENING = _CLOSING - 1  # and of the one that it opens next
+_CLOSING = -LINKS[0]  # place among LINKS of link 0, which a line closes next,
+_OPENING = _CLOSING - 1  # and of link -1, which it opens next
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,15 +63,16 @@ class State:
     depth : float
         [length].
     work : float
-        Of adhesion, by which lines rest [energy/area].
+        Work of adhesion by which lines rest [energy/area].
     model : NodalEnergy
         Of the n nodes that are looked at.
     u, g : ndarray (n,)
         Their displacements, and d - f, -∞ where there is no profile [length].
     passed : Advances
-        Changes as lines pass links.
+        Changes as lines pass the links beside them.
     closes : ndarray of bool (2m,)
-        Which lines may close the next link, and leave the surface out of the indenter.
+        Which lines may close the next link, and leave the surface out of the indenter: only of
+        these it is judged whether that gains energy.
     narrow : bool
         Whether lone nodes stand for contacts narrower than a link.
     """
@@ -90,15 +102,25 @@ class State:
         return max(abs(self.depth), float(np.abs(lines).max()), delta0)
 
     def pull(self, noise: float) -> float:
-        """The largest pull per weight, above noise, on nodes whose opening lowers the energy.
+        """The largest pull on nodes whose opening lowers the energy; 0 if there is none.
 
         The outermost nodes of contacts are not opened here, as these are moves of a line; a lone
         node has no adhesion, unless it is a spring without tension.
+
+        Parameters
+        ----------
+        noise : float
+            Rounding of a force: smaller pulls are none [force/length].
+
+        Returns
+        -------
+        float
+            Of a node of weight 1 [force/length]. The noise is not subtracted.
         """
         model = self.model
         lattice = model.lattice
         forces = self.balance.forces
-        in_contact = np.concatenate([[False], model.contact, [False]])
+        in_contact = np.concatenate([[False], model.contact, [False]])  # node i at i + 1
         pulled = self._pulled(in_contact, noise)
         before = in_contact[pulled]
         after = in_contact[pulled + 2]
@@ -115,14 +137,20 @@ class State:
 
     @property
     def _two_links(self) -> float:
-        """Half the least stiffness per area of both links beside a node; 0 with finite slopes."""
+        """Half the least stiffness of the links on both sides of a node, per area of it.
+
+        γ₁/Δx², by u of the node. A steep link has hardly any: 0 with finite slopes.
+        """
         lattice = self.model.lattice
         return lattice.gamma1 / lattice.spacing**2 * (lattice.slopes == "small")
 
     def _pulled(self, in_contact: Mask, noise: float) -> Indices:
-        """Contact nodes that are pulled above noise; inner ones, by more than any link may bear.
+        """Contact nodes that are pulled above noise; of inner ones those that may open.
 
-        in_contact (n + 2,): one more node on either side.
+        An inner node opens if its force squared exceeds 2 S W, S its stiffness and W the adhesion
+        of both its links: here first S and W at their least, W of one link, in one pass over all.
+
+        in_contact (n + 2,): one more node, which is free, on either side.
         """
         model = self.model
         lattice = model.lattice
@@ -136,7 +164,12 @@ class State:
         return np.asarray(nodes[forces[nodes] * -lattice.cell > noise * model.cells[nodes]])
 
     def _lone_that_open(self, nodes: Indices) -> list[int]:
-        """Lone nodes that open: all, but for those whose narrow contact both lines pull."""
+        """Lone nodes that open: all, but for those that stand for a contact narrower than a link.
+
+        These are held as long as they are pulled by no more than both lines may pull, each √(2wγ₁).
+        Of a node that is √(1 + κ/4) < 1 + κ times as much, κ = kΔx/t: its spring and both tails
+        have the stiffness 2t sinh μ, those of the continuum 2√(kγ₁).
+        """
         if not self.narrow:
             return list(nodes.tolist())
         lattice = self.model.lattice
@@ -161,7 +194,10 @@ class State:
         return [i for i in nodes[suspects].tolist() if self._opening_pays(i)]
 
     def _opening_pays(self, node: int) -> bool:
-        """Whether the energy is less with this node free, and both beside it as they are."""
+        """Whether the energy is less with this node free, and both beside it as they are.
+
+        Judged by the energy of these three nodes alone.
+        """
         u = self.u[node - 1 : node + 2]
         bonds = self._opening_ratio * self.model.bonds(slice(node - 1, node + 1))
         first = self.model.first + node - 1
@@ -178,13 +214,15 @@ class State:
         if delta == 0:  # touching, nothing deformed
             return Certificate.undeformed()
         lattice = self.row.lattice
-        unit = lattice.spring_stiffness * delta
+        unit = lattice.spring_stiffness * delta  # of forces
         noise = (lattice.spring_stiffness + 4 * lattice.link_stiffness) * self._unknown_gap
         free = np.flatnonzero(~self.model.contact)
-        below = np.append(self.g[free] - self.u[free], -self._next_link(_CLOSING).gap)
+        # The nodes beside the contact need not be among those that are looked at.
+        beside = -self._next_link(_CLOSING).gap
+        penetrations = np.append(self.g[free] - self.u[free], beside)
         forces = np.abs(self.balance.forces[free]) / self.model.cells[free] * lattice.cell
         return Certificate(
-            penetration=float(np.fmax.reduce(below, initial=0.0)) / delta,
+            penetration=float(np.fmax.reduce(penetrations, initial=0.0)) / delta,
             stationarity=worst(float(forces.max(initial=0.0)) - noise) / unit,
             opening=worst(self.pull(noise) - noise) / unit,
             neighbours=self._gain_of_neighbours(),
@@ -202,7 +240,10 @@ class State:
         return _ROUNDINGS * self._size_of_rounding
 
     def _next_link(self, link: int) -> Advances:
-        """Changes as each line passes a link; gaps (2m,) are nan where it cannot close it."""
+        """Changes (2m,) as each line passes the link at this place among LINKS.
+
+        Of the link that it would close the gap is nan where it may not; see `closes`.
+        """
         found = Advances(*(part[0, :, link] for part in self.passed))
         if link == _OPENING:
             return found
@@ -211,22 +252,23 @@ class State:
     def _gain_of_neighbours(self) -> float:
         """The largest gain of energy by closing or opening a link, over the terms of that change.
 
-        By as much as the gap at the node that comes into contact, or leaves it, is known.
+        Closing stores S v²/2 and gains the adhesion, opening the reverse. The gap v is known up to
+        rounding: it is taken as large when closing, and as small when opening, as it may be.
         """
         unknown = self._unknown_gap
         works = self.row.works
         closing = self._next_link(_CLOSING)
-        bound = works[0] * closing.bonds
+        adhesion = works[0] * closing.bonds
         relative = unknown / np.where(closing.gap, np.abs(closing.gap), 1.0)
-        by_closing = bound - closing.stored * (1 + relative) ** 2
-        by_closing = by_closing / (bound + closing.stored + _TINY)
+        by_closing = adhesion - closing.stored * (1 + relative) ** 2
+        by_closing = by_closing / (adhesion + closing.stored + _TINY)
 
         opening = self._next_link(_OPENING)
-        bound = works[1] * opening.bonds
+        adhesion = works[1] * opening.bonds
         size = np.where(opening.gap, np.abs(opening.gap), 1.0)
-        known = np.maximum(opening.gap - unknown, 0.0) / size
-        by_opening = opening.stored * known**2 - bound
-        by_opening = by_opening / (bound + opening.stored + _TINY)
+        least = np.maximum(opening.gap - unknown, 0.0) / size  # of the gap, over the gap
+        by_opening = opening.stored * least**2 - adhesion
+        by_opening = by_opening / (adhesion + opening.stored + _TINY)
         return float(np.fmax.reduce([by_closing, by_opening], axis=None, initial=0.0))
 
     def _mismatch_of_forces(self, free: Indices) -> float:
@@ -286,7 +328,10 @@ def _free_surface(row: Row, nodes: Contacts, depth: float) -> Array:
 
 
 def _clear_beyond(row: Row, lines: list[int], depth: float) -> Mask:
-    """Which lines (2m,) at these nodes leave the surface clear when they close another link."""
+    """Which lines (2m,) leave the surface nowhere in the indenter when they close another link.
+
+    lines: contact nodes at all lines, from left to right.
+    """
     ends: list[Any] = [None, *lines, None]
     found = np.full(len(lines), True)
     for i, side in enumerate(facing_sides(len(lines)).tolist()):
@@ -298,7 +343,10 @@ def _clear_beyond(row: Row, lines: list[int], depth: float) -> Mask:
 
 
 def _close_last_links_together(passed: Advances, lines: Array) -> None:
-    """Count the bonds of both links where two are left between lines, which close at once."""
+    """Count the bonds of both links where two are left between lines, which close at once.
+
+    Changed in `passed`; lines (2m,) are the nodes of all lines.
+    """
     two_left = np.repeat(lines[2::2] - lines[1:-1:2] == 2, 2)
     inner = passed.bonds[0, 1:-1]
     inner[:, _CLOSING] += np.where(two_left, inner[:, _CLOSING + 1], 0.0)

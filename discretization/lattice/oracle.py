@@ -14,6 +14,10 @@ K g²/2 > U(no contact) + wΔx(n-1), K the stiffness of the surface at one node.
 
 That of w > 0 fixes z; its displacements and multipliers are those of the convex programme with
 v_i = g_i/G where z_i = 1. No other module may import cvxpy.
+
+u and g = d - f are positive down into the layer, g = -∞ where there is no obstacle. Link i is
+between the nodes i and i + 1. Multipliers are forces with which the indenter presses on nodes,
+negative where adhesion pulls them up, in units of √(kγ₁) G in the programmes.
 """
 
 import math
@@ -45,7 +49,7 @@ class OracleSolution:
     contact : ndarray of bool (n,)
         Nodes in contact.
     multipliers : ndarray (n,)
-        Forces of the indenter on the nodes [force/length].
+        Forces of the indenter on the nodes, positive if it presses [force/length].
     energy : float
         U[u] with the adhesion of that contact [energy/length].
     """

@@ -12,6 +12,15 @@ other one.
 Small or finite slopes, with or without surface tension and adhesion, line contact or axis. States
 with finite slopes, and those of independent springs (γ₁ = 0), come from here; for small slopes the
 rest of the package knows free surfaces in closed form, is faster, and finds the same states.
+
+Conventions
+-----------
+Depths and displacements are positive down into the layer, heights f upwards, g = d - f; a force is
+dU/dd, positive if the indenter presses. Nodes are numbered from 0 in the row (`Row`), from left to
+right. A line is at a contact node, with the free surface on its `side`: -1 the left line, 1 the
+right one. It passes, or closes, the link to the node + side. About an axis there is no left line.
+`NodalEnergy` has the energy of nodes with contacts fixed, `relaxed` its minimum over free nodes,
+`balance` terms and forces; `Advances` has what changes as lines pass links.
 """
 
 import bisect
@@ -51,16 +60,25 @@ def far(lattice: Lattice) -> int:
 
 
 def turning(lattice: Lattice) -> float:
-    """Displacement at which a surface of finite slope, resolved to a link, would all but turn."""
+    """Displacement at which a surface of finite slope, resolved to a link, would all but turn.
+
+    ∞ for small slopes, which never do.
+    """
     length = math.sqrt(lattice.gamma1 / lattice.k)
     return TURNING * length + lattice.spacing if lattice.slopes == "finite" else math.inf
 
 
 class Outside(NamedTuple):
-    """The free surface outwards of a contact line, which is on a node.
+    """The free surface outwards of a contact line, which is on a node, and the spring there.
 
-    energy [energy/length], force: that on the node [force/length], u_next: the displacement of the
-    next node.
+    Attributes
+    ----------
+    energy : float
+        Of both [energy/length].
+    force : float
+        Derivative of that energy by the displacement of the node [force/length].
+    u_next : float
+        Displacement of the next node outwards [length].
     """
 
     energy: float
@@ -68,20 +86,52 @@ class Outside(NamedTuple):
     u_next: float
 
 
+class LinkPassed(NamedTuple):
+    """Changes as a line passes one link; the same, in the same order, as arrays in `Advances`.
+
+    Attributes
+    ----------
+    gap : float
+        Between surface and indenter at the node beyond the link, before; < 0: in the indenter
+        [length].
+    stored : float
+        What the energy grows by without adhesion [energy/length].
+    force : float
+        What the force dU/dd grows by [force/length].
+    bonds : float
+        Length or area of the link, or without tension of the node, along the profile.
+    """
+
+    gap: float
+    stored: float
+    force: float
+    bonds: float
+
+
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """Contact over a row of nodes at a depth; work: of adhesion, for which a line passes a link."""
+    """One contact over a row of nodes at a depth.
+
+    Attributes
+    ----------
+    row : Row
+    depth : float
+        [length].
+    work : float
+        Work of adhesion for which a line passes a link [energy/area]: w, or less where springs
+        without tension attach only as they touch.
+    """
 
     row: Row
     depth: float
     work: float
 
     def g(self, node: int) -> float:
-        """d - f at a node."""
+        """d - f at a node [length]."""
         return self.depth - float(self.row.f[node])
 
     def outside(self, node: int, side: int) -> Outside:
-        """The free surface outwards of a line at this node."""
+        """The free surface on a side of a line at this node, relaxed."""
         if self.row.lattice.axis == 0:
             return self._outside(node, side, self.g(node))
         anywhere = -self.row.first  # it is the same at all nodes
@@ -89,14 +139,17 @@ class Plain:
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def _outside(self, node: int, side: int, u_line: float) -> Outside:
-        """The same, displaced by u_line at the node."""
+        """The free surface on a side of a node that is displaced by u_line, relaxed.
+
+        Of as many nodes as it takes to be linear, with an exact tail beyond them.
+        """
         lattice = self.row.lattice
         if not lattice.gamma1:  # a spring alone
             spring = lattice.stored(u_line)
             cell = lattice.cell * lattice.weight(self.row.first + node)
             return Outside(cell * float(spring.value), cell * float(spring.first), 0.0)
         count = far(lattice) + 2
-        first = min(node, node + side * (count - 1))
+        first = min(node, node + side * (count - 1))  # on the left the line is at the last node
         at_line = np.arange(count)[::side] == 0
         model = NodalEnergy(lattice, at_line, self.row.first + first, tails=(side < 0, side > 0))
         u = model.relaxed(np.full(count, u_line))
@@ -104,11 +157,12 @@ class Plain:
         energy = balance.energy - balance.terms["adhesion"]
         return Outside(energy, float(balance.forces[::side][0]), float(u[::side][1]))
 
-    def link(self, node: int, side: int) -> tuple[float, float, float, float]:
-        """Changes as a line at this node passes the next link: one of each array of `Advances`.
+    def link(self, node: int, side: int) -> LinkPassed:
+        """Changes as a line at this node passes the next link.
 
-        What is stored is the difference of energies; without adhesion half the work of the force
-        over the gap.
+        What is stored is the difference of energies. Without adhesion a line rests where nothing is
+        stored, and that difference would be rounding: there it is half the work of the force over
+        the gap, as of a quadratic energy.
         """
         lattice = self.row.lattice
         after = node + side
@@ -130,7 +184,7 @@ class Plain:
         elif lattice.slopes == "finite":
             bonds *= math.hypot(1.0, slope)
         force = beyond.force + cell * float(spring.first) - here.force
-        return gap, stored, force, bonds
+        return LinkPassed(gap, stored, force, bonds)
 
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""
@@ -140,8 +194,8 @@ class Plain:
             return False  # it would turn over, into the indenter
         if scene.indenter.convex and -u > (1 + _TIE) * scene.critical_separation:
             return True  # no flat face would hold, and no link beyond this one
-        gap, stored, _, bonds = self.link(node, side)
-        return gap > 0 and stored > self.work * bonds * (1 + _TIE)
+        passed = self.link(node, side)
+        return passed.gap > 0 and passed.stored > self.work * passed.bonds * (1 + _TIE)
 
     def outermost(self, side: int) -> int:
         """The node at which a line comes to rest that starts at the node that touches first.
@@ -158,12 +212,16 @@ class Plain:
             return start + side * bisect.bisect_left(ahead, True, key=resists)
         if self.depth >= row.lowest:
             return next(filter(resists, ahead), end)
-        pressed = Plain(row, row.lowest, self.work)
+        pressed = Plain(row, row.lowest, self.work)  # at first touch
         back = range(pressed.outermost(side), start, -side)
+        # The last link of the contact stays closed if a line behind it would pass it.
         return next((node for node in back if not resists(node - side)), start)
 
     def contact(self) -> tuple[int, int] | None:
-        """First and last node in contact on the path from first touch on; None: detached."""
+        """First and last node in contact on the path from first touch on; None: detached.
+
+        A lone node with tension has no link, so that nothing holds it once it is pulled.
+        """
         row = self.row
         pulled = row.lowest - self.depth
         if pulled > (1 + _TIE) * row.scene.critical_separation:
@@ -175,9 +233,12 @@ class Plain:
         return left, right
 
     def advances(self, nodes: tuple[int, int]) -> Advances:
-        """Changes as both lines pass the links beside them."""
+        """Changes as both lines pass the links beside them: arrays (1, 2, 6) of one state.
+
+        nan where there is no link: outside of the row, inside of the other line, at an axis.
+        """
         row = self.row
-        found = np.full((4, 1, 2, LINKS.size), math.nan)
+        found = np.full((4, 1, 2, LINKS.size), math.nan)  # rows: the fields of `Advances`
         on_axis = row.first + nodes[0] == row.lattice.axis
         inside_contact = nodes[0] - nodes[1]
         for line, side in enumerate((-1, 1)):
@@ -268,7 +329,21 @@ def refuse_turning(state: State, lines: Array) -> None:
 
 
 def overhang(depth: float, where: str, u: float, limit: float) -> str:
-    """The message of the error for a surface that would all but turn over."""
+    """The message of the error for a surface that would all but turn over.
+
+    Parameters
+    ----------
+    depth : float
+        [length].
+    where : str
+        " x = ..." of the line, or nothing.
+    u, limit : float
+        Displacement there, and the largest one that is supported [length].
+
+    Returns
+    -------
+    str
+    """
     return (
         f"depth = {depth!r}: at the contact line{where} the surface is displaced by {u!r}, more "
         f"than 1.3 l + Δx = {limit!r}, where it would all but turn over; use method='fitted', a "
@@ -288,7 +363,11 @@ class SteepTail(LatticeTail):
 
     @functools.lru_cache(maxsize=64)  # noqa: B019
     def _nodes(self, u_line: float) -> tuple[Array, Array]:
-        """u and u' outwards."""
+        """u and u' outwards at nodes that begin at a line displaced by u_line.
+
+        u' by the chord to the next node and the cubic of which u'' is linear over the link: at its
+        beginning it is less than the chord's by Δx/6 (2 u''₀ + u''₁).
+        """
         lattice = self.lattice
         spacing = lattice.spacing
         model = NodalEnergy(lattice, np.arange(far(lattice) + 1) == 0)
@@ -300,8 +379,8 @@ class SteepTail(LatticeTail):
         return u[:-1], chord - spacing / 6 * (2 * bend[:-1] + bend[1:])
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
-        """u and u' beside one contact line."""
-        line, side = (left, 1) if right is None else (right, -1)
+        """u and du/dx beside one contact line, the other one None; see `LatticeTail.shape`."""
+        line, side = (left, 1) if right is None else (right, -1)  # the surface is on this side
         u_nodes, slope_nodes = self._nodes(float(depth - line.f))
         distance = side * (z - line.x)
         x = self.lattice.spacing * np.arange(u_nodes.size)

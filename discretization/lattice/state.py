@@ -1,6 +1,11 @@
 """Equilibria on a lattice: which method finds the contacts, and the end of a path from first touch.
 
 A convex profile has a single contact at any depth, which is found without following the path.
+
+Depths are positive down into the layer; P is positive if compressive; U is 0 for the flat surface
+without contact. Contacts on nodes are `Contacts`, the first and last node of each in numbers of the
+row; `lines` are x between the nodes [length], the left and the right one of each contact. "Lines
+that resist" stay where they are over a range of depths, as opening takes more than closing.
 """
 
 import functools
@@ -127,7 +132,7 @@ def on_route(
         As `on_lattice`.
     """
     scene = row.scene
-    lines = None  # where they are, if they resist in both directions
+    lines = None  # x of lines that resist, which the nodes do not give
     proof = None
     if chosen == "plain":
         found = on_plain(row, depth, branch)
@@ -140,6 +145,7 @@ def on_route(
         if nodes:
             row.refuse_unknown(depth, nodes)
         found = on_row(row, nodes, depth) if nodes else None
+    # A solver that follows the path has not compared its state with that without contact.
     if found and branch == "global" and chosen != "lowest" and depth <= row.lowest:
         found = None if found.balance.energy > 0 else found
     if found is None:
@@ -162,7 +168,7 @@ def on_route(
 def _observables(found: State, known: subgrid.Lines | None) -> dict[str, Any]:
     """The fields in which an equilibrium with contacts differs from the flat surface.
 
-    known: where the lines are between the nodes, if they resist in both directions.
+    known: x of the lines if they resist, else None.
     """
     row = found.row
     lattice = row.lattice
@@ -190,10 +196,10 @@ def _observables(found: State, known: subgrid.Lines | None) -> dict[str, Any]:
 
 
 def _neutral(found: State) -> bool:
-    """Whether moving a line of a single contact inwards by several links costs nothing."""
+    """Whether moving the right line of a single contact inwards by three links costs nothing."""
     row = found.row
     passed = found.passed
-    inside = np.s_[0, -1, : -subgrid.LINKS[0]]
+    inside = np.s_[0, -1, : -subgrid.LINKS[0]]  # of the right line the links j = -3 ... -1
     cost = passed.stored[inside] - row.works[0] * passed.bonds[inside]
     least = _TIES.link * row.lattice.w * row.lattice.cell
     indifferent = (passed.gap[inside] > 0) & (np.abs(cost) <= least)
@@ -243,7 +249,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
     if depth < 0 and cost > _TIES.plane_stays * work:
         return state
-    if -depth > turning(lattice):
+    if -depth > turning(lattice):  # by as much it has lifted the surface
         raise ValueError(overhang(depth, "", depth, turning(lattice)))
     gain = max(0.0, cost) / work if depth < 0 else 0.0
     balanced = abs(cost) <= _TIES.plane * work
@@ -280,17 +286,17 @@ def on_path(row: Row, depth: float) -> tuple[Contacts, subgrid.Lines | None]:
     ValueError
         If a contact on the path reaches the end of the known profile.
     """
-    deepest = max(depth, row.lowest)
+    deepest = max(depth, row.lowest)  # first touch, if the indenter is withdrawn from there
     walk = Walk(row)
-    known = None
+    lines = None
     nodes = walk.touched(deepest)
     row.refuse_unknown(deepest, nodes)
-    if row.scene.hysteretic:
-        (known,) = subgrid.moved(row, [nodes], np.array([deepest]), (), ())
+    if row.scene.hysteretic:  # pressed, lines are where they close
+        (lines,) = subgrid.moved(row, [nodes], np.array([deepest]), (), ())
     if depth < deepest:
         before = nodes
         tie = _TIES.depth * row.scene.opened.critical_separation
         nodes = walk.moved(nodes, deepest, depth + tie)
-        if nodes and known is not None:
-            (known,) = subgrid.moved(row, [nodes], np.array([depth]), before, known)
-    return nodes, known
+        if nodes and lines is not None:
+            (lines,) = subgrid.moved(row, [nodes], np.array([depth]), before, lines)
+    return nodes, lines

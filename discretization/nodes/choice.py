@@ -4,6 +4,10 @@ So many nodes in each of the lengths on which something varies: the elastocapill
 waves of the profile from one extreme to the next, patches of a pattern, an ended body, and the
 contact that begins at a lowest point of curvature 1/R, whose lines rest where the slope is about
 δ₀/l: δ₀R/l to each side.
+
+Depths are positive down into the layer, heights f of the profile upwards: at a depth d the indenter
+is in the surface where f < d, and adheres at most where f < d + δ₀. `Resolved` has samples of the
+profile at increasing x, a corner twice, with the slope on its left and then on its right.
 """
 
 import warnings
@@ -29,7 +33,7 @@ class NodesPerLength(NamedTuple):
     first_contact : int
         Nodes on each side of a contact that has just begun.
     slight : float
-        Of δ₀, or of the depth of indentation: contacts do not feel lower waves.
+        Of δ₀, or of the depth of indentation without adhesion: contacts do not feel lower waves.
     most : int
         Nodes at most: with these a path takes some seconds.
     """
@@ -90,7 +94,11 @@ def chosen_spacing(scene: Scene, depth: float) -> float:
 
 
 def _half_waves(profile: Resolved, level: float, slight: float) -> Array:
-    """Lengths from one local extreme to the next, one of them at most this high above f = 0."""
+    """Lengths from one local extreme to the next (n,), one of both no higher than `level`.
+
+    Ends of the profile are extremes, too. Without those between which f differs by no more than
+    `slight`, nor jumps at one x.
+    """
     slope_changes_sign = np.diff(np.sign(profile.slope)) != 0
     turns = np.flatnonzero(slope_changes_sign)
     ends = [0, profile.x.size - 1]
@@ -103,7 +111,10 @@ def _half_waves(profile: Resolved, level: float, slight: float) -> Array:
 
 
 def _first_contacts(scene: Scene, profile: Resolved, level: float) -> Array:
-    """δ₀R/l of the local minima at most this high; none without adhesion, and at corners."""
+    """δ₀R/l of the local minima no higher than `level` (n,); none without adhesion, and at corners.
+
+    1/R by the slopes of the samples on both sides of a minimum.
+    """
     angle = scene.critical_separation / scene.elastocapillary_length
     if not angle:
         return np.empty(0)

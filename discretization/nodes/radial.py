@@ -26,6 +26,12 @@ It begins far out: u_m, the Legendre function Q_{m-½}(cosh μ), κ = 4 sinh²(�
     u_m = ∫ z^(-m-½) dt,   σ_m u_m = (m + ½) ∫ (1 - 1/z) z^(-m-½) dt,   z = cosh μ + sinh μ cosh t,
 
 whose sums over equidistant t converge exponentially (NIST DLMF 14.12.6).
+
+Conventions
+-----------
+Nodes are numbered outwards from the axis, node m at r = mΔr; link m is between m and m + 1, with
+its middle at r_{m+½}. u is positive down into the layer, and the outer surface of contact node m
+pulls it up with 2πγ₁ σ_m u_m [force], u > 0; the energy of that surface is 2πγ₁ σ_m u_m²/2.
 """
 
 import functools
@@ -85,7 +91,7 @@ def outer_pull(kappa: float, nodes: Any) -> Array:
 
 @functools.lru_cache(maxsize=128)
 def _near(kappa: float) -> Array:
-    """σ of the first nodes, from the last of them inwards."""
+    """σ of the nodes 0 to `kept`, in this order, by the recursion from the last of them inwards."""
     found = np.empty(_OUTER.kept + 1)
     pull = float(_far(kappa, np.array(_OUTER.kept)))
     found[-1] = pull
@@ -97,11 +103,15 @@ def _near(kappa: float) -> Array:
 
 
 def _far(kappa: float, nodes: Array) -> Array:
-    """σ by the integrals; both fall off like exp(-(m + ½) sinh μ cosh t / cosh μ) or faster."""
+    """σ of nodes by the integrals, which are cut off where z^(-m-½) is e⁻⁴⁰ of what it is at t = 0.
+
+    All in terms of z - 1, which keeps its digits where κ is small; powers of z are over that at
+    t = 0, so that none underflows. cosh μ = 1 + κ/2.
+    """
     m = nodes[..., None] + 0.5
-    sinh = math.sqrt(kappa * (1 + kappa / 4))
+    sinh = math.sqrt(kappa * (1 + kappa / 4))  # sinh μ
     start = kappa / 2 + sinh  # z - 1 at t = 0
-    reach = np.arccosh(1 + np.expm1(DECAYED / m) * (1 + start) / sinh)
+    reach = np.arccosh(1 + np.expm1(DECAYED / m) * (1 + start) / sinh)  # t there
     steps = max(_OUTER.fewest_steps, math.ceil(_OUTER.steps_per_unit * float(reach.max())))
     t = reach * np.linspace(0, 1, steps + 1)
     rise = start + sinh * (np.cosh(t) - 1)  # z - 1

@@ -3,6 +3,11 @@
 What such a surface does to the nodes beside its lines depends on nothing but this number
 (`Lattice.free_node_response`, `Lattice.surface_stiffnesses`), so that a walk along the nodes needs
 no functions but roots.
+
+A surface of T links is between two contact nodes T apart, and has T - 1 free nodes; these stand in
+arrays from left to right. Its letters are those of nodes/lattice.py: a and b are the shares of the
+left and the right end in the displacement of a free node, A and B those in that of the node beside
+a line, A of this line and B of the other one, S the stiffness of that node.
 """
 
 import functools
@@ -44,10 +49,11 @@ class Spans:
     Attributes
     ----------
     lattice : Lattice
+        Of a line contact.
     most : int
         Links of the longest surface there is.
     count : int
-        Length of the tables.
+        Length of the tables, whose entry T is that of surfaces of T links: T < count.
     far, remainder, stiffness : list of float
         B, 1 - A - B and S of the node beside a line, see `Lattice.free_node_response`; nan below 2
         links.
@@ -69,7 +75,7 @@ class Spans:
 
     @classmethod
     def of(cls, lattice: Lattice, most: int) -> "Spans":
-        """For surfaces of up to so many links, or until their ends do not feel each other."""
+        """The tables for surfaces of up to `most` links, or until their ends feel nothing."""
         count = max(int(min(most, _TABLES.independent / lattice.log_decay)), 2) + 1
         links = np.arange(count, dtype=float)
         far, remainder, stiffness = lattice.free_node_response(0, 1, links[2:])
@@ -90,27 +96,33 @@ class Spans:
 
     @functools.cached_property
     def decays(self) -> tuple[Array, Array]:
-        """exp(-μp) and exp(-μp) - 1 at the nodes p = 1, 2, ... beside a contact."""
+        """exp(-μp) and exp(-μp) - 1 at the nodes p = 1, 2, ... beside a contact: entry p - 1."""
         reach = max(self.count, min(self.most, LONGEST))
         exponents = -self.lattice.log_decay * np.arange(1, reach)
         return np.exp(exponents), np.expm1(exponents)
 
     def shares(self, links: int) -> tuple[Array, Array, Array]:
-        """a, b and 1 - a - b of the free nodes of a surface of at most LONGEST links."""
+        """a, b and 1 - a - b of the free nodes, each (links - 1,), from left to right.
+
+        links: of the surface, at most LONGEST.
+        """
         return self._kept(links) if links <= _TABLES.kept else self._shares(links)
 
     @functools.lru_cache(maxsize=_TABLES.kept)  # noqa: B019
     def _kept(self, links: int) -> tuple[Array, Array, Array]:
-        """The same, kept."""
+        """`shares` of a short surface, kept as it is asked for again and again."""
         return self._shares(links)
 
     def _shares(self, links: int) -> tuple[Array, Array, Array]:
-        """The same from the tables; the formula is that of `lattice.shares`."""
+        """`shares` from the tables of decays, by the formula of `lattice.shares`.
+
+        p and q = links - p are the distances of a node from both ends; b is a seen from the right.
+        """
         decay, less = self.decays
         decay_p = decay[: links - 1]
         less_p = less[: links - 1]
         decay_q = decay_p[::-1]
         less_q = less_p[::-1]
         both = math.expm1(-2 * self.lattice.log_decay * links)
-        near = decay_p * less_q * (2 + less_q) / both
-        return near, near[::-1], less_p * less_q / (1 + decay_p * decay_q)
+        a = decay_p * less_q * (2 + less_q) / both
+        return a, a[::-1], less_p * less_q / (1 + decay_p * decay_q)
