@@ -30,8 +30,12 @@ from energy import Scene
 from energy.arrays import Array
 from energy.description import alike, described, rebuilt
 
-_CHANGED = 0.1  # of the pull-off force: if its last links change it by more, it is not resolved
-_COARSER = 2.0  # spacing of the nodes with which a path is compared, over its own
+# Of the pull-off force: if its last links change it by more, it is not resolved. It only decides
+# about a warning.
+_CHANGED = 0.1
+# Spacing of the nodes with which a path is compared, over its own: errors of second order are then
+# a third of the difference, and the coarser path costs half of the finer one.
+_COARSER = 2.0
 _TITLE = "elastocap load path"
 _NOTES = (
     "in the units of the scene, of a line contact per its unit length: control [length or force],",

@@ -61,7 +61,9 @@ from discretization.routes import route
 from energy import Scene
 from energy.arrays import Array, Nodes
 
-_SAME = 1e-12  # of the depth and δ₀: depths of one closing
+# Of the depth and δ₀: depths of one closing, some thousand roundings. 1e-13 or 1e-11 changes no
+# result (`python -m tests.sensitivity discretization.paths.lattice_branch`).
+_SAME = 1e-12
 
 
 @dataclass(eq=False)

@@ -38,9 +38,16 @@ from discretization.paths.control import Control, Curve, at_changes, evenly_spac
 from discretization.paths.lattice_branch import LatticeBranch, LatticeSegment, contacts_at
 from energy.arrays import Array, Indices, Nodes
 
-NOISE = 1e-13  # of the largest force: forces that differ by less are the same
-_FURTHER = 2.0  # times what P changes by if all lines are one link further out; see the module
-_APART = 4  # links: lines that face each other and are closer stay on their nodes
+# Of the largest force: forces that differ by less are the same, as sums over a thousand nodes leave
+# some hundred roundings. 1e-14 or 1e-12 changes none of 20 random paths (`python -m
+# tests.sensitivity discretization.paths.least_force NOISE`).
+NOISE = 1e-13
+# Times what P changes by if all lines are one link further out: once for the link, and once as the
+# cubic through links may overshoot (see the module).
+_FURTHER = 2.0
+# Links: lines that face each other and are closer stay on their nodes, since both would move by a
+# link and the gap has to keep two, between which one node is free.
+_APART = 4
 _LOAD = Control(0.0)  # C is P
 
 

@@ -24,8 +24,10 @@ from energy.arrays import Array
 
 COLUMNS = ("depth", "half_width", "force", "energy")
 QUANTITIES = (*COLUMNS, "dissipated")
-_SAFETY = 1.5  # by which differences between two lattices are enlarged, as those of states
-_ROUNDING = 16 * EPSILON  # of every estimate
+# By which differences between two lattices are enlarged, as those of states (`safety` in
+# lattice/accuracy.py).
+_SAFETY = 1.5
+_ROUNDING = 16 * EPSILON  # of every estimate: what a sum of a dozen terms leaves
 
 
 def estimated(fine: Any, coarse: Any, coarser: float, stacklevel: int) -> dict[str, float]:

@@ -57,6 +57,10 @@ from energy.arrays import Array
 class RefinementRules(NamedTuple):
     """When contacts on nodes are refined, and when they are left to the nodes.
 
+    Halved or doubled, each leaves the 8 or more random states and paths that read it as they are to
+    1e-9 (`beyond`, `noise` and `near_nodes` are not read there): `python -m tests.sensitivity
+    discretization.paths.refined_branch`.
+
     Attributes
     ----------
     beyond : float

@@ -32,7 +32,8 @@ from discretization.profile import unknown
 from discretization.roots import bracketed, bracketed_minimum, crossings
 from energy.arrays import Array, Indices, Mask
 
-_KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need not be known better
+# Of the size of depths: a D - d that is half a rounding; a line need not be known better.
+_KNOWN = 1e-16
 
 
 class Arc(NamedTuple):

@@ -42,8 +42,12 @@ from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 from energy.arrays import Array, Indices, Mask
 
-_TIE = 1e-14  # of the level and δ₀: how far above the level a lowest point may lie by rounding
-_APART = 1e-15  # of the depths: two places that close are one
+# Of the level and δ₀: how far above the level a lowest point may lie by rounding, some fifty of a
+# double.
+_TIE = 1e-14
+# Of the depths: two places that close are one, five roundings of a double. Neither a tenth nor ten
+# times of either changes a result (`python -m tests.sensitivity discretization.paths.springs`).
+_APART = 1e-15
 
 
 def on_springs(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
