@@ -15,6 +15,9 @@ what a minimiser need not search for:
 | `convex`    | the slope never decreases: one contact, with one line on each side            |
 | `noise_slope` | rms slope that noise makes between neighbouring samples; None without samples |
 
+Arguments x are positions along the surface, of any shape; a tilt or a shift keeps the layout. With
+rotational symmetry x is a radius. Where there is no profile the height is inf and the slope NaN.
+
 Built-in shapes stand in indenters.py, measured ones in sampled.py; this file holds what they share:
 the base class and the ways to compose profiles.
 """
@@ -177,6 +180,7 @@ class Indenter:
         last = min(self.extent[1], hi)
         if (first, last) == tuple(self.extent):
             return self
+        # Its ends are those of what is known, not of a body: neither walls nor corners.
         corners = [x for x in self.corners if first < x < last]
         knots = [x for x in self.knots if first < x < last]
         return Profile(self.height, self.slope, (first, last), corners, self.convex, knots)
@@ -317,7 +321,7 @@ class Shifted(Indenter):
         return self.base.slope(self._own(x))
 
     def _own(self, x: ArrayLike) -> Array:
-        """x in the base's frame; an end of the extent stays on it in spite of rounding."""
+        """x in the base's frame; a place inside the extent stays inside in spite of rounding."""
         x = np.asarray(x, float)
         own = x - self.x0
         lo, hi = self.extent
@@ -368,11 +372,11 @@ class Sum(Indenter):
             both = np.union1d(np.asarray(getattr(one, name)), np.asarray(getattr(two, name)))
             inside = both[(both >= lo) & (both <= hi)]
             object.__setattr__(self, name, inside.astype(float))
-        walls = {*one.walls, *two.walls} & {lo, hi}
+        walls = {*one.walls, *two.walls} & {lo, hi}  # a wall inside the other's extent ends both
         object.__setattr__(self, "walls", tuple(sorted(walls)))
         for name in ("convex", "complete"):
             object.__setattr__(self, name, getattr(one, name) and getattr(two, name))
-        if one.apex is not None and one.apex == two.apex:
+        if one.apex is not None and one.apex == two.apex:  # else it is not known, and stays None
             object.__setattr__(self, "apex", one.apex)
             object.__setattr__(self, "symmetric", one.symmetric and two.symmetric)
 

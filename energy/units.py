@@ -1,4 +1,7 @@
-"""Units: as the headers of measured data write them, and with the prefix that suits a figure."""
+"""Units: as the headers of measured data write them, and with the prefix that suits a figure.
+
+Sizes are in m, N, N/m or V: that of "mN/m" is 1e-3. KINDS are what a unit may measure.
+"""
 
 import re
 from typing import NamedTuple
@@ -6,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}  # by power of ten
 _SIZES = {symbol: 10.0**power for power, symbol in PREFIXES.items()}
-_SIZES |= {"c": 1e-2, "u": 1e-6, "μ": 1e-6}
+_SIZES |= {"c": 1e-2, "u": 1e-6, "μ": 1e-6}  # read, not written; the last is the Greek letter
 _NEWTON = f"([{''.join(_SIZES)}]?)N"
 _METRE = "([kcmµuμnp]?)m"  # no Mm and Gm: whoever writes Mm means mm
 KINDS = {
@@ -17,7 +20,8 @@ KINDS = {
     "force per length": re.compile(f"{_NEWTON}/{_METRE}"),
     "voltage": re.compile("([mµuμn]?)V"),
 }
-# Added to log₁₀(value)/3 before it is rounded down, so that 1000 is 1 k in spite of rounding.
+# Added to log₁₀(value)/3 before it is rounded down, so that 1000 is 1 k in spite of rounding: more
+# than the logarithm is off by, 1e-15, and less than four digits of a value show.
 _OF_A_THOUSAND = 1e-9
 _SPELLED = {  # units as words, in the singular and in small letters
     "metre": "m",
@@ -138,7 +142,7 @@ def prefixed(values: ArrayLike, unit: str) -> Unit:
         return Unit(1.0, "")
     sizes = np.abs(np.asarray(values, float))
     largest = float(sizes[np.isfinite(sizes)].max(initial=0.0))
-    thousands = np.log10(largest) / 3 if largest else 0.0
+    thousands = np.log10(largest) / 3 if largest else 0.0  # powers of a thousand
     exponent = 3 * int(np.floor(thousands + _OF_A_THOUSAND))
     exponent = min(max(exponent, min(PREFIXES)), max(PREFIXES))
     return Unit(10.0**exponent, PREFIXES[exponent] + unit)

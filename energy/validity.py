@@ -6,6 +6,11 @@ a displacement that does not vary over its thickness; one that varies as cos qx 
     k(q) = k (1 - c₂ q²h² + O(q⁴h⁴)),    c₂ = ν(4ν - 1)/(3(1 - ν)(1 - 2ν)).
 
 The free surface varies over l, so that c₂(h/l)² and h/l tell what the springs are worth there.
+
+h is the thickness of the layer, a the half-width or radius of its narrowest contact, d the depth
+below first touch, u the displacement, l = √(γ₁/k), δ₀ = √(2w/k). `scene.opened` has the work of
+adhesion of a contact that opens, the larger one; `surfaces.doubt` ends a message about w > 10 γ₁
+with the question whether the two were swapped.
 """
 
 from __future__ import annotations
@@ -208,7 +213,7 @@ def _of_samples(scene: Scene) -> tuple[Assumption, ...]:
 
 
 def _pull_off(nu: float, ratio: float) -> str:
-    """What is said of springs at pull-off: nothing where the table does not know."""
+    """What is said of springs at pull-off, at ν and ratio = l/h: "" outside of the table."""
     if not _NU[0] <= nu <= _NU[-1] or ratio < _RATIOS[0]:
         return ""
     force, radius = (f"{value:.2g} %" for value in springs_error(nu, ratio))

@@ -1,4 +1,9 @@
-"""Measured profiles from the files people have."""
+"""Measured profiles from the files people have.
+
+Conventions: x are positions along the scan, z heights, positive upwards from the layer once a scan
+is turned over; both in metres. A `TextTable` has the columns of a text file: `place` finds one by
+name or number, `unit` is its unit, "" if the file states none, and `numbers` its values as written.
+"""
 
 import importlib
 from collections.abc import Sequence
@@ -118,7 +123,10 @@ def read_profile(
 
 
 def _treated(read: Sampled, flip: bool | None, level: str | None, cutoff: float | None) -> Sampled:
-    """The profile turned over, levelled and filtered; ValueError if it may be upside down."""
+    """The profile turned over, levelled and filtered, in this order, each if it is given.
+
+    ValueError if `flip` is not given and the profile may be upside down.
+    """
     upright = -read.z if flip else read.z
     z = _levelled(read.x, upright, level)
     if flip is None:
@@ -128,7 +136,7 @@ def _treated(read: Sampled, flip: bool | None, level: str | None, cutoff: float 
 
 
 def _levelled(x: Array, z: Array, level: str | None) -> Array:
-    """The heights less the polynomial nearest to them."""
+    """The heights less the polynomial nearest to them, of the degree that LEVELS gives."""
     if level is None:
         return z
     trend = np.polynomial.Polynomial.fit(x, z, LEVELS[level])
@@ -164,7 +172,7 @@ def _arrays(path: Path, unit: float | None) -> tuple[Array, Array]:
 def _columns(
     table: TextTable, columns: Sequence[str | int] | None, given: float | None
 ) -> tuple[Array, Array]:
-    """x and z in metres."""
+    """x and z in metres from two columns; given: the unit in metres where the file states none."""
     wanted = _wanted(table) if columns is None else tuple(columns)
     if len(wanted) != 2:
         raise ValueError(f"columns = {wanted!r} must be two: that of x and that of z")
@@ -174,7 +182,7 @@ def _columns(
 
 
 def _wanted(table: TextTable) -> tuple[str | int, ...]:
-    """The columns named x and z, or the first and second of two, unless a name says otherwise."""
+    """The columns named x and z, or the numbers 1 and 2 of two, unless a name says otherwise."""
     if all(len(table.find(name)) == 1 for name in NAMES):
         return NAMES
     swapped = table.find("x") == [1] or table.find("z") == [0]
@@ -187,7 +195,7 @@ def _wanted(table: TextTable) -> tuple[str | int, ...]:
 
 
 def _length(table: TextTable, column: str | int, given: float | None) -> Array:
-    """A column in metres."""
+    """A column in metres, by its own unit or the one given; ValueError for none, or another."""
     name = str(column)
     place = table.place(name, ("length",))
     unit = table.unit(place, name)
@@ -241,8 +249,8 @@ def _topography(path: Path, given: float | None, line: int | str | None) -> tupl
 
 def _line_of_area(path: Path, scan: Any, line: int | str | None) -> tuple[Array, Array]:
     """One line of an area scan along x, or the mean of all lines that have no missing heights."""
-    x, _, z = scan.positions_and_heights()
-    x = np.ma.filled(x, np.nan)
+    x, _, z = scan.positions_and_heights()  # of the shape (points of a line, lines)
+    x = np.ma.filled(x, np.nan)  # NaN where a height is missing
     heights = np.ma.filled(z, np.nan)
     count = heights.shape[1]
     if line == "mean":

@@ -1,6 +1,8 @@
 """The lines of a text file and their cells: encoding, delimiter, decimal mark.
 
 What is not given is found: the encoding by `decoded`, delimiter and decimal mark by `rows_of`.
+Delimiters go by their names in DELIMITERS ("tab", ";", "space", ...), a decimal mark is "." or ",".
+Numbers of lines count from 1, as an editor does.
 """
 
 import codecs
@@ -11,19 +13,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
+# Delimiters by their names, in the order in which they are tried: of two that fit as well the
+# earlier one counts, and blanks, which stand in names, too, come last.
 DELIMITERS = {"tab": "\t", ";": ";", "|": "|", ",": ",", "space": " "}
+# What a number looks like with each decimal mark: "1.5e-3", "2.", ".5"; "1,5", ",5", but not "2,",
+# which is a number before a comma.
 NUMBER = {
     ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII),
     ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eE][+-]?\d+)?", re.ASCII),
 }
-_MARKS = {
+_MARKS = {  # byte-order marks at the beginning of a file, and Python's name of the encoding
     codecs.BOM_UTF8: "utf-8-sig",
     codecs.BOM_UTF32_LE: "utf-32",  # before UTF-16, whose mark it begins with
     codecs.BOM_UTF32_BE: "utf-32",
     codecs.BOM_UTF16_LE: "utf-16",
     codecs.BOM_UTF16_BE: "utf-16",
 }
+# Cells that stand for a missing number: nan, n/a, null, "-", "?", and Excel's #N/A, #DIV/0!; "".
 _MISSING = re.compile(r"[+-]?(nan|inf|infinity)|n/?a|null|none|-+|\?+|#[A-Z/0]+[!?]?|", re.I)
+# Control characters but white space and 1a, with which text ends under DOS: no text holds them.
 _BINARY = re.compile("[\x00-\x08\x0e-\x19\x1b-\x1f\x7f-\x9f]")
 _TOKEN = re.compile(r"[^\s\[(]\S*(?:\s*[\[(][^\])]*[\])])?|\S+")  # a name keeps the unit behind it
 _SHOWN = 60  # characters of a line in errors, which then fit on two lines of a terminal
@@ -151,7 +159,7 @@ def decoded(path: Path, encoding: str | None) -> str:
 
 
 def _encoding(data: bytes) -> str:
-    """From the byte-order mark, else UTF-16 by its zero bytes, else UTF-8 or Windows's own."""
+    """Python's name of the encoding of these bytes, as `decoded` finds it."""
     for mark, name in _MARKS.items():
         if data.startswith(mark):
             return name
@@ -159,12 +167,12 @@ def _encoding(data: bytes) -> str:
     even = beginning[0::2].count(0)
     odd = beginning[1::2].count(0)
     if max(even, odd) > _ZERO_BYTES * len(beginning) and min(even, odd) == 0:
-        return "utf-16-le" if odd else "utf-16-be"
+        return "utf-16-le" if odd else "utf-16-be"  # little end first: "a" is 61 00
     try:
         data.decode("utf-8")
     except UnicodeDecodeError:
         unknown_to_windows = any(byte in data for byte in _NOT_IN_CP1252)
-        return "latin-1" if unknown_to_windows else "cp1252"
+        return "latin-1" if unknown_to_windows else "cp1252"  # latin-1 knows every byte
     return "utf-8"
 
 
@@ -206,7 +214,8 @@ def rows_of(
         rows = [row_of(number, line, key) for number, line in lines]
         for mark in [decimal] if decimal else NUMBER:
             count, numeric = _most_frequent(rows, mark)
-            score = (count, sum(numeric) - len(numeric))
+            cells_without_number = len(numeric) - sum(numeric)
+            score = (count, -cells_without_number)  # the first one decides, the second a tie
             if count and (best is None or score > best_score):
                 best = (rows, Pattern(mark, numeric), key)
                 best_score = score
@@ -220,9 +229,10 @@ def rows_of(
 
 
 def _most_frequent(rows: list[Row], mark: str) -> tuple[int, tuple[bool, ...]]:
-    """The most frequent pattern with at least two numbers, after the count of its rows.
+    """How many rows have the most frequent pattern with at least two numbers, and that pattern.
 
-    (0, ()) if there is none; the first in the file of several that are as frequent.
+    A pattern says which cells of a row are numbers with this decimal mark. (0, ()) if there is
+    none; the first in the file of several that are as frequent.
     """
     counts = Counter(_numeric(row, mark) for row in rows if not row.comment)
     usable = {numeric: count for numeric, count in counts.items() if sum(numeric) > 1}
@@ -233,7 +243,10 @@ def _most_frequent(rows: list[Row], mark: str) -> tuple[int, tuple[bool, ...]]:
 
 
 def _numeric(row: Row, mark: str) -> tuple[bool, ...]:
-    """Which cells are numbers; () for a row that this delimiter does not take apart."""
+    """Which cells are numbers with this decimal mark.
+
+    () for a row that this delimiter does not take apart: one of its words holds another one.
+    """
     numeric = tuple(NUMBER[mark].fullmatch(cell) is not None for cell in row.cells)
     words = (cell for cell, number in zip(row.cells, numeric, strict=True) if not number)
     other_delimiter = any(re.search("[;|\t]", cell) for cell in words)
@@ -256,7 +269,7 @@ def row_of(number: int, line: str, delimiter: str) -> Row:
     Row
     """
     comment = re.match(r"\s*[#%]+", line)
-    without_remark = re.sub(r"\s#\s.*", "", line)
+    without_remark = re.sub(r"\s#\s.*", "", line)  # a remark behind the data: " # ..."
     text = line[comment.end() :] if comment else without_remark
     if delimiter == "space":
         cells = _TOKEN.findall(text)

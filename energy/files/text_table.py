@@ -4,6 +4,12 @@ What is not given is found from the file: the encoding from its byte-order mark 
 delimiter and the decimal mark as the pair under which most lines are rows of numbers; the beginning
 of the data as the first line with the cells of most rows; the header as the line of words above,
 with or without a row of units. A file that can be read in more than one way is refused.
+
+Conventions: a `Row` is a line that is not empty, with its number in the file from 1, its cells, and
+whether it is a comment; a `Pattern` says which cells of a row of data are numbers, and with which
+decimal mark. Columns have places from 0 in the code, and numbers from 1 for the user. `refuse`
+raises ValueError with file, line and reason; `missing` is whether a cell stands for no number;
+`units.named` splits a header into name and unit, "" if there is none.
 """
 
 import codecs
@@ -28,8 +34,9 @@ from energy.files.text_lines import (
     rows_of,
 )
 
+# Numbers whose mark may be a decimal one or group thousands: "1.500", "12,000".
 _THOUSANDS = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}\{mark}\d{{3}}") for mark in NUMBER}
-_WORD = re.compile(r"[^\W\d_]{2,}")
+_WORD = re.compile(r"[^\W\d_]{2,}")  # two letters or more
 # Names by which a line of words separated by blanks is taken for a header with too few cells.
 _USUAL_NAMES = frozenset({"x", "z", "depth", "force"})
 _LONGEST_UNIT = 8  # characters: more than any symbol has, fewer than most names of columns
@@ -327,7 +334,7 @@ def _refuse_width(path: Path, row: Row, first: Row) -> None:
 
 
 def _without_empty_columns(rows: list[Row], pattern: Pattern) -> tuple[list[Row], Pattern]:
-    """Without the columns at the end that hold nothing: neither names nor data.
+    """Rows and pattern without the columns at the end that hold nothing: neither names nor data.
 
     They stand behind a delimiter that ends every line, or behind several of them where a
     spreadsheet had more columns.
@@ -335,10 +342,10 @@ def _without_empty_columns(rows: list[Row], pattern: Pattern) -> tuple[list[Row]
     width = len(pattern.numeric)
     first = next(i for i, row in enumerate(rows) if pattern.fits(row))
     data = [row.cells for row in rows if pattern.fits(row)]
-    names = [row.cells for row in rows[:first] if not row.comment][-1:]
-    names_of_data = [cells for cells in names if len(cells) == width]
+    line_above = [row.cells for row in rows[:first] if not row.comment][-1:]  # one, or none
+    names_of_data = [cells for cells in line_above if len(cells) == width]
     keep = max(_last_filled(cells) for cells in (*data, *names_of_data))
-    wider_names = any(len(cells) > width for cells in names)
+    wider_names = any(len(cells) > width for cells in line_above)
     if keep == width and not wider_names:
         return rows, pattern
     shortened = [row._replace(cells=_without_empty_end(row.cells, keep)) for row in rows]
@@ -361,7 +368,10 @@ def _last_filled(cells: Sequence[str]) -> int:
 def _header(
     path: Path, above: Sequence[Row], data: Sequence[Row], pattern: Pattern, delimiter: str
 ) -> Row | None:
-    """The line of names above the data, plain or in a comment, joined with a row of units."""
+    """The line of names above the data, plain or in a comment, joined with a row of units.
+
+    None if there is none; ValueError if a plain line above the data may be one, but does not fit.
+    """
     width = len(data[0].cells)
     plain = [row for row in above if not row.comment]
     found = _joined(_without_remarks(plain, width, pattern), width, pattern)
@@ -380,7 +390,8 @@ def _is_names(row: Row, width: int, pattern: Pattern) -> bool:
 def _without_remarks(above: Sequence[Row], width: int, pattern: Pattern) -> Sequence[Row]:
     """The lines up to the names, where nothing but words without a number stands below these.
 
-    Such lines mark the end of a header ("eoh", "Data:"), and hold fewer cells than the data.
+    Such lines mark the end of a header ("eoh", "Data:"), and hold fewer cells than the data. All
+    lines if there are no names above them.
     """
     end = len(above)
     while end and len(above[end - 1].cells) < width and not re.search(r"\d", above[end - 1].text):
@@ -402,7 +413,7 @@ def _joined(above: Sequence[Row], width: int, pattern: Pattern) -> Row | None:
         names.insert(0, row)
     if not names:
         return None
-    for units_at in (len(names) - 1, len(names) - 2):
+    for units_at in (len(names) - 1, len(names) - 2):  # the last row, or the last but one
         if units_at > 0 and _are_units(names[units_at]):
             named = names[units_at - 1]
             pairs = zip(named.cells, names[units_at].cells, strict=True)
@@ -426,7 +437,10 @@ def _with_unit(name: str, unit: str) -> str:
 
 
 def _check_line_above(path: Path, row: Row, first: Row, pattern: Pattern, delimiter: str) -> None:
-    """ValueError if the line above the data, no header, may be one or a row of data gone wrong."""
+    """ValueError if the line above the data, no header, may be one or a row of data gone wrong.
+
+    row: that line; first: the first row of data, whose number of cells a header would have.
+    """
     numbers = any(pattern.is_number(cell) or (cell and missing(cell)) for cell in row.cells)
     if numbers and _WORD.match(row.cells[0]):
         return  # a setting of the instrument: its name and its value
@@ -452,7 +466,11 @@ def _check_marks(
     layout: Layout,
     header: Row | None,
 ) -> None:
-    """ValueError where the decimal mark is in doubt: two marks, or one that may group thousands."""
+    """ValueError where the decimal mark is in doubt and was not given with the layout.
+
+    There are both marks; or all numbers with a mark have three digits behind it, as thousands have;
+    or commas separate whole numbers that may be halves of numbers, "1,5" read as 1 and 5.
+    """
     if layout.decimal is not None:
         return
     mark = pattern.decimal
@@ -464,7 +482,7 @@ def _check_marks(
                 refuse(path, row, f"{why}; write one decimal mark, or give decimal")
     cells = [cell for row in data for cell in row.cells]
     marked = [cell for cell in cells if pattern.is_number(cell) and mark in cell]
-    may_group = mark == "," or delimiter == ";"
+    may_group = mark == "," or delimiter == ";"  # written where a comma is the decimal mark
     if may_group and marked and all(_THOUSANDS[mark].fullmatch(cell) for cell in marked):
         why = f"{marked[0]!r} may be a number with three decimals or one in thousands"
         refuse(path, data[0], f"{why}; give decimal, without marks between thousands")
