@@ -146,7 +146,10 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tu
 
 
 def _controls(parameters: Parameters, case: tuple[str, float, float]) -> list[Loop]:
-    """The same scene under all controls."""
+    """The loops of one scene under imposed depth, a dead load, and each machine, in this order.
+
+    case: indenter, γ₁ [N/m] and w [J/m²].
+    """
     shape, gamma1, w = case
     scene = loops.scene_of(shape, gamma1, w)
     under_depth = loops.depth_loop(scene, parameters.steps)
@@ -230,7 +233,7 @@ def over_control(record: Sequence[Loop]) -> Figure:
 
 
 def closed_form(history: History) -> tuple[Array, Array, Array]:
-    """(d, P, a) of a parabola's whole branch."""
+    """d [m], P [N/m] and a [m] (400,) of a parabola's branch from its end at -δ₀ to the top."""
     scene = history.scene
     given = loops.arguments(history.scene)
     d = np.linspace(-scene.critical_separation, float(history.depth.max()), 400)

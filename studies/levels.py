@@ -115,9 +115,20 @@ QUICK = Parameters(steps=31, nodes=(6, 12, 25, 50))  # fewer depths, and without
 
 
 class Errors(NamedTuple):
-    """Of a path on nodes: a line over l, the depth of an event over δ₀, an energy over all lost.
+    """Largest differences of a path on nodes to the refined path; NaN if events differ in kind.
 
-    same: whether kinds and order of events are those of the refined path.
+    Attributes
+    ----------
+    nodes : int
+        In l.
+    line : float
+        Of a contact line at any step, over l.
+    depth : float
+        Of the depth of an event, over δ₀.
+    energy : float
+        Of the energy that an event releases, over all that the refined path loses.
+    same : bool
+        Whether kinds and order of events are those of the refined path.
     """
 
     nodes: int
@@ -128,7 +139,15 @@ class Errors(NamedTuple):
 
 
 class Enlarged(NamedTuple):
-    """The width of the gap that an event closes, beside the depth of that event."""
+    """The width of the gap that an event closes, near the depth of that event.
+
+    Attributes
+    ----------
+    depth, width : ndarray (CLOSE,)
+        Depths, and widths there [m]; 0 where the gap is closed.
+    event : float
+        Depth at which it closes [m].
+    """
 
     depth: Array
     width: Array
@@ -137,7 +156,17 @@ class Enlarged(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """The refined path, and on nodes of each number; both again beside one event, 0 for refined."""
+    """The path, refined and on nodes, and all of them once more near one event.
+
+    Attributes
+    ----------
+    parameters : Parameters
+    refined : History
+    on_nodes : dict
+        Paths by their number of nodes in l.
+    enlarged : dict
+        By the number of nodes in l; 0: refined.
+    """
 
     parameters: Parameters
     refined: History
@@ -201,7 +230,11 @@ def close_to(depth: float, size: float) -> Array:
 
 
 def gaps(lines: Sequence[float]) -> list[tuple[float, float]]:
-    """The ends of the free surfaces between contacts."""
+    """The ends of the free surfaces between contacts, from left to right.
+
+    lines: the ends of all contacts, left and right in turn; a gap is between the right end of one
+    contact and the left one of the next.
+    """
     return list(zip(lines[1:-1:2], lines[2::2], strict=True))
 
 
@@ -212,7 +245,10 @@ def gap_that_closes(before: Sequence[float], after: Sequence[float]) -> float:
 
 
 def beside(path: History, gap: float) -> Enlarged:
-    """The width of a gap over the depth, and the depth at which it is closed."""
+    """The width of the gap around a place over the depth, and the depth at which it is closed.
+
+    path: through the depths of `close_to`, of which the last CLOSE are near the event.
+    """
     depth = path.depth[-CLOSE:]
     width = np.array([width_at(path.at(len(path) - CLOSE + i).lines, gap) for i in range(CLOSE)])
     events = [event for event in path.events if event.kind == ENCLOSED]
@@ -221,7 +257,7 @@ def beside(path: History, gap: float) -> Enlarged:
 
 
 def width_at(lines: Sequence[float], x: float) -> float:
-    """Of the gap at x; 0 if that is in contact."""
+    """Width of the gap in which x lies, between these lines; 0 if x is in contact."""
     return sum(right - left for left, right in gaps(lines) if left < x < right)
 
 
@@ -271,7 +307,7 @@ def plot(record: Record) -> Figure:
 
 
 def _contacts(axes: Any, record: Record) -> None:
-    """Indenter, surface, contact nodes and refined lines, with as many contacts as there are."""
+    """Indenter, surface, contact nodes and refined lines at the step with most contacts."""
     params = record.parameters
     path = record.refined
     step = int(np.argmax([len(path.at(i).lines) for i in range(params.steps)]))

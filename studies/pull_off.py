@@ -34,6 +34,8 @@ from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
 
 BAR = 1e-8  # largest relative error, the default goal of `load_path`
+SHORT = 1e-14  # of δ₀: how far short of detachment a punch is sure to be in contact, 50 roundings
+ROUNDING = 1e-15  # of δ₀: the depth of equal energies is searched to all digits
 
 
 @dataclass(frozen=True)
@@ -201,18 +203,18 @@ def balanced(scene: Scene) -> State:
         return minimise(scene, depth).energy
 
     delta0 = scene.critical_separation
-    least = -(1 - 1e-14) * delta0  # still in contact
+    least = -(1 - SHORT) * delta0  # still in contact
     depth = least  # without tension the energies are equal where the contact detaches
     if energy(least) > 0:
-        depth = float(brentq(energy, least, 0, xtol=1e-15 * delta0))
+        depth = float(brentq(energy, least, 0, xtol=ROUNDING * delta0))
     state = minimise(scene, depth)
     return _pull((state.force, depth, state.half_width))
 
 
 def _pull(state: Iterable[Any]) -> State:
-    """Of P, d and a: a pull is positive."""
+    """The state of P, d and a, with a pull for a positive force."""
     force, depth, a = map(float, state)
-    return State(-force or 0.0, depth, a)
+    return State(-force or 0.0, depth, a)  # 0.0 and not -0.0
 
 
 COLUMNS = Columns(

@@ -30,7 +30,7 @@ from studies.shared import command
 from studies.shared.table import commit, read, versions
 
 DOCUMENTS = (".csv", ".md", ".pdf", ".txt")
-SHADES = 128  # of a figure on the page, which keeps that small
+SHADES = 128  # colours of a figure on the page: 7 bits a pixel instead of 24
 SCALE = 0.62  # of all figures on the page, so that 10 points are 12 pixels in each of them
 LAST = 40  # lines of a study that failed
 JUDGED = ("equation", "passed", "what", "error", "order", "fitted_error")  # of verify.csv
@@ -128,6 +128,7 @@ def verdict(sections: Sequence[Section]) -> str:
 
 
 def _marked(one: Section) -> str:
+    """The verdict of a study as HTML, in green if it passed with all its limits, else in red."""
     return f"<span class={'good' if one.verdict == 'passed' else 'bad'}>{one.verdict}</span>"
 
 
@@ -147,6 +148,7 @@ def _section(one: Section) -> list[str]:
 
 
 def _figure(one: Section, path: Path) -> str:
+    """A picture of a study as HTML: embedded in the page, with its caption and a link to it."""
     content = path.read_bytes()
     told = _text(caption(content) or path.stem.replace("_", " "))
     source = f"data:image/png;base64,{base64.b64encode(smaller(content)).decode()}"
@@ -206,6 +208,7 @@ def _checks(rows: Sequence[Mapping[str, str]]) -> str:
 
 
 def _class(column: str) -> str:
+    """The attribute of a cell of HTML that sets texts to the left; "" for a column of numbers."""
     return " class=text" * (column in TEXTS)
 
 
@@ -221,6 +224,7 @@ def _short(cell: str) -> str:
 
 
 def _text(text: str) -> str:
+    """A text as HTML shows it, with & and < escaped."""
     return html.escape(" ".join(text.split(" ")))
 
 

@@ -98,7 +98,11 @@ class Parameters:
 
     @property
     def indenter(self) -> Sampled:
-        """The rough cylinder."""
+        """The rough cylinder, its lowest point at the height 0.
+
+        Waves of all lengths that fit into the profile twice or more, down to the shortest, have
+        amplitudes q^-(H + ½), which is a self-affine spectrum in one dimension, and random phases.
+        """
         x = self.spacing * (np.arange(self.nodes) - self.nodes // 2)
         rng = np.random.default_rng(self.seed)
         z = np.zeros_like(x)
@@ -146,14 +150,15 @@ class Loop:
     @property
     def contacts(self) -> Indices:
         """Number of contacts at every step."""
-        held = ~np.isnan(self.path.contacts[:, 0])
-        return np.where(held, [len(inner) // 2 + 1 for inner in self.path.inner], 0)
+        in_contact = ~np.isnan(self.path.contacts[:, 0])  # NaN: no outermost line, detached
+        # two inner lines, the ends of a gap, for each contact but the first
+        return np.where(in_contact, [len(inner) // 2 + 1 for inner in self.path.inner], 0)
 
     @property
     def fraction(self) -> Array:
         """Contact length over the width between the outermost lines; 0 when detached."""
         width = self.path.contacts[:, 1] - self.path.contacts[:, 0]
-        touches = width > 0  # not where it is NaN
+        touches = width > 0  # not where it is NaN; `half_width` is half the contact length
         not_zero = np.where(touches, width, 1)
         return np.where(touches, 2 * self.path.half_width / not_zero, 0.0)
 

@@ -61,6 +61,7 @@ def answer(record: Record) -> str:
 
 
 def _exact(record: Record) -> Iterator[str]:
+    """Paragraphs on what holds exactly: (16), (18) with small slopes; flat faces; Young's law."""
     p = record.parameters
     tense, dry = record.small_slopes
     yield (

@@ -169,6 +169,7 @@ def _named(table: Table, counts: Sequence[int]) -> tuple[str, ...] | None:
 
 
 def _layout(table: Table) -> dict[str, Any]:
+    """The arguments of `Layout` that a table of a scene file gives; others are not in it."""
     found: dict[str, Any] = {k: table.text(k) for k in LAYOUT[:3] if k in table.table}
     return found | ({"skip": table.whole("skip", 0)} if "skip" in table.table else {})
 
@@ -424,6 +425,7 @@ def _unit(table: TextTable, column: _Column, what: str, kinds: Sequence[str], ex
 
 
 def _width(path: Path, width: float | None) -> float:
+    """The length [m] over which a force in N is spread, 1 about an axis; ValueError for None."""
     if width is None:
         raise ValueError(
             f"{path}: the force is in newtons: of a sphere or another turned body, set geometry = "
@@ -434,6 +436,10 @@ def _width(path: Path, width: float | None) -> float:
 
 
 def _of_instrument(path: Path, reading: Reading) -> Curve:
+    """The curve of a file of an instrument, which holds units and often the calibration.
+
+    ValueError for more than one curve without a number, and for a force that cannot be had in N.
+    """
     if reading.columns is not None or reading.layout != Layout():
         raise ValueError(f"{path}: columns and layout are for text; leave them out")
     width = _width(path, reading.width)
@@ -503,6 +509,7 @@ def count(path: Path) -> int:
 
 
 def _number_of_curves(path: Path) -> int:
+    """How many curves an instrument file holds; of module level, for a process of its own."""
     return len(_loaded(path))
 
 

@@ -93,6 +93,7 @@ class Explorer:
         return np.linspace(max(low, -size - beside), min(high, size + beside), POINTS)
 
     def _radii(self) -> Array:
+        """What the profile takes at the drawn places: distances from the axis, or places."""
         return np.abs(self.x) if self.scene.axisymmetric else self.x
 
     def chosen(self) -> tuple[Scene, float]:
@@ -119,10 +120,12 @@ class Explorer:
             self.figure.canvas.blit(self.figure.bbox)
 
     def _say(self, text: str, colour: str) -> None:
+        """Write a text below the figure, in lines of WIDEST characters."""
         self.words.set_text(textwrap.fill(text, WIDEST))
         self.words.set_color(colour)
 
     def _show(self, state: Equilibrium) -> None:
+        """Move the curves of surface and indenter to a state, and write its numbers [nm, SI]."""
         self.surface.set_ydata(1e9 * state.displacement(self.x))
         self.body.set_ydata(1e9 * (state.depth - self.height))
         per = self.scene.per_length

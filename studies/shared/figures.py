@@ -85,6 +85,7 @@ def save(figure: Figure, path: Path, pdf: bool = True) -> list[Path]:
 
 
 def _write(path: Path, image: BytesIO) -> Path:
+    """Write the content of a picture to a file; its path."""
     with replacing(path) as beside:
         beside.write_bytes(image.getbuffer())
     return path

@@ -144,6 +144,7 @@ class Check:
 
 
 def _named(module: str, name: str) -> Check:
+    """The check of this name in a module, for a process that is given it by name."""
     found: Check = getattr(import_module(module), name)
     return found
 

@@ -175,6 +175,10 @@ class Grid(Mesh):
         return load_path(scene, depths=depths, method="lattice", spacing=self._spacing(scene))
 
     def _spacing(self, scene: Scene, length: float | None = None) -> float:
+        """Δx, of which `cells` are in a length, l if none is given.
+
+        Nodes about an axis, and of a layer, cannot be shifted: they are a little closer instead.
+        """
         fixed = scene.axisymmetric or scene.layer.exact
         links = self.cells + self.offset if fixed else self.cells
         return (length or scene.elastocapillary_length) / links

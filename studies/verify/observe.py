@@ -31,14 +31,30 @@ _STEPS = 40  # parabolas; the checks take at most 8
 
 
 class Tail(NamedTuple):
-    """Free surface right of the contact, u = -C exp(-x/l), read from two points of the field."""
+    """Free surface right of the contact, u = -C exp(-x/l), read from two points of the field.
+
+    Attributes
+    ----------
+    decay_length : float
+        l [m].
+    amplitude : float
+        C [m], positive where the surface is pulled up.
+    """
 
     decay_length: float
     amplitude: float
 
 
 class Punches(NamedTuple):
-    """Differences between two flat punches at one depth, per added width 2(a₂ - a₁)."""
+    """Differences between two flat punches at one depth, per added width 2(a₂ - a₁).
+
+    Attributes
+    ----------
+    force : float
+        [N/m²], kd.
+    energy : float
+        [J/m²], kd²/2 - w.
+    """
 
     force: float
     energy: float

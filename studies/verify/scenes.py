@@ -122,6 +122,7 @@ def known(card: Callable[..., Any], at: ArrayLike, **given: float) -> np.ndarray
 
 @functools.lru_cache(maxsize=256)
 def _known(card: Callable[..., Any], at: tuple[float, ...], **given: float) -> np.ndarray:
+    """The same of a tuple, which a cache can hold."""
     return np.asarray(card(np.array(at), **given))
 
 

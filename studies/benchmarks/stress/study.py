@@ -245,6 +245,7 @@ def nodes(params: Parameters) -> Iterator[Point]:
 
 
 def _named(case: Case, x: float) -> tuple[str, float, float]:
+    """Name, x and y of a random case in its figure: y is log₁₀ a/l."""
     width = case.half_width / case.scene.elastocapillary_length
     return f"{case.shape}, {case.scene.slopes} slopes", float(x), math.log10(width)
 
@@ -283,6 +284,7 @@ def run(
 
 
 def _judged(case: tuple[str, str, float, float, Work]) -> Trial:
+    """`verdicts.judged` of one argument: grid, shape, x, y, and what is judged there."""
     return judged(*case)
 
 

@@ -112,6 +112,11 @@ class _Reached(NamedTuple):
 
 @lru_cache(8)
 def _reached(branch: Branch, stiffness: float) -> _Reached:
+    """The branch as a machine of this stiffness [N/m² or N/m] follows it, over its position.
+
+    The position D = d + P/K may turn back along a branch; a machine jumps over these points. Kept
+    are those at which D is farther than at all before, in the direction in which the branch is run.
+    """
     depth = branch.depth
     force = branch.force
     inwards = depth[-1] >= depth[0]
@@ -122,10 +127,11 @@ def _reached(branch: Branch, stiffness: float) -> _Reached:
     spline = kind(np.sqrt(depth - depth[0]), force)
     root = np.linspace(0.0, spline.x[-1], DENSE)
     drive = depth[0] + root**2 + spline(root) / stiffness
-    extreme = np.minimum.accumulate(drive[::-1])[::-1]
+    # The farthest position so far: a branch outwards is run from its deep end, the last point.
+    farthest = np.minimum.accumulate(drive[::-1])[::-1]
     if inwards:
-        extreme = np.maximum.accumulate(drive)
-    reached = extreme == drive
+        farthest = np.maximum.accumulate(drive)
+    reached = farthest == drive
     drive = drive[reached]
     return _Reached(root[reached], np.sqrt(drive - drive[0]), drive, spline)
 

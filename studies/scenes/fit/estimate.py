@@ -216,6 +216,7 @@ class Fit:
         return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
 
     def _interval_text(self, estimate: Estimate, interval: Interval | None) -> str:
+        """An interval in the table, or in words why there is none."""
         if interval is not None:
             low, high = interval
             return f"[{low:.{_digits(interval)}g}, {high:.{_digits(interval)}g}]"

@@ -280,6 +280,7 @@ def _through_a_file(curve: Curve, kind: str) -> Curve:
 
 
 def _varied(scene: Scene, kind: str, rng: np.random.Generator) -> Scene:
+    """The scene with random w, γ₁ and R around its own, and with what its kind of trial changes."""
     w, gamma1, size = (float(x) for x in np.exp(rng.uniform(-SPREAD, SPREAD, 3)))
     w = w * scene.work_of_adhesion
     gamma1 = gamma1 * scene.gamma1

@@ -268,6 +268,10 @@ def _beside(model: Model) -> Best:
 
 
 def _alternative(name: str, model: Model, best: Best, other: Model, found: Best) -> Alternative:
+    """What another model, with its own minimum `found`, says beside the fitted one with `best`.
+
+    Its gain is the difference of the criteria; energies are compared with those of the fit.
+    """
     at = model.parameters(best.x)
     own = other.parameters(found.x)
     values = {one: own[one] for one in other.names if one in ("w", "gamma1")}

@@ -1,4 +1,17 @@
-"""Rotational symmetry: spheres, cones, cylinders and a cubic on the same film."""
+"""Rotational symmetry: spheres, cones, cylinders and a cubic on the same film.
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, `mesh.sweep(scene, depths, name)` an attribute of the
+equilibria at several. `case(shape, LEVELS, **ROUND)` is a body on the film that all checks share,
+about an axis, with its depths, LEVELS times δ₀, and the arguments of its closed forms, `card`.
+`swept` compares an attribute of its states with a card. `known` and `limit` are values of cards
+that are kept for the next mesh; `least_force` and `even_energy` search between two depths.
+"""
 
 import math
 from typing import Any
@@ -30,6 +43,7 @@ LEVELS = np.array([-0.15, 0.0, 0.5, 1.1])  # depths over δ₀
 
 
 def _cases() -> list[tuple[Case, Any]]:
+    """Each of the BODIES on the film about an axis, and its closed forms."""
     return [(case(body, LEVELS, **ROUND), card) for body, card in BODIES]
 
 
@@ -44,7 +58,7 @@ def _all(mesh: Mesh, name: str) -> Found:
 def outside(mesh: Mesh) -> Found:
     for (scene, depths, given), card in _cases():
         radius = known(card.radius, depths[2], **given)
-        r = radius + np.array([0.7, 2.1]) * 3e-5
+        r = radius + np.array([0.7, 2.1]) * 3e-5  # l = 3e-5 m
         measured = mesh.solve(scene, depths[2]).displacement(r)
         yield Comparison(measured, known(card.displacement, r, d=depths[2], **given), 1e-6)
 

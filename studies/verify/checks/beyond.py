@@ -1,4 +1,17 @@
-"""What the paper leaves open: energies, power laws, pull-off, a wedge held by its tip."""
+"""What the paper leaves open: energies, power laws, pull-off, a wedge held by its tip.
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, and `gel(indenter, ...)` the indenter on the film that all
+checks share, with other values where given. `case(shape, LEVELS)` is such a scene with its depths,
+LEVELS times δ₀, and the arguments of its cards; `swept` compares an attribute of its states with a
+card. `least_force` and `even_energy` search between two depths: for the most tensile force, and for
+the depth at which the energy is that of the detached surface.
+"""
 
 import numpy as np
 

@@ -2,6 +2,16 @@
 
 Of a limit the levels are not grids: its scene goes further towards it with every level, on the
 fitted mesh, and furthest in the last column. The error is how far away the limit still is.
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, and `gel(indenter, ...)` the indenter on the film that all
+checks share, with other values where given. `mesh.cells` counts links per reference length, 50 on
+the coarsest lattice; `_sphere` is always solved on the fitted mesh.
 """
 
 import math

@@ -1,4 +1,18 @@
-"""Contact angle and the place of the line: Eqs. (8), (12)-(16), (18), (34), (35)."""
+"""Contact angle and the place of the line: Eqs. (8), (12)-(16), (18), (34), (35).
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, `mesh.sweep(scene, depths, name)` an attribute of the
+equilibria at several, and `gel(indenter, ...)` the indenter on the film that all checks share, with
+other values where given. `state.contacts[0]` are the left and the right end of the contact;
+`slopes_at_line` are u' inside and outside of the right one, with u positive downwards: u' inside is
+-f', so that the kink f' + u' is their difference. `tail` and `line_by_far_field` read l, C and u(a)
+off the field beyond the line.
+"""
 
 from collections.abc import Iterable
 
@@ -13,7 +27,7 @@ from studies.verify.observe import line_by_far_field, punch_difference, slopes_a
 from studies.verify.scenes import GAMMA1, LAYER, PARABOLA, POWER_LAWS, WORK, constants, gel
 
 LEVELS = np.array([-0.55, 0.25, 1.1])  # depths over δ₀
-TENSIONS = (0.012, GAMMA1, 0.19)
+TENSIONS = (0.012, GAMMA1, 0.19)  # N/m: l from half to twice that of the film
 
 
 def _states(mesh: Mesh, scene: Scene) -> list[Equilibrium]:

@@ -1,4 +1,16 @@
-"""Flat shapes: plane (19), (20) and flat punch (21)-(23)."""
+"""Flat shapes: plane (19), (20) and flat punch (21)-(23).
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, `mesh.sweep(scene, depths, name)` an attribute of the
+equilibria at several, and `gel(indenter, ...)` the indenter on the film that all checks share, with
+other values where given. `brink` is a depth just short of detachment, `last_contact` the least
+depth at which there is a contact.
+"""
 
 import numpy as np
 
@@ -8,7 +20,7 @@ from studies.verify.mesh import Mesh
 from studies.verify.observe import brink, last_contact
 from studies.verify.scenes import GAMMA1, LAYER, PUNCH, WORK, constants, gel
 
-TENSIONS = (0.012, GAMMA1, 0.19)
+TENSIONS = (0.012, GAMMA1, 0.19)  # N/m: l from half to twice that of the film
 SHORT = 2e-10  # fitted error where the measure stays 1e-10 short of detachment
 
 

@@ -1,4 +1,15 @@
-"""Force on the indenter: Eqs. (9), (10), (11)."""
+"""Force on the indenter: Eqs. (9), (10), (11).
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer. `case(shape, LEVELS)` is such a scene with its depths, LEVELS
+times δ₀, and the arguments of its cards; `observe` measures on the displacement of a state, without
+a closed form. Forces are positive where the indenter is pressed.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -24,6 +35,7 @@ def _case(indenter: Indenter, card: Any, **options: float) -> tuple[Scene, Array
 
 
 def _cases() -> list[tuple[Scene, Array, Array]]:
+    """Scene, depths and half-widths by (16) of a wedge, a parabola and three power laws."""
     power_laws = [_case(p, cards.power_law) for p in POWER_LAWS]
     return [_case(WEDGE, cards.wedge), _case(PARABOLA, cards.parabola), *power_laws]
 

@@ -1,4 +1,16 @@
-"""Layer and surfaces: Eqs. (1), (2), (3), (7), (17)."""
+"""Layer and surfaces: Eqs. (1), (2), (3), (7), (17).
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, and `gel(indenter, ...)` the indenter on the film that all
+checks share, with other values where given. `punch_difference` is what a wider punch adds to force
+and energy, over the width that it adds; `tail` reads the decay length off the field, and
+`last_contact` is the least depth at which there is a contact.
+"""
 
 from energy import ElasticLayer, Plane, Scene, SurfaceEnergies, cards
 from studies.verify.convergence import EXACT, Comparison, Found, check

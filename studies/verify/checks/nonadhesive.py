@@ -1,4 +1,17 @@
-"""Contact without adhesion, w = 0: Eqs. (36)-(40)."""
+"""Contact without adhesion, w = 0: Eqs. (36)-(40).
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, `mesh.sweep(scene, depths, name)` an attribute of the
+equilibria at several, and `gel(indenter, ...)` the indenter on the film that all checks share, with
+other values where given. `case(shape, LEVELS)` is such a scene with its depths, LEVELS times δ₀,
+and the arguments of its cards; `swept` compares an attribute of its states with a card.
+`line_by_far_field` is u at the line as the field beyond it has it.
+"""
 
 import numpy as np
 
@@ -8,11 +21,12 @@ from studies.verify.mesh import Mesh
 from studies.verify.observe import line_by_far_field
 from studies.verify.scenes import GAMMA1, PARABOLA, POWER_LAWS, Case, case, constants, gel
 
-DEPTHS = np.array([2e-7, 5e-7, 9e-7])
-TENSIONS = (0.012, GAMMA1, 0.19)
+DEPTHS = np.array([2e-7, 5e-7, 9e-7])  # m: without adhesion δ₀ = 0 is no scale
+TENSIONS = (0.012, GAMMA1, 0.19)  # N/m: l from half to twice that of the film
 
 
 def _scenes() -> list[Scene]:
+    """The parabola and the power laws on the film, without adhesion."""
     return [gel(indenter, w=0.0) for indenter in (PARABOLA, *POWER_LAWS)]
 
 
@@ -47,6 +61,7 @@ def quadratic(mesh: Mesh) -> Found:
 
 
 def _cases() -> list[Case]:
+    """The parabola without adhesion at the three tensions and the three depths."""
     cases = (case(PARABOLA, (), gamma1=gamma1, w=0.0) for gamma1 in TENSIONS)
     return [own._replace(depths=DEPTHS) for own in cases]
 

@@ -1,4 +1,15 @@
-"""Parabola: Eqs. (31)-(33)."""
+"""Parabola: Eqs. (31)-(33).
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer. `case(shape, LEVELS)` is such a scene with its depths, LEVELS
+times δ₀, and the arguments of its cards; `swept` compares an attribute of its states with a card.
+`curvature` is u'' by differences, `depth_at_width` the depth at which the half-width has a value.
+"""
 
 import numpy as np
 
@@ -8,7 +19,7 @@ from studies.verify.mesh import Mesh
 from studies.verify.observe import curvature, depth_at_width
 from studies.verify.scenes import PARABOLA, Case, case
 
-SHAPES = (PARABOLA, Parabola(R=6.1e-3))
+SHAPES = (PARABOLA, Parabola(R=6.1e-3))  # m: contacts of several l, and of half as much
 LEVELS = np.array([-0.55, 0.0, 0.5, 1.1])  # depths over δ₀
 HALF_WIDTHS = (4.3e-5, 1.1e-4, 2.3e-4)  # at depths between -0.9 and 3 δ₀
 

@@ -1,4 +1,16 @@
-"""Surface in contact and outside: Eqs. (4), (5), (6)."""
+"""Surface in contact and outside: Eqs. (4), (5), (6).
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, and `gel(indenter, ...)` the indenter on the film that all
+checks share, with other values where given. `case(shape, LEVELS)` is such a scene with its depths,
+LEVELS times δ₀, and the arguments of its cards; displacements u are positive into the layer.
+`curvature` is u'' by differences of the field.
+"""
 
 from typing import Any
 

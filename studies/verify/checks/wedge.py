@@ -1,4 +1,17 @@
-"""Wedge: Eqs. (24)-(30)."""
+"""Wedge: Eqs. (24)-(30).
+
+Conventions: a function below `@check(equation, what=...)` is given a mesh, a lattice or the fitted
+one, and returns a `Comparison(simulated, closed_form, scale)`, or yields several. Its error is the
+largest |simulated - closed form| over the scale, or over the closed form where no scale is given.
+On lattices it is of second order in the spacing unless `order` says otherwise; EXACT is what nodes
+give but for rounding. `bar` and `fitted_bar` are the largest errors on the finest lattice and on
+the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is the equilibrium at
+the depth d, positive into the layer, and `mesh.sweep(scene, depths, name)` an attribute of the
+equilibria at several. `case(shape, LEVELS)` is such a scene with its depths, LEVELS times δ₀, and
+the arguments of its cards; `swept` compares an attribute of its states with a card.
+`sharp_wedge(r)` has tan δ = r √(2w/γ₁); `depth_at_width` and `least_force` search between two
+depths.
+"""
 
 import math
 
@@ -50,6 +63,7 @@ def force(mesh: Mesh) -> Found:
 
 
 def _depth_at_width(mesh: Mesh, scene: Scene, a: float) -> float:
+    """The depth at which the simulated half-width is a, one of HALF_WIDTHS."""
     delta0 = scene.critical_separation
     return depth_at_width(mesh, scene, a, -0.8 * delta0, 3 * delta0)
 
