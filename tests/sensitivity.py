@@ -57,10 +57,11 @@ CLASSES = {  # of scenes: how many, and about how long one takes [s]
     "rings": (12, 0.2),
     "free branches": (8, 0.02),
     "free branches of layers": (2, 1.0),
+    "layers on nodes": (4, 0.4),
 }
 FOLDERS = {  # whose constants only some classes read
     "refine": ("several", "paths"),
-    "layer": ("layer", "layer paths", "free branches of layers"),
+    "layer": ("layer", "layer paths", "free branches of layers", "layers on nodes"),
     "surfaces": ("convex", "convex paths", "several", "rings", "many"),
     "lattice": ("several on nodes", "paths on nodes"),
 }
@@ -352,6 +353,12 @@ def states_and_paths(digits, name, number):
             return [(lambda: minimise_many(scene, depths), arrays_numbers)]
         there_and_back = np.r_[depths, depths[::-1]]
         return [(lambda: load_path(scene, depths=there_and_back), path_numbers)]
+    if name == "layers on nodes":
+        seed = (0, 1, 4, 5)[number]  # those that need few nodes
+        scene, depth = digits.convex_case("layer", digits.SEED + 100_000 + seed)
+        spacing = scene.elastocapillary_length / 8
+        solve_on_nodes = lambda: minimise(scene, depth, method="lattice", spacing=spacing)  # noqa: E731
+        return [(solve_on_nodes, state_numbers)]
     if name == "rings":
         scene, depth = ring_case(digits.SEED + number)
         branch = ("adhered", "global")[number % 2]
