@@ -83,9 +83,13 @@ _COMPARED = Comparison()
 
 
 # Finer lattices that are searched for a contact: how much finer they are, and how many nodes they
-# have on each side of the lowest point.
+# have on each side of the lowest point: many where a contact may be wide, 512 of the finest, next
+# to the lowest point alone. Half or twice of all changes no result (`python -m tests.sensitivity
+# discretization.lattice.accuracy FINER`).
 FINER = ((2, 10**5), (8, 10**5), (64, 10**5), (2**14, 512), (2**22, 512), (2**30, 512))
-_FACTORS = (2.0, 1.7, 1.4)  # coarser spacings over this one
+# Coarser spacings over this one: three, as two errors may happen to be equal, and none a multiple
+# of another, so that lines lie differently between the nodes. They decide about estimates alone.
+_FACTORS = (2.0, 1.7, 1.4)
 UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
 EXACT = dict.fromkeys(QUANTITIES, 0.0)
 

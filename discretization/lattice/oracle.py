@@ -32,7 +32,8 @@ from discretization.nodes.nodal_energy import NodalEnergy
 from energy.arrays import Array, Mask
 
 MOST_INTEGERS = 100  # nodes: a search among 2ⁿ contact sets
-PRESSES = 1e-6  # of the largest multiplier, at least kΔxG: less is a solver's noise
+# Of the largest multiplier, at least kΔxG: less is a solver's noise, whose tolerances stand below.
+PRESSES = 1e-6
 _CERTAINLY_FREE = 1.01  # of the height whose contact costs what it can gain: more than rounding
 CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10}
 SCIP = {"numerics/feastol": 1e-7, "limits/gap": 0.0, "limits/absgap": 0.0}

@@ -43,9 +43,14 @@ from energy.arrays import Array
 # Decay lengths, beyond which a free surface is linear: what finite slopes add is of the square of
 # the slope, which is e⁻²⁴ = 4e-11 of that at the line there.
 FAR = 12.0
+# This and the next three halved or doubled (or a tenth and ten times of MOST and _TIE) change none
+# of 8 random states (`python -m tests.sensitivity discretization.lattice.plain`).
 MOST = 400_000  # nodes of a free surface, so that a state takes seconds at most
-TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
-_TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
+# Displacement in l. At √2 a surface of finite slope turns over; the margin of 8 % is that of nodes,
+# whose surfaces turn over a little earlier or later.
+TURNING = 1.3
+# Relative slack that keeps a line where both sides cost the same: some thousand roundings.
+_TIE = 1e-12
 
 
 def far(lattice: Lattice) -> int:

@@ -52,7 +52,9 @@ from energy.checks import positive
 # the C library maps new ones each time, which takes longer than to fill them.
 PIECE = 1 << 13
 _AXIS_WEIGHT = 1 / 8  # of the node on the axis: π(Δr/2)² over 2πΔr²
-ON_NODE = 1e-9  # spacings by which a place may be off a node that counts as on it
+# Spacings by which a place may be off a node that counts as on it. Places up to a million spacings
+# from 0 are rounded by less, 2e-10 of a spacing.
+ON_NODE = 1e-9
 _DEEPEST = 1.9  # D of `Lattice.deepest_contact` over δ₀; 1.88 is the bound worked out there
 
 
