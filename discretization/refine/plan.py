@@ -1,10 +1,31 @@
-"""A route from one depth to another: the events on it, refined, and smooth motion in between."""
+"""A route from one depth to another: the events on it, refined, and smooth motion in between.
+
+Nodes have found which events there are and which surfaces end and begin at each (lives.py).
+`follow` takes them off the nodes: it finds the depths of events (events.py, crests.py) and the
+lines after them (landings.py), event after event, as an event can only be found once the surfaces
+that it ends are known; it divides the route at these depths into stretches of smooth motion, finds
+that motion (balance.py), and compares with closer nodes. What cannot be refined raises NotRefined
+with its depth; a route may then end before it.
+
+Conventions
+-----------
+Depths grow as the indenter goes down. A direction is 1 where the depth grows and -1 where it falls;
+depths times the direction increase along a route, and "earlier", "first" and "beyond" are meant so.
+
+Lines of free surfaces are arrays (n, 2), a row for each surface from left to right, with its left
+and its right line [length], -inf and inf where a tail has none. Contacts on nodes are their first
+and last nodes; a margin is by how much depths of events on nodes may be off (`FoundNodes.margin`).
+
+A `Life` is a free surface from its birth to its end, a `Happening` an event, which ends the
+surfaces `before` and begins those `after`; both are written on as more is known. Surfaces and
+events are compared by identity. `Events.rest` takes lines to rest by Newton's method.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -24,7 +45,9 @@ from discretization.refine.totals import Totals
 from energy import Scene
 from energy.arrays import Array
 
-# Margins of the depths of nodes: so far before a depth at which they fail a route is refined. 0.25
+T = TypeVar("T")
+
+# Of the margin of the nodes: a route that cannot be refined at a depth ends so far before it. 0.25
 # or 1 changes no result (`python -m tests.sensitivity discretization.refine.plan ASIDE`).
 ASIDE = 0.5
 
@@ -56,7 +79,7 @@ _ORDER = OrderRules()
 
 @dataclass(eq=False)
 class Stretch:
-    """Smooth motion of all surfaces from one depth to another.
+    """Smooth motion of all surfaces from one depth to another, and the events at the latter.
 
     Attributes
     ----------
@@ -65,14 +88,14 @@ class Stretch:
     start, end : float
         Depths [length].
     lives : list of Life
-        The surfaces, from left to right.
+        The n surfaces, from left to right.
     before : ndarray (n, 2)
-        Their lines at the end [length].
+        Their lines at the end, before the events there [length].
     after : ndarray (n', 2) or None
-        Lines beyond the events at the end [length], empty if detached; None where there is no
-        event.
+        Lines of the surfaces after the events at the end [length], empty if detached; None where
+        there is no event.
     events : list of Happening
-        Those at the end.
+        Those at the end, which happen at one depth; from left to right, or one after the other.
     """
 
     direction: int
@@ -92,11 +115,17 @@ class Refinement:
     ----------
     scene : Scene
     nodes : FoundNodes
+        The nodes that find the contacts and the order of events.
     equations : Equations
+        What has to vanish where lines rest.
     events : Events
+        What finds the depths of events.
     landings : Landings
+        What finds the lines after events, and asks closer nodes.
     totals : Totals
+        Energy and force of surfaces.
     balance : Balance
+        What finds the motion between events, in pieces on which energy and work balance.
     """
 
     scene: Scene
@@ -153,9 +182,10 @@ class Refinement:
         contacts : Contacts
             On nodes.
         on_nodes : float
-            The depth at which the nodes touch [length].
+            The depth from which on they are followed on the nodes: that at which these touch, or
+            without adhesion that at which the profile does [length].
         lines : ndarray (n, 2)
-            Of all free surfaces, at rest [length].
+            Of all free surfaces, at rest at the profile's depth of first touch [length].
 
         Raises
         ------
@@ -180,7 +210,10 @@ class Refinement:
     def follow(
         self, contacts: Contacts, on_nodes: float, lines: Array, start: float, goal: float
     ) -> list[Stretch]:
-        """The route of contacts from one depth to another, or before events in another order.
+        """The route of contacts from one depth to another.
+
+        It ends earlier, before a depth at which events come in another order than on the nodes, or
+        closer nodes disagree, unless hardly anything were left of it.
 
         Parameters
         ----------
@@ -191,11 +224,12 @@ class Refinement:
         lines : ndarray (n, 2)
             Of their free surfaces, at rest at the depth `start` [length].
         start, goal : float
-            [length].
+            Depths off the nodes [length].
 
         Returns
         -------
         list of Stretch
+            One after the other, at least one.
 
         Raises
         ------
@@ -203,6 +237,7 @@ class Refinement:
             If something on the route cannot be taken off the nodes; with the depth of that.
         """
         direction = 1 if goal >= start else -1
+        # Nodes are followed a margin further: what comes too late on them may come before the goal.
         beyond = goal + direction * self.nodes.margin
         if direction * (beyond - on_nodes) < 0:
             beyond = on_nodes
@@ -229,7 +264,11 @@ class Refinement:
     def _cut_short(
         self, stretches: list[Stretch], failed: float, reason: NotRefined
     ) -> list[Stretch]:
-        """The stretches up to before a depth at which they fail; raises if hardly any are left."""
+        """The stretches up to a little before a depth at which they fail for a reason.
+
+        The last one is cut there and has no event at its end. Raises the reason if hardly anything
+        were left of them.
+        """
         direction = stretches[0].direction
         aside = ASIDE * self.nodes.margin
         goal = failed - direction * aside
@@ -248,35 +287,30 @@ class Refinement:
     ) -> tuple[list[Happening], float]:
         """The events that happen before the goal, with their depths and lines.
 
-        And the goal, or a depth before events that come in another order than on the nodes.
+        And the goal, or a depth before events that come in another order than on the nodes. Events
+        go through three lists: `unknown`, whose depth has not been looked for; `waiting`, whose
+        depth has been, but which have not happened (beyond the goal, or to surfaces that are not
+        born yet, or not found); and `happened`, with the lines after them.
         """
         happened = list[Happening]()
         unknown = list(events)
-        enclosed = list[Happening]()
+        waiting = list[Happening]()
         while True:
-            ready = unknown
-            if self.scene.hysteretic:  # lines stay where they are born
-                ready = [e for e in unknown if not any(math.isnan(b.start) for b in e.before)]
-            crests = Crests(self.equations).find(ready)
-            others = [event for event in ready if not any(event is known for known in crests)]
-            torn = [e.at for e in others if not e.before and direction * (e.at - goal) < 0]
-            if torn:
-                raise NotRefined(f"a contact is torn open near depth = {torn[0]!r}", torn[0])
-            others = [event for event in others if event.before]
-            if others:
-                self.events.enclose(others)
-            enclosed += ready
-            unknown = [event for event in unknown if not any(event is r for r in ready)]
-            now = self._happen(enclosed, happened, direction, goal)
+            # With two works of adhesion lines stay where they are born, until they move.
+            ready = [event for event in unknown if not self.scene.hysteretic or _is_born(event)]
+            unknown = _without(unknown, ready)
+            self._find_depths(ready, direction, goal)
+            waiting += ready
+            now = self._happening_now(waiting, happened, direction, goal)
             unknown += Cascades(self.landings).found(now)
             if not now:
-                lost = self._lost(enclosed, happened, direction, goal)
+                lost = self._lost(waiting, happened, direction, goal)
                 if lost is None:
-                    return self._in_order(happened, enclosed, direction, start, goal)
+                    return self._in_order(happened, waiting, direction, start, goal)
                 now = [self._at_once(*lost)]
-                happened = [event for event in happened if event is not lost[0]]
-                enclosed = [event for event in enclosed if event is not lost[1]]
-            enclosed = [event for event in enclosed if not any(event is n for n in now)]
+                happened = _without(happened, [lost[0]])
+                waiting = _without(waiting, [lost[1]])
+            waiting = _without(waiting, now)
             self.landings.land(now)
             unknown += Remnants(self.events).found(now)
             for event in now:
@@ -284,6 +318,19 @@ class Refinement:
                     life.start = event.depth
                     life.first = row
             happened += now
+
+    def _find_depths(self, events: list[Happening], direction: int, goal: float) -> None:
+        """Write the depths of events and the lines before them; nan stays where they are not found.
+
+        NotRefined where a contact that adheres opens inside before the goal.
+        """
+        others = _without(events, Crests(self.equations).find(events))
+        torn = [e.at for e in others if not e.before and direction * (e.at - goal) < 0]
+        if torn:
+            raise NotRefined(f"a contact is torn open near depth = {torn[0]!r}", torn[0])
+        ending = [event for event in others if event.before]
+        if ending:
+            self.events.enclose(ending)
 
     def _in_order(
         self,
@@ -293,7 +340,11 @@ class Refinement:
         start: float,
         goal: float,
     ) -> tuple[list[Happening], float]:
-        """The events that have happened by the goal, or before the first out of order."""
+        """The events that have happened, and the goal: if one is out of order, up to before that.
+
+        left: the events that have not happened. NotRefined if hardly anything were left of the
+        route.
+        """
         early = self._first_out_of_order(happened, left, direction, goal)
         if early is None:
             return happened, goal
@@ -305,10 +356,13 @@ class Refinement:
             )
         return [event for event in happened if direction * (event.depth - cut) < 0], cut
 
-    def _happen(
+    def _happening_now(
         self, events: list[Happening], before: list[Happening], direction: int, goal: float
     ) -> list[Happening]:
-        """Those of these events that happen before the goal to surfaces that exist."""
+        """Those of these events that happen before the goal to surfaces that are born by then.
+
+        They are born at the start, at events that have happened `before`, or at others of these.
+        """
         known = {id(event) for event in before}
         found = list[Happening]()
         for event in events:
@@ -325,8 +379,8 @@ class Refinement:
     ) -> float | None:
         """The first depth of an event that comes in another order than on the nodes, or None.
 
-        A surface of it is born later, at an event before the goal or, of those that are left,
-        beyond it.
+        Of events that have happened: a surface that it ends is born later. Of those that are left,
+        with a depth before the goal: a surface that it ends is not born by the goal.
         """
         late = _ORDER.late * self.equations.size
         early = [event.depth for event in left if direction * (event.depth - goal) <= 0]
@@ -339,10 +393,11 @@ class Refinement:
     def _lost(
         self, events: list[Happening], before: list[Happening], direction: int, goal: float
     ) -> tuple[Happening, Happening] | None:
-        """An event that is not found although its surfaces exist, with that at which one is born.
+        """An event that is not found although its surfaces exist, after that at which one is born.
 
-        NotRefined unless it comes on the nodes before that has happened off them: then both happen
-        at once.
+        On the nodes it comes at a depth at which that other event has not happened yet off them: so
+        the surface in between may not exist there, and both happen at once. NotRefined where it is
+        not so; None where no event is missing before the goal.
         """
         known = {id(event): event for event in before}
         for event in events:
@@ -358,7 +413,11 @@ class Refinement:
         return None
 
     def _at_once(self, first: Happening, second: Happening) -> Happening:
-        """Two events, the second of a surface that is born at the first, as one event."""
+        """Two events, the second of a surface that is born at the first, as one event.
+
+        It ends the surfaces that the first one ends, and those that the second one ends but for
+        that surface, at rest at the depth of the first; both know it instead of the two events.
+        """
         others = [life for life in second.before if life.born is not first]
         before = list[Life]()
         lines = list[Array]()
@@ -391,7 +450,10 @@ class Refinement:
         start: float,
         goal: float,
     ) -> tuple[list[Life], list[Stretch]]:
-        """Smooth motion between the depths of events, and what is alive at the goal."""
+        """What is alive at the goal, and the smooth motion between the depths of events.
+
+        alive: the surfaces at the start. How they end is written into those that events end.
+        """
         together = _ORDER.together * self.equations.size
         stretches = list[Stretch]()
         depth = start
@@ -411,7 +473,10 @@ class Refinement:
         return alive, stretches
 
     def _ended(self, event: Happening, at: float) -> None:
-        """Write into surfaces how they end. NotRefined where that is before their birth."""
+        """Write into surfaces how they end at an event, at a depth that may be that of several.
+
+        NotRefined where that is before their birth.
+        """
         late = _ORDER.late * self.equations.size
         for life, row in zip(event.before, event.lines_before, strict=True):
             life.end = at
@@ -424,8 +489,11 @@ class Refinement:
             life.start = at
 
     def _replaced(self, alive: list[Life], event: Happening) -> list[Life]:
-        """The surfaces after an event, from left to right."""
-        if any(not any(life is other for other in alive) for life in event.before):
+        """All surfaces after an event, given those before it, both from left to right.
+
+        NotRefined if the event ends one that is not there.
+        """
+        if _without(event.before, alive):
             raise NotRefined(
                 f"events near depth = {event.depth!r} are not in the nodes' order", event.depth
             )
@@ -433,7 +501,7 @@ class Refinement:
         return [*alive[:first], *event.after, *alive[first + len(event.before) :]]
 
     def _end(self, alive: list[Life], goal: float) -> None:
-        """Lines of surfaces at the goal."""
+        """Write into surfaces their lines at the goal, which ends them."""
         if not alive:
             return
         lines = self.at(alive, goal)
@@ -442,15 +510,22 @@ class Refinement:
             life.last = row
 
     def at(self, lives: list[Life], depth: float) -> Array:
-        """Lines (n, 2) of surfaces at rest at a depth of their lives."""
+        """Lines (n, 2) of surfaces at rest at a depth of their lives, found from their nodes.
+
+        NotRefined if they do not come to rest, or only further from there than FROM_NODES.
+        """
         guess = np.array([life.guess(depth) for life in lives])
         return self._rest(lives, guess, np.full(len(lives), depth))
 
     def _at(self, lives: list[Life], depths: Array) -> Array:
-        """The same of surfaces with known pieces at depths (n,) of their own."""
+        """The same at depths (n,) of their own, found from their motion, which is known."""
         return self._rest(lives, drawn_lives(lives, depths[:, None])[:, 0], depths)
 
     def _rest(self, lives: list[Life], guess: Array, depths: Array) -> Array:
+        """Lines (n, 2) taken to rest at depths (n,) from a guess (n, 2).
+
+        Those that fail are taken from their nodes, then from where they were born.
+        """
         reach = FROM_NODES * self.equations.length
         found = self.events.rest(lives, guess[:, None], depths[:, None], reach=reach)
         lines = found.lines
@@ -471,13 +546,18 @@ class Refinement:
         return lines
 
     def _guesses(self, lives: list[Life], depths: Array) -> Array:
+        """The positions (n, 2) of the nodes of surfaces at depths (n,)."""
         return np.array([life.guess(d) for life, d in zip(lives, depths.tolist(), strict=True)])
 
     def _firsts(self, lives: list[Life], depths: Array) -> Array:
+        """The lines (n, 2) of surfaces at their birth, whatever the depths."""
         return np.array([life.first for life in lives])
 
     def _agreed(self, stretch: Stretch) -> None:
-        """Lines beyond the events of a stretch. NotRefined where closer nodes disagree."""
+        """Write the lines after the events of a stretch. NotRefined where closer nodes disagree.
+
+        The events happen one after the other, so that each finds the lines that the last has left.
+        """
         if not stretch.events:
             return
         lives = list(stretch.lives)
@@ -496,7 +576,10 @@ class Refinement:
             raise NotRefined(f"contacts overlap after the event at {stretch.end!r}", stretch.end)
 
     def _find_ends(self, stretches: list[Stretch]) -> None:
-        """Find the lines of all surfaces at the ends of all stretches."""
+        """Write the lines of surfaces at the ends of their stretches; of most these are known.
+
+        NotRefined if lines of neighbours have passed each other.
+        """
         lives = [life for stretch in stretches for life in stretch.lives]
         depths = np.array([stretch.end for stretch in stretches for _ in stretch.lives])
         lines = np.array([life.last for life in lives]).reshape(-1, 2)
@@ -513,8 +596,23 @@ class Refinement:
 
 
 def _place(lives: list[Life], event: Happening) -> int:
-    """The place of the first surface of an event among others, or of one that begins."""
+    """The number of the first surface that an event ends, among surfaces from left to right.
+
+    Of an event that ends none, where a gap opens, the number that the new surface will have: as
+    many are on the left of it.
+    """
     if event.before:
         return next(i for i, life in enumerate(lives) if life is event.before[0])
     (begins,) = event.lines_after
     return sum(bool(life.guess(event.depth)[1] <= begins[0]) for life in lives)
+
+
+def _without(items: list[T], others: list[T]) -> list[T]:
+    """Those items that are not among others, compared by identity."""
+    known = {id(other) for other in others}
+    return [item for item in items if id(item) not in known]
+
+
+def _is_born(event: Happening) -> bool:
+    """Whether the refined depth is known at which each surface is born that an event ends."""
+    return not any(math.isnan(life.start) for life in event.before)
