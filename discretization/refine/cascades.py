@@ -3,10 +3,19 @@
 On nodes a contact is lost a little late. A neighbour that would have been lost soon afterwards may
 then be lost at the same depth. Off the nodes the first of them is the one whose lines have met. The
 free surfaces on both sides of it become one; if that comes to rest, the others are lost later.
+
+Conventions
+-----------
+Only where the depth falls: directions are -1. Lines of neighbouring free surfaces are arrays
+(n, 2), a row for each from left to right, with its left and its right line [length]; the contact
+between rows i and i + 1 reaches from [i, 1] to [i + 1, 0]. A `Happening` is an event that ends
+surfaces `before` and begins those `after`, each a `Life`; `Landings.merged` are the lines of the
+surface that two neighbours become when the contact between them is lost and the others stay.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -28,7 +37,7 @@ class Cascades:
     Attributes
     ----------
     landings : Landings
-        Finds where the surface rests that two neighbours become.
+        What finds where the surface rests that two neighbours become.
     """
 
     landings: Landings
@@ -39,7 +48,8 @@ class Cascades:
         Parameters
         ----------
         happened : sequence of Happening
-            Those that can be divided become the loss of their first contact alone.
+            With the lines before them. Those that can be divided become the loss of their first
+            contact alone.
 
         Returns
         -------
@@ -59,7 +69,10 @@ class Cascades:
         return later
 
     def _first_lost(self, event: Happening) -> int | None:
-        """The number of the surface on the left of the contact whose lines have met."""
+        """The number of the surface on the left of the contact whose lines have met.
+
+        None where no contact is closed just before the event: what is lost first is not known.
+        """
         rows = event.lines_before
         widths = rows[1:, 0] - rows[:-1, 1]
         place = int(np.argmin(widths))
@@ -68,10 +81,11 @@ class Cascades:
 
 
 def _taken_apart(event: Happening, place: int, merged: Array) -> Happening:
-    """Make an event the loss of one contact; the event at which the others are lost.
+    """Make an event the loss of one contact; returns the event at which the others are lost.
 
     place: the number of the surface on the left of that contact; merged: lines (2,) of the surface
-    that is there afterwards.
+    that is there afterwards. That surface and the others before the event are those before the new
+    one, which has what came after the old event.
     """
     nodes = event.before[0].nodes
     left = event.before[place]
@@ -82,7 +96,7 @@ def _taken_apart(event: Happening, place: int, merged: Array) -> Happening:
     later = Happening(event.at, before, event.after)
     for life in event.after:
         life.born = later
-        life.start = float("nan")
+        life.start = math.nan
     event.before = [left, right]
     event.lines_before = event.lines_before[place : place + 2]
     event.after = [between]

@@ -1,4 +1,9 @@
-"""Where an indenter touches first: on flat faces between corners, or at its lowest points."""
+"""Where an indenter touches first: on flat faces between corners, or at its lowest points.
+
+Nodes know which contacts there are at first touch, but where a face ends only to a link. It ends at
+corners, which are known exactly: those next to a contact on nodes that are as low as the profile
+gets. Heights of the profile are measured from its lowest level upwards, positions to the right.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +26,10 @@ def faces_at_touch(equations: Equations, nodes: FoundNodes, contacts: Contacts) 
     Parameters
     ----------
     equations : Equations
+        With the profile and the size of depths.
     nodes : FoundNodes
     contacts : Contacts
-        m contacts on nodes at first touch.
+        First and last nodes of the m contacts at first touch, from left to right.
 
     Returns
     -------
@@ -38,11 +44,12 @@ def faces_at_touch(equations: Equations, nodes: FoundNodes, contacts: Contacts) 
     lowest = corners[heights <= profile.touch + _ROUNDING * equations.size]
     found = np.full((len(contacts), 2), np.nan)
     for i, (first, last) in enumerate(contacts):
+        # The face may reach up to a link beyond the nodes of the contact.
         left = nodes.positions[first] - nodes.spacing
         right = nodes.positions[last] + nodes.spacing
         face = lowest[(lowest >= left) & (lowest <= right)]
         if face.size:
-            found[i] = face[[0, -1]]
+            found[i] = face[[0, -1]]  # corners increase; one alone is a point
         elif len(contacts) == 1:
             found[i] = profile.lowest
     return found

@@ -3,10 +3,21 @@
 Where a contact is lost on nodes, a remnant may still rest at a tip: at a corner D rises by a
 jump, which holds a contact of any width. Its lines are looked for from widths of a spacing of the
 nodes down to rounding; receding lines come to rest in the widest contact first.
+
+Conventions
+-----------
+Only where the depth falls: directions are -1. Lines of neighbouring free surfaces are rows from
+left to right of their left and right line [length], -inf and inf where a tail has none; the contact
+between two surfaces reaches from the right line of the left one to the left line of the right one.
+A `Happening` is an event that ends surfaces `before` and begins those `after`, each a `Life`. On
+nodes a surface is the pair of contact nodes at its ends, None where there is none. `Events.rest`
+takes lines to rest by Newton's method; `Equations.pulls` are the forces of surfaces at their lines
+over kl [length], positive where they push the contact up against the indenter.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -15,10 +26,10 @@ import numpy as np
 
 from discretization.refine.events import Events
 from discretization.refine.lives import Happening, Life, Pair
-from energy.arrays import Array
+from energy.arrays import Array, Mask
 
-# Of the spacing of nodes: half widths of contacts that are tried, down to 2e-12, where the width is
-# the rounding of a position a few thousand spacings from 0.
+# Of the spacing of nodes: half-widths of contacts that are tried, from a link on either side down
+# to 2e-12, where the width is the rounding of a position a few thousand spacings from 0.
 _WIDTHS = 0.5 ** np.arange(40)
 
 
@@ -54,7 +65,7 @@ class Remnants:
     Attributes
     ----------
     events : Events
-        Takes lines to rest.
+        What takes lines to rest.
     """
 
     events: Events
@@ -65,7 +76,8 @@ class Remnants:
         Parameters
         ----------
         happened : sequence of Happening
-            Surfaces and lines after those with a remnant become the ones on both sides of it.
+            With the lines after them. Where there is a remnant, `after` and `lines_after` become
+            the two surfaces on both sides of it and their lines.
 
         Returns
         -------
@@ -87,41 +99,69 @@ class Remnants:
         return later
 
     def _remnant(self, event: Happening, left: float, right: float) -> Array | None:
-        """Lines (2, 2) of the surfaces on both sides of a contact that stays between two lines."""
-        equations = self.events.equations
+        """Lines (2, 2) of the surfaces on both sides of a contact that stays between two lines.
+
+        left, right: the ends of the contact just before it seemed to be lost. None if none stays.
+        """
         spacing = event.before[0].nodes.spacing
-        corners = equations.profile.corners
+        corners = self.events.equations.profile.corners
         near = corners[(corners >= left - spacing) & (corners <= right + spacing)]
-        outer = event.lines_after[0] if len(event.after) else (-np.inf, np.inf)
+        if not near.size:
+            return None
+        for life, row in zip(event.before, event.lines_before, strict=True):
+            life.first = row if np.isnan(life.first).any() else life.first
         for corner in near.tolist():
-            half = spacing * _WIDTHS
-            rows = np.empty((half.size, 2, 2))
-            rows[:, 0] = np.column_stack([np.full(half.size, outer[0]), corner - half])
-            rows[:, 1] = np.column_stack([corner + half, np.full(half.size, outer[1])])
-            flat = rows.transpose(1, 0, 2)
-            depths = np.full(flat.shape[:2], event.depth)
-            for life, row in zip(event.before, event.lines_before, strict=True):
-                life.first = row if np.isnan(life.first).any() else life.first
-            found = self.events.rest(event.before, flat, depths)
-            lines = found.lines.reshape(flat.shape)
+            lines, at_rest = self._rests_at(event, corner)
             width = lines[1, :, 0] - lines[0, :, 1]
-            good = found.at_rest.reshape(2, -1).all(axis=0)
-            good &= (width >= 0) & (width <= _RULES.widest * spacing)
+            good = at_rest & (width >= 0) & (width <= _RULES.widest * spacing)
             good &= (lines[0, :, 1] >= left - spacing) & (lines[1, :, 0] <= right + spacing)
-            pulls = equations.pulls(lines.reshape(-1, 2), depths.ravel()).reshape(flat.shape)
-            reaction = pulls[0, :, 1] + pulls[1, :, 0]
-            good &= (width > 0) | (reaction >= -_RULES.pulled * equations.size)
+            good &= (width > 0) | self._is_pressed(lines, event.depth)
             good &= width < (right - left) / 2  # not the contact before
             if good.any():
                 widest = int(np.argmax(np.where(good, width, -1.0)))
                 return lines[:, widest]
         return None
 
+    def _rests_at(self, event: Happening, corner: float) -> tuple[Array, Mask]:
+        """Lines at the depth of an event, taken to rest from contacts of all widths at a corner.
+
+        Returns
+        -------
+        lines : ndarray (2, j, 2)
+            Of the surfaces on the left and on the right of the contact, for j widths [length].
+        at_rest : ndarray of bool (j,)
+            Whether both are at rest.
+        """
+        half = _WIDTHS * event.before[0].nodes.spacing
+        outer = event.lines_after[0] if len(event.after) else (-np.inf, np.inf)
+        start = np.empty((2, half.size, 2))
+        start[0] = np.column_stack([np.full(half.size, outer[0]), corner - half])
+        start[1] = np.column_stack([corner + half, np.full(half.size, outer[1])])
+        found = self.events.rest(event.before, start, np.full(start.shape[:2], event.depth))
+        at_rest = np.asarray(found.at_rest.reshape(2, -1).all(axis=0))
+        return found.lines.reshape(start.shape), at_rest
+
+    def _is_pressed(self, lines: Array, depth: float) -> Mask:
+        """Whether contacts of one point are pressed, or not pulled but for rounding (j,).
+
+        lines (2, j, 2) are those of the surfaces on both sides, the middle two at the point.
+        """
+        equations = self.events.equations
+        flat = lines.reshape(-1, 2)
+        pulls = equations.pulls(flat, np.full(len(flat), depth)).reshape(lines.shape)
+        reaction = pulls[0, :, 1] + pulls[1, :, 0]
+        return np.asarray(reaction >= -_RULES.pulled * equations.size)
+
 
 def _interposed(event: Happening, rows: Array, place: float) -> Happening:
-    """Put a remnant between an event and what comes after it; the event at which it is lost."""
+    """Put a remnant between an event and what comes after it; the event at which it is lost.
+
+    rows (2, 2): the lines of the surfaces on both sides of it; place: where it is [length]. These
+    two surfaces come after the event now, and end at the new one, which has what came after it.
+    """
     nodes = event.before[0].nodes
     (node, _), *_ = nodes.contacts((place, place))
+    # The outermost nodes, as the two surfaces have them after the event, or last had them.
     first = event.before[0].trace[-1][1][0]
     last = event.before[-1].trace[-1][1][1]
     if event.after:
@@ -131,7 +171,7 @@ def _interposed(event: Happening, rows: Array, place: float) -> Happening:
     later = Happening(event.at, new, event.after)
     for life in event.after:
         life.born = later
-        life.start = float("nan")
+        life.start = math.nan
     event.after = new
     event.lines_after = rows
     return later

@@ -1,6 +1,18 @@
 """A route: a part of a path in one direction of the depth, refined.
 
 It gives the lines at any depth on it, and the work done between two depths.
+
+Conventions
+-----------
+Depths grow as the indenter goes down. The direction of a route is 1 where its depth grows and -1
+where it falls; depths times the direction increase along it. A route is a row of stretches
+(`Stretch`), numbered from 0, which end at events; on a stretch the same free surfaces, its `lives`,
+move smoothly. The motion of a surface (`Life`) is stored in pieces: its lines at the depths of
+Gauss-Lobatto points (`Piece`), which `drawn` interpolates by polynomials.
+
+Lines of n free surfaces at k depths are arrays (n, k, 2): surfaces from left to right, each with
+its left and its right line [length], -inf and inf where a tail has none. Contacts on nodes are
+their first and last nodes.
 """
 
 from __future__ import annotations
@@ -29,7 +41,8 @@ class RouteRules(NamedTuple):
     Attributes
     ----------
     at_rest : float
-        Of l, over slopes: how far the equations of lines next to a fold may be from 0.
+        Of δ/l, the size of slopes, δ that of depths: how far F of lines next to a fold may be
+        from 0.
     rounds : int
         Of Newton's method from the polynomials of a piece.
     reach : float
@@ -55,8 +68,9 @@ class Route:
     Attributes
     ----------
     refinement : Refinement
+        What has found it.
     stretches : list of Stretch
-        In their order.
+        In their order, at least one.
     """
 
     refinement: Refinement
@@ -73,7 +87,7 @@ class Route:
         return self.stretches[-1].end
 
     def contacts(self, index: int, depth: float) -> tuple[Contacts, float]:
-        """Contacts on nodes at a depth on a stretch, and the depth at which these are at rest.
+        """Contacts on nodes at a depth on a stretch, and the depth from which on to follow them.
 
         Parameters
         ----------
@@ -103,7 +117,10 @@ class Route:
         return contacts, self.direction * max([self.direction * depth, *births])
 
     def next_cut(self, index: int, depth: float) -> float:
-        """The first depth beyond this one at which a line becomes pinned or free, or the end."""
+        """The first depth beyond this one at which a line becomes pinned or free, on a stretch.
+
+        Its end where no line does [length].
+        """
         stretch = self.stretches[index]
         cuts = [cut for life in stretch.lives for cut in life.cuts]
         ahead = [cut for cut in cuts if self.direction * (cut - depth) > 0]
@@ -143,10 +160,11 @@ class Route:
         return drawn_lives(lives, np.broadcast_to(depths, (len(lives), depths.size)))
 
     def _demanded(self, index: int, depths: Array, lines: Array, guess: Array, lost: Mask) -> None:
-        """Lines (n, k, 2) that Newton's method has `lost` (n, k) are put where they are at rest.
+        """Put lines (n, k, 2) that Newton's method has `lost` (n, k) where they are at rest.
 
-        Those of gaps about to close where these close, others on the polynomials of the pieces
-        (n, k, 2) if they rest there to rounding; NotRefined if they do not.
+        Next to a fold it hardly converges, but the polynomials of the pieces are good there. So
+        lines are put on these, `guess` (n, k, 2), or, of gaps about to close, where they close.
+        NotRefined if they are not at rest there to rounding.
         """
         lives = self.stretches[index].lives
         all_depths = np.broadcast_to(depths, lost.shape)
@@ -157,8 +175,9 @@ class Route:
     def _close(self, lives: list[Life], lines: Array, depths: Array, lost: Mask) -> None:
         """Close gaps that have just opened, or are about to close, where they are not settled.
 
-        Their lines are as near to each other as the root of the depth since then, which rounding
-        makes of it. Closed gaps are no longer `lost`.
+        The width of such a gap grows like the root of the depth since it opened, so that rounding
+        of the depth is felt in more than half of the digits of its lines. Both lines are put where
+        they met; the gap is no longer `lost`.
         """
         least = _RULES.just_open * self.refinement.equations.size
         for i, life in enumerate(lives):
@@ -170,7 +189,11 @@ class Route:
                 lost[i] &= ~closed
 
     def _demand_rest(self, lives: list[Life], lines: Array, depths: Array, lost: Mask) -> None:
-        """NotRefined unless lines that Newton's method did not settle are at rest, to rounding."""
+        """Raise NotRefined unless lines that are still `lost` (n, k) are at rest, to rounding.
+
+        At rest is a line where F is 0, at a joint, or, with two works of adhesion, where it has
+        stood since the birth of the surface.
+        """
         if not lost.any():
             return
         row, column = np.nonzero(lost)
@@ -186,7 +209,11 @@ class Route:
             raise NotRefined(f"the contacts at depth = {depth!r} do not come to rest", depth)
 
     def work(self, index: int, start: float, end: float) -> float:
-        """∫P dd on a stretch from one depth to another [energy/length]."""
+        """∫P dd on a stretch from one depth to another [energy/length].
+
+        By the rule of the pieces, d = start + (end - start)(2t - t²) and t = (1 + z)/2, so that
+        dd = (end - start)(1 - z)/2 dz for the points z of the Gauss-Lobatto rule.
+        """
         points, weights, _ = gauss_lobatto(DEGREE)
         total = 0.0
         for life in self.stretches[index].lives:
@@ -228,6 +255,7 @@ def lines_of_routes(parts: Sequence[tuple[Route, int, Array]]) -> list[Array]:
     NotRefined
         If Newton's method does not take lines to rest.
     """
+    # One row for every surface at every depth, part after part.
     lives = list[Life]()
     guesses = list[Array]()
     all_depths = list[Array]()
