@@ -1,6 +1,18 @@
 """The certificate of the states of a path, many of them at once (conditions: ../certificate.py).
 
 Without adhesion a contact may open inside: those states are judged one by one (fitted/contacts.py).
+
+Conventions
+-----------
+Depths d grow as the indenter goes down. The free surfaces of s states stand next to each other in
+rows, those of a state from left to right; a row is (left line, right line) [length], -inf and inf
+where a tail has none. `first` (s,) are the numbers of the rows of the left tails, so that
+`ufunc.reduceat(values, first)` is a value for each state; as a right tail has no right line and a
+left tail no left one, what is formed of neighbouring rows of two states is never a contact.
+
+D is the depth at which a line would rest (`ContactLines`): it advances where D < d, with the
+adhesion of closing, and recedes where D > d, with that of opening. `Equations.pulls` are the forces
+of surfaces at their lines over kl [length], positive where they press against the indenter.
 """
 
 from __future__ import annotations
@@ -28,7 +40,9 @@ class Judge:
     Attributes
     ----------
     equations : Equations
+        The pulls and shapes of free surfaces.
     contact_lines : ContactLines
+        The depths D at which lines would rest.
     """
 
     equations: Equations
@@ -54,50 +68,45 @@ class Judge:
         surfaces = [free_surfaces(lines) for lines, _ in states]
         counts = np.array([len(rows) for rows in surfaces])
         first = np.cumsum(counts) - counts
-        depth = np.array([depth for _, depth in states])
+        depths = np.array([depth for _, depth in states])
         rows = np.concatenate(surfaces)
-        return self._of_rows(rows, first, np.repeat(depth, counts), depth)
+        return self._of_rows(rows, first, np.repeat(depths, counts), depths)
 
     def _of_rows(
-        self, rows: Array, first: Nodes, depths: Array, of_state: Array
+        self, rows: Array, first: Nodes, depths: Array, depths_of_states: Array
     ) -> list[Certificate]:
-        """Of states whose surfaces stand next to each other in rows (n, 2), the first ones here.
-
-        depths (n,); of_state: the same of each state.
-        """
+        """The certificates of states with these rows (n, 2), their depths (n,), and depths (s,)."""
         scene = self.contact_lines.scene
         size = self.contact_lines.rests.size
-        scale = np.array([displacement_scale(scene, depth, size) for depth in of_state.tolist()])
-        points = self._points(rows, first)
-        line_states = self.contact_lines.line_state_rows(rows, points)
-        at = np.where(np.isfinite(rows), depths[:, None], -np.inf)
+        scale = np.array([displacement_scale(scene, d, size) for d in depths_of_states.tolist()])
+        terms = scale + _worst(self._steepness(rows), first)  # of the terms that cancel in D
+        points = self._points(rows)
+        lines = self.contact_lines.line_state_rows(rows, points)
 
-        def worst(values: Array) -> Array:
-            """Of each state, of values (n, 2) of its lines."""
-            return np.asarray(np.maximum.reduceat(values.max(axis=1), first))
-
-        closing = worst(at - line_states.closing)
-        bare = worst(at - line_states.bare)
-        opening = worst(np.where(np.isfinite(rows), line_states.opening - depths[:, None], -np.inf))
-        through = np.where(closing > ROUNDING * size, bare, closing)
-        terms = scale + worst(self._steepness(rows))
+        # How much deeper than D of a line that closes the state is, and less deep than D of one
+        # that opens. Without adhesion a line rests later, D₀ >= D.
+        has_line = np.isfinite(rows)
+        deep = np.where(has_line, depths[:, None], -np.inf)
+        advances = _worst(deep - lines.closing, first)
+        passes_through = _worst(deep - lines.bare, first)
+        recedes = _worst(np.where(has_line, lines.opening - depths[:, None], -np.inf), first)
+        # What is rounding where the line is judged with adhesion is rounding without it.
+        through = np.where(advances > ROUNDING * size, passes_through, advances)
         beyond = np.maximum.reduceat(-least_gaps(self.equations, rows, depths), first)
-        # pinned by another work of adhesion than what moves them, or the energy is convex
-        kept = scene.hysteretic or not scene.work_of_adhesion
-        firm = np.logical_and.reduceat(line_states.stable | kept, first)
-        neighbours = np.maximum(np.maximum(closing, opening) / terms, ~firm)
-        columns = (
-            np.maximum(through / terms, beyond / scale),
-            np.zeros(of_state.size),  # free surfaces are solved in closed form
-            self._tension(rows, first, depths, points) / scale,
-            neighbours,
-            self._off_force(rows, first, depths),
-        )
-        table = np.maximum(0.0, np.column_stack(columns))
-        return [Certificate(*row) for row in table.tolist()]
 
-    def _points(self, rows: Array, first: Nodes) -> Mask:
-        """Which lines (n, 2) are those of contacts of one point."""
+        # Stable is any line that another work of adhesion holds than moves it, and any of a convex
+        # energy.
+        always_stable = scene.hysteretic or not scene.work_of_adhesion
+        stable = np.logical_and.reduceat(lines.stable | always_stable, first)
+        return _certificates(
+            penetration=np.maximum(through / terms, beyond / scale),
+            opening=self._tension(rows, first, depths, points) / scale,
+            neighbours=np.maximum(np.maximum(advances, recedes) / terms, ~stable),
+            force=self._off_force(rows, first, depths),
+        )
+
+    def _points(self, rows: Array) -> Mask:
+        """Which lines (n, 2) are those of contacts of one point, where two neighbours meet."""
         found = np.zeros(rows.shape, bool)
         lone = rows[:-1, 1] == rows[1:, 0]
         found[:-1, 1] = lone
@@ -105,7 +114,7 @@ class Judge:
         return found
 
     def _steepness(self, rows: Array) -> Array:
-        """l |f'| at lines (n, 2), at corners the larger one."""
+        """l |f'| at lines (n, 2) [length], at corners the larger one; -inf where is no line."""
         line = np.isfinite(rows)
         at = np.where(line, rows, self.equations.profile.lowest)
         sides = (-1, 1) if len(self.contact_lines.scene.indenter.corners) else 0
@@ -114,7 +123,11 @@ class Judge:
         return np.where(line, self.equations.length * steep, -np.inf)
 
     def _tension(self, rows: Array, first: Nodes, depths: Array, points: Mask) -> Array:
-        """The largest force over kl that would open a contact of each state."""
+        """The largest force over kl that would open a contact of each state (s,) [length].
+
+        At contacts of one point, where the surfaces on both sides pull together, and at corners
+        inside of contacts. At least 0.
+        """
         pulls = self.equations.pulls(rows, depths)
         lone = np.where(points[:-1, 1], -(pulls[:-1, 1] + pulls[1:, 0]), 0.0)
         found = np.maximum.reduceat(np.append(lone, 0.0), first)
@@ -122,6 +135,7 @@ class Judge:
         over = self.contact_lines.forces_opening_corners(corners)
         unit = self.contact_lines.scene.stiffness * self.equations.length
         for corner, force in zip(corners[over > 0], over[over > 0], strict=True):
+            # The contact after each row, which is none after the last one of a state.
             inside = np.append(rows[:-1, 1], np.inf) < corner
             inside &= corner < np.append(rows[1:, 0], -np.inf)
             in_contact = np.logical_or.reduceat(inside, first)
@@ -129,9 +143,11 @@ class Judge:
         return np.asarray(found)
 
     def _off_force(self, rows: Array, first: Nodes, depths: Array) -> Array:
-        """dU/dd against k∫u of each state, as γ₁ times the change of u' over its free surfaces.
+        """By how much dU/dd and k∫u of each state differ (s,), over the sizes of their terms.
 
-        Both with the same integral over contacts, over the size of what they are summed from.
+        The contacts add the same to both. A free surface adds its pulls kl [σ u + τ (u - u_facing)]
+        at both lines to dU/dd. To k∫u it adds γ₁ times the change of u' over it, as k u = γ₁ u''.
+        All over kl [length].
         """
         equations = self.equations
         pulls = equations.pulls(rows, depths)
@@ -147,3 +163,32 @@ class Judge:
         of_contacts = displaced * equations.length
         size = np.add.reduceat(of_surfaces + of_contacts, first)
         return np.abs(off) / np.where(size > 0, size, 1.0)
+
+
+def _worst(values: Array, first: Nodes) -> Array:
+    """The largest of values (n, 2) at the lines of each state (s,)."""
+    return np.asarray(np.maximum.reduceat(values.max(axis=1), first))
+
+
+def _certificates(
+    penetration: Array, opening: Array, neighbours: Array, force: Array
+) -> list[Certificate]:
+    """The certificates of states, given how much each violates these conditions (s,).
+
+    Less than 0 is no violation. Free surfaces are solved in closed form, so that no force is left
+    on them: the violation of stationarity is 0.
+    """
+    none = np.zeros(penetration.size)
+    violations = np.maximum(
+        0.0, np.column_stack([penetration, none, opening, neighbours, force])
+    ).tolist()
+    return [
+        Certificate(
+            penetration=through,
+            stationarity=left,
+            opening=pulled,
+            neighbours=moving,
+            force=off,
+        )
+        for through, left, pulled, moving, off in violations
+    ]
