@@ -6,6 +6,18 @@ would become negative, and the last of one is gone where it does no more: at the
     d = max (f - l² f'')
 
 over what may be in contact, at the place where that is largest (fitted/tension.py).
+
+Conventions
+-----------
+Depths d grow as the indenter goes down; heights f of the profile are positive upwards. A
+`Happening` is an event that ends the free surfaces `before` and begins those `after`, with its
+depth on the nodes, `at`, and its refined depth, `depth`; its direction is 1 where the depth grows,
+so that a gap closes (it has no surface after it), and -1 where it falls, so that a gap opens (none
+before it). Lines (1, 2) of the gap are its left and its right one, both at the crest.
+
+`pull` looks in contact, between two positions and at a depth, for where the profile would pull the
+surface: `worst` is the largest pull over k, -(d - f) - l² f'' [length], so that d + worst is the
+depth of the crest, and `ends` are both ends of where it pulls; 0 and nan if nowhere.
 """
 
 from __future__ import annotations
@@ -28,29 +40,48 @@ _BELOW = (1e-3, 1e-7)  # margins below the crest's depth, from where its place i
 
 @dataclass(frozen=True, eq=False)
 class Crests:
-    """What finds the depths and places at which gaps are as narrow as one likes."""
+    """What finds the depths and places at which gaps are as narrow as one likes.
+
+    Attributes
+    ----------
+    equations : Equations
+    """
 
     equations: Equations
 
     def find(self, events: Sequence[Happening]) -> list[Happening]:
-        """Those of these events that are of this kind, with their depths and lines (1, 2)."""
-        return [event for event in events if self._is_one(event) and self._found(event)]
+        """Those of these events that are of this kind.
+
+        Their depths and lines are written into them, and that they are smooth.
+        """
+        found = [event for event in events if self._is_one(event)]
+        for event in found:
+            self._find(event)
+        return found
 
     def _is_one(self, event: Happening) -> bool:
+        """Whether a gap opens or closes at an event, and contacts do not adhere when they do so."""
         scene = self.equations.scene
         if event.direction > 0:
             return not scene.work_of_adhesion and len(event.before) == 1 and not event.after
-        torn = not event.before and len(event.after) == 1
-        return torn and not scene.opened.work_of_adhesion
+        opens_inside = not event.before and len(event.after) == 1
+        return opens_inside and not scene.opened.work_of_adhesion
 
-    def _found(self, event: Happening) -> bool:
+    def _find(self, event: Happening) -> None:
+        """Write the depth and the place of the crest into an event of a gap.
+
+        NotRefined unless it is near the nodes of the gap.
+        """
         (life,) = event.before or event.after
         ends = life.lines_at(life.trace[-1 if event.before else 0][1])
         nodes = life.nodes
         low, high = ends + _AROUND * nodes.spacing * np.array([-1.0, 1.0])
+        scene = self.equations.scene
+        profile = self.equations.profile
+        # The pull is read a little below the depth, where the profile pulls around the crest: the
+        # middle of that is the crest. First the depth is that on the nodes, and may be too low.
         depth = event.at
         place = np.nan
-        scene, profile = self.equations.scene, self.equations.profile
         for below in _BELOW:
             start = depth - below * nodes.margin
             found = pull(scene, profile, low, high, start)
@@ -68,4 +99,3 @@ class Crests:
             event.lines_before = at_crest
         else:
             event.lines_after = at_crest
-        return True

@@ -1,4 +1,12 @@
-"""The nodes on which contacts and the order of events are found, and lines near them."""
+"""The nodes on which contacts and the order of events are found, and lines near them.
+
+Conventions
+-----------
+Depths grow as the indenter goes down, positions to the right [length]. Nodes of the row are counted
+from 0 on the left. Contacts are ((first, last), ...), their first and last nodes from left to
+right; () is detached. `lines` of contacts are the 2m positions of their ends from left to right. A
+turn of a slope is an extreme of it, and a wave of the profile lies between two turns of one kind.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +49,8 @@ class FoundNodes:
     spacing : float
         Of the nodes [length].
     margin : float
-        By how much the depths of events on them may be off [length].
+        By how much the depths of events on them may be off [length]: AHEAD δ₀, without adhesion a
+        part of the range of depths.
     lattice : Lattice
     deepest : float
         The largest depth for which there are nodes [length].
@@ -100,17 +109,17 @@ class FoundNodes:
 
     @functools.cached_property
     def positions(self) -> Array:
-        """x of all nodes of the row."""
+        """x of all nodes of the row [length]."""
         return positions(
             self.lattice, self.scene.indenter, self.row.first + np.arange(self.row.size)
         )
 
     def lines(self, contacts: Contacts) -> tuple[float, ...]:
-        """The positions of the outermost nodes of contacts."""
+        """The positions of the first and last nodes of contacts, from left to right [length]."""
         return tuple(self.positions[np.ravel(contacts).astype(int)].tolist())
 
     def contacts(self, lines: tuple[float, ...]) -> Contacts:
-        """The contacts on nodes nearest to these lines."""
+        """The contacts whose first and last nodes are nearest to these lines."""
         at = np.rint((np.array(lines) - self.lattice.origin) / self.lattice.spacing).astype(int)
         at = np.clip(at - self.row.first, 0, self.row.size - 1)
         return tuple(zip(at[::2].tolist(), at[1::2].tolist(), strict=True))
@@ -124,14 +133,16 @@ class FoundNodes:
         return self.walk.moved(first, touch, depth)
 
     def lowest(self, depth: float) -> tuple[float, ...]:
-        """The lines of the contacts of lowest energy of all."""
+        """The lines of the contacts of lowest energy of all at a depth; () is detached [length]."""
         nodes = lowest_contacts(self.lattice.scene_on_nodes(self.scene), depth, self.lattice)
         at = positions(self.lattice, self.scene.indenter, nodes.astype(float).ravel())
         return tuple(at.tolist())
 
 
 def usual_spacing(scene: Scene, profile: Resolved, *, tips: bool = True) -> float:
-    """Distance of nodes that resolve l, the waves of the profile and its lowest points.
+    """Distance of nodes that resolve l, the waves of the profile and its lowest point.
+
+    The least of l/PER_LENGTH, of every wave of the profile over PER_WAVE, and of what `_tips` has.
 
     Parameters
     ----------
@@ -148,13 +159,17 @@ def usual_spacing(scene: Scene, profile: Resolved, *, tips: bool = True) -> floa
     length = scene.elastocapillary_length
     kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
     turns = slope_turns(profile.x, profile.slope, NOTICED * kink)
-    waves = (turns[2:] - turns[:-2]) / PER_WAVE
+    waves = turns[2:] - turns[:-2]  # from a turn to the next but one
     lowest = _tips(profile, kink) if tips else []
-    return min([length / PER_LENGTH, *waves.tolist(), *lowest])
+    return min([length / PER_LENGTH, *(waves / PER_WAVE).tolist(), *lowest])
 
 
 def _tips(profile: Resolved, kink: float) -> list[float]:
-    """Nodes at the lowest point: by √(2w/γ₁)/f'' there, the width of a contact that can be lost."""
+    """The distance of nodes that the lowest point asks for; [] where it asks for none.
+
+    Over PER_TIP of them the slope rises by √(2w/γ₁), `kink`: about so wide is the contact there
+    when it is lost. Without adhesion, at a corner and on a flat face there is no such width.
+    """
     lowest = int(np.argmin(profile.f))
     around = slice(max(lowest - 1, 0), lowest + 2)
     width = float(np.ptp(profile.x[around]))
@@ -167,6 +182,8 @@ def _tips(profile: Resolved, kink: float) -> list[float]:
 
 def slope_turns(x: Array, slope: Array, least: float) -> Array:
     """Where a slope turns round, having changed and then changing back by more than `least`.
+
+    Extremes between smaller changes are left out, so that turns are maxima and minima by turns.
 
     Parameters
     ----------
@@ -184,8 +201,8 @@ def slope_turns(x: Array, slope: Array, least: float) -> Array:
     inner = 1 + np.flatnonzero(rises[1:] != rises[:-1])
     places = np.concatenate([[0], inner, [slope.size - 1]])  # between them it rises, or falls
     turns = list[float]()
-    extreme = 0
-    rising = 1
+    extreme = 0  # number of the sample furthest in the present direction since the last turn
+    rising = 1  # the present direction: 1 where the slope rises, -1 where it falls
     for i, value in zip(places.tolist(), slope[places].tolist(), strict=True):
         beyond = rising * (value - slope[extreme])
         if beyond > 0:

@@ -8,6 +8,18 @@ Unknown are both lines of a free surface, the depth and, where it touches, the p
              free lines beyond
 
 A line that is pinned or does not exist keeps its place: x - x₀ = 0.
+
+Conventions
+-----------
+Depths grow as the indenter goes down. A row of `lines` is a free surface with its left line in
+column 0 and its right line in column 1 [length], -inf and inf where a tail has none, for which 0
+stands among the unknowns. Directions are 1 where the depth grows, with the work of adhesion of
+closing, and -1 where it falls, with that of opening. F = `Equations.values` is 0 where a line
+rests, `Equations.rates` is its ∂F_i/∂x_j, and `Equations.shape` has the gap v between a surface and
+the profile, negative where the surface would be in the profile, and v'.
+
+Each kind of event has a function `off`: the left-hand sides (k, m) of the systems with the numbers
+`own` (k,), which vanish at the root, given the unknowns (k, m) of these. They are dimensionless.
 """
 
 from __future__ import annotations
@@ -62,7 +74,7 @@ class Roots(NamedTuple):
     Attributes
     ----------
     lines : ndarray (n, 2)
-        Of the surfaces there [length].
+        Of the surfaces there [length]; of meetings the outer lines of both surfaces.
     depths : ndarray (n,)
         [length].
     places : ndarray (n,)
@@ -105,6 +117,7 @@ def folds(
     rooms = equations.rooms_of(lines)
 
     def off(unknown: Array, own: Indices) -> Array:
+        """Of unknowns (k, 3): the left line, the right line, the depth."""
         at = np.where(free[own], unknown[:, :2], lines[own])
         values = equations.values(at, unknown[:, 2], directions[own])
         rates = equations.rates(at, unknown[:, 2], rooms[own])
@@ -163,6 +176,7 @@ def touches(
     length = equations.length
 
     def off(unknown: Array, own: Indices) -> Array:
+        """Of unknowns (k, 4): the left line, the right line, the place of the touch, the depth."""
         at = np.where(free[own], unknown[:, :2], lines[own])
         values = equations.values(at, unknown[:, 3], directions[own])
         place = np.where(corner[own], places[own], unknown[:, 2])
@@ -212,17 +226,18 @@ def meetings(
     Returns
     -------
     Roots
-        With the outer lines of both surfaces.
+        Its lines are the outer lines of both surfaces, its places where the inner ones meet.
     """
     length = equations.length
 
     def off(unknown: Array, own: Indices) -> Array:
-        one = np.column_stack([unknown[:, 0], unknown[:, 1]])
-        other = np.column_stack([unknown[:, 1], unknown[:, 2]])
-        one[:, 0] = np.where(left_free[own], one[:, 0], left[own, 0])
-        other[:, 1] = np.where(right_free[own], other[:, 1], right[own, 1])
-        of_left = equations.values(one, unknown[:, 3], directions[own])
-        of_right = equations.values(other, unknown[:, 3], directions[own])
+        """Of unknowns (k, 4): the outer left line, the meeting, the outer right line, the depth."""
+        left_surface = np.column_stack([unknown[:, 0], unknown[:, 1]])
+        right_surface = np.column_stack([unknown[:, 1], unknown[:, 2]])
+        left_surface[:, 0] = np.where(left_free[own], left_surface[:, 0], left[own, 0])
+        right_surface[:, 1] = np.where(right_free[own], right_surface[:, 1], right[own, 1])
+        of_left = equations.values(left_surface, unknown[:, 3], directions[own])
+        of_right = equations.values(right_surface, unknown[:, 3], directions[own])
         stays_left = (unknown[:, 0] - start[own, 0]) / length
         stays_right = (unknown[:, 2] - start[own, 2]) / length
         return np.column_stack(
@@ -244,7 +259,7 @@ def meetings(
 
 
 def _moved(unknown: Array, lines: Array) -> Array:
-    """How far lines (k, 2) have moved from where they were; those that do not exist from 0."""
+    """How far unknowns (k, 2) are from lines (k, 2), from 0 for lines that do not exist."""
     start = np.where(np.isfinite(lines), lines, 0.0)
     return np.asarray(unknown - start)
 

@@ -4,6 +4,15 @@ Pressed from first touch on, lines come to the first places where they rest, and
 they are pulled: which state that is depends on the barriers on their path, not on the order in
 which they are passed. Nodes may have an event a little too early or too late. So contacts are only
 believed where nodes have no event from a margin before the depth to a margin beyond.
+
+Conventions
+-----------
+Depths grow as the indenter goes down [length]. Contacts are ((first, last), ...), their first and
+last nodes from left to right, counted from 0 in the row of nodes; () is detached. `pressed` has the
+contacts at a depth at once; `Walk.moved` those that others become at another depth, and
+`Walk.track` how they come there up to the first event: its depth, None if there is none, the
+contacts after it, and, last in its trace, those before. CREEPING is how many links lines may pass
+at one depth without that being an event.
 """
 
 from __future__ import annotations
@@ -27,8 +36,10 @@ def steady_contacts(nodes: FoundNodes, depth: float, margin: float) -> Contacts 
     Parameters
     ----------
     nodes : FoundNodes
-    depth, margin : float
+    depth : float
         [length].
+    margin : float
+        By how much the depths of events on the nodes may be off [length].
 
     Returns
     -------
@@ -42,6 +53,7 @@ def steady_contacts(nodes: FoundNodes, depth: float, margin: float) -> Contacts 
         return first or None  # no node touches, although the profile does
     if any(right - left < _LINKS for left, right in first):
         return None
+    # Down from first touch; in the margin around the depth no event may happen on that path.
     before = min(touch, depth + margin)
     known = nodes.walk.moved(first, touch, before)
     at_depth = _without_event(nodes, known, before, depth)
@@ -51,7 +63,10 @@ def steady_contacts(nodes: FoundNodes, depth: float, margin: float) -> Contacts 
 
 
 def _pressed(nodes: FoundNodes, depth: float, margin: float) -> Contacts | None:
-    """The contacts pressed to a depth of first touch or more; None where an event is near."""
+    """The contacts pressed to a depth of first touch or more; None where an event is near.
+
+    Before first touch by less than a margin the contact of the lowest node is pressed.
+    """
     before = depth - margin
     known = pressed(nodes.walk, before)
     at_depth = _without_event(nodes, known, before, depth)

@@ -1,4 +1,14 @@
-"""Energy and force that free surfaces account for, with the contacts they bound."""
+"""Energy and force that free surfaces account for, with the contacts they bound.
+
+Conventions
+-----------
+Depths grow as the indenter goes down, forces are positive where it is pressed. A row of `lines` is
+a free surface with its left line in column 0 and its right line in column 1 [length], -inf and inf
+where a tail has none; its left line is the right end of a contact and the other way round.
+`Integrals.contact` has the energy C(x) and the force ∂C/∂d of a contact from the lowest point of
+the profile up to x, with the other sign on its left. `ties` has σ = tanh(L/2) and τ = 1/sinh L of
+surfaces of width L l, 1 and 0 of a tail.
+"""
 
 from __future__ import annotations
 
@@ -26,19 +36,21 @@ class Totals:
 
     @classmethod
     def of(cls, equations: Equations) -> Totals:
-        """For the same depths as the equations."""
+        """The totals for the same depths as the equations."""
+        # Integrals are made for heights up to a level: no line gets higher than this one.
         level = equations.size + max(equations.size, equations.profile.touch)
         return cls(equations, Integrals.of(equations.scene, equations.profile, level))
 
     def of_surfaces(self, lines: Array, depths: Array, direction: int = 1) -> tuple[Array, Array]:
         """Energy and force that free surfaces account for.
 
-        Those of the contact up to the left line, less those up to the right line, and
+        With q the left line, p the right one, and u and v the displacements d - f there,
 
-            U = kl [σ (u² + v²) + τ (u - v)²]/2,      P = kl σ (u + v)
+            U = C(q) - C(p) + kl [σ (u² + v²) + τ (u - v)²]/2,
+            P = ∂C/∂d (q) - ∂C/∂d (p) + kl σ (u + v);
 
-        of the free surface, displaced by u and v at its lines. The sum over all free surfaces of a
-        state is its U and P.
+        what belongs to a line that a tail has not is 0. The sum over all free surfaces of a state
+        is its U and P, as C of both ends of a contact is left of its two neighbours.
 
         Parameters
         ----------
@@ -47,7 +59,7 @@ class Totals:
         depths : ndarray (n,)
             [length].
         direction : {1, -1}
-            Whether the work of adhesion is that of closing or that of opening.
+            1 with the work of adhesion of closing, -1 with that of opening.
 
         Returns
         -------
@@ -64,6 +76,7 @@ class Totals:
             contact = self.integrals.contact(lines[own, column], depths[own], adhesion)
             energy[own] += sign * contact[0]
             force[own] += sign * contact[2]
+        # The free surfaces themselves; the lowest point stands for no line.
         there = np.where(has_line, lines, self.equations.profile.lowest)
         height = np.asarray(self.equations.profile.indenter.height(there), float)
         displaced = np.where(has_line, depths[:, None] - height, 0.0)
