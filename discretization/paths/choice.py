@@ -1,4 +1,8 @@
-"""Which branch follows the load path of a scene."""
+"""Which branch follows the load path of a scene.
+
+A branch is the family of states at imposed depths, from which paths under any control are read
+(branch.py). Depths are positive down into the layer.
+"""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -51,6 +51,7 @@ _DETACHED = Point(-math.inf, None)  # before any contact
 
 
 def _column(index: Any) -> functools.cached_property[Array]:
+    """A property that is a column, or a slice of columns, of the table of a path."""
     return functools.cached_property(lambda path: path.table[:, index])
 
 
@@ -110,7 +111,15 @@ class History:
     contacts = _column(slice(4, 6))
 
     def extended(self, path: LoadPath, values: Array) -> History:
-        """This path and its continuation by these values of the control."""
+        """This path and its continuation.
+
+        Parameters
+        ----------
+        path : LoadPath
+            What has followed the continuation.
+        values : ndarray (n,)
+            Of the control, one for each of its steps.
+        """
         points = path.points
         rows = [(point.depth, 0.0, 0.0, *point.ends) for point in points]
         table = np.column_stack([values, np.reshape(rows, (-1, 5))])
@@ -215,10 +224,7 @@ class History:
             on_nodes=tuple((start, end) for start, end in header.get("on_nodes", ())),
             table=np.array([row[:6] for row in rows], float).reshape(-1, 6),
             inner=tuple(tuple(map(float, row[6].split())) for row in rows),
-            events=tuple(
-                Event(*e[:2], *(Snapshot(*s)._replace(inner=tuple(s[5])) for s in e[2:4]), *e[4:])
-                for e in events
-            ),
+            events=tuple(map(_read_event, events)),
         )
 
     @functools.cached_property
@@ -264,12 +270,18 @@ class History:
         return ""
 
     def _closes_too_early(self, last: Snapshot) -> bool:
-        """Whether the last contact has a few links, and it is not known when it closes."""
+        """Whether the last contact has only a few links, and it is not known when it closes.
+
+        last: the state before it was lost.
+        """
         few = last.right - last.left < (LEAST - 0.5) * (self.spacing or 0)
         return few and not self._branch.closes_at(last)
 
     def _force_with_more_links(self, run: Any) -> float | None:
-        """P before the last link of a run of states opened; None if none did."""
+        """P just before the last link opened in a run of states; None if none did.
+
+        Along a segment on nodes `trace` has the depths at which links are passed.
+        """
         segments: list[Any] = [*self._segments([run])]
         if not segments or len(segments[-1].trace) < 2:
             return None
@@ -277,7 +289,10 @@ class History:
         return float(segments[-1].forces(np.array([depth]))[0])
 
     def _segments(self, parts: list[Any]) -> Iterator[PathSegment]:
-        """The segments of runs of states in one direction, as far as they are in contact."""
+        """The segments of a path, followed again along its runs of states, where in contact.
+
+        parts: as of `parts`, of which the events are left out.
+        """
         for part in parts:
             if not isinstance(part, list):  # an event
                 continue
@@ -323,7 +338,10 @@ class History:
             yield from monotone(depths, forces, lines)
 
     def _turns(self) -> Iterator[Snapshot]:
-        """The states at which P is least between recorded ones, as far as it is less there."""
+        """States between recorded ones at which P is less than at these, the least on its part.
+
+        On nodes only those that may be the least of the whole path.
+        """
         if isinstance(self._branch, LatticeBranch):
             try:
                 yield from self._turns_on_nodes(self._branch)
@@ -333,7 +351,7 @@ class History:
         yield from self._turns_of_segments()
 
     def _turns_of_segments(self) -> Iterator[Snapshot]:
-        """The same, and the ends of segments, of paths that are followed and drawn again."""
+        """Of every segment, followed again, its end, and the least P inside if that is less."""
         for segment in self._segments(self.parts):
             yield self._branch.snapshot(segment.end)
             curve = Curve.of(segment, Control(0.0))
@@ -343,7 +361,11 @@ class History:
                 yield self._branch.snapshot(curve.refined(least, -1))
 
     def _turns_on_nodes(self, branch: LatticeBranch) -> list[Snapshot]:
-        """The same, where nodes are only followed again where the bound of P is low enough."""
+        """Of stretches on nodes the least P inside, if it may be the least of the whole path.
+
+        They are followed again in the order of their bounds, as long as these are less than the
+        least P so far. In the order of the path.
+        """
         recorded = self._least_recorded
         least = math.inf if recorded is None else recorded.force
         stretches = bounded(branch, [*self._stretches()])
@@ -430,8 +452,20 @@ class History:
         return branch_of(self.scene, self.rtol, self.spacing, lambda: float(self.depth.max()))
 
 
+def _read_event(record: Sequence[Any]) -> Event:
+    """An event from its fields in their order, of which those of its states are lists, too."""
+    kind, control, before, after, released, step = record
+    return Event(kind, control, _read_snapshot(before), _read_snapshot(after), released, step)
+
+
+def _read_snapshot(record: Sequence[Any]) -> Snapshot:
+    """A state from its fields in their order."""
+    state = Snapshot(*record)
+    return state._replace(inner=tuple(state.inner))
+
+
 def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapshot]:
-    """The last run with a further state, or a new one where the path turns."""
+    """The last run with a further state, or a new one, appended to parts, where the path turns."""
     if (run[-1].depth - run[0].depth) * (there.depth - run[-1].depth) < 0:
         run = [run[-1]]
         parts.append(run)
@@ -440,7 +474,10 @@ def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapsh
 
 
 def merged(ranges: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Ranges of depths that follow each other in one direction as one, in their order."""
+    """Ranges of depths (start, end), those joined that follow each other in one direction.
+
+    They stay in their order; a range that is there already is left out.
+    """
     found = list[tuple[float, float]]()
     for start, end in ranges:
         if found and found[-1][1] == start and (end - start) * (start - found[-1][0]) >= 0:

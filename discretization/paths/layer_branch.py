@@ -4,6 +4,20 @@ The half-width a tells everything: D(a), where a line rests that advances or rec
 the force and the energy, which is a parabola of the depth at fixed a (../layer/lines.py). So a line
 advances to the first a at which D is the depth, or recedes to it; between D of closing and D of
 opening it is pinned; and where D turns, it jumps to the next a with the same D.
+
+Conventions
+-----------
+The depth d, the rest depth D and the displacement u = d - f at the line are positive down into the
+layer [length], P is positive where pressed, U is 0 without contact. a is the half-width of the
+contact about the lowest point, or its radius; it is the memory of a `Point`. `direction` is 1 where
+the depth grows and the line advances outwards, -1 where it falls and the line recedes inwards; the
+same numbers say on which side of a corner D is read, 1 outwards, -1 inwards.
+
+`Body` is the profile by the distance from its lowest point. `Table.at(a)` are the coefficients of
+P and U at half-widths, to its tolerance, of which the first one, σ [1/length], is the slope of the
+free surface at the line per unit of u. `Lines` are the line under one work of adhesion:
+`rest_depth(a, side)` is D, `walk` how far the line comes that moves in one direction, and `settled`
+where it comes to rest.
 """
 
 import functools
@@ -33,7 +47,7 @@ class LayerSegment(PathSegment):
     """A segment on which the line is pinned, or slides along D = d, which does not turn."""
 
     def between(self, depths: Array) -> list[Point]:
-        """The contacts at depths on the segment (n,)."""
+        """The contacts at depths (n,) on the segment."""
         branch = self.branch
         half_widths = self._half_widths(depths)
         return [
@@ -42,7 +56,10 @@ class LayerSegment(PathSegment):
         ]
 
     def _half_widths(self, depths: Array) -> Array:
-        """Half-widths a (n,) at depths on the segment, D(a) = d [length]."""
+        """Half-widths a (n,) at depths (n,) on the segment: roots of D(a) = d, or one that stays.
+
+        They lie between those at the ends of the segment [length].
+        """
         first = self.start.memory
         last = self.end.memory
         if first == last:
@@ -65,49 +82,70 @@ class LayerSegment(PathSegment):
 
     @property
     def rounding(self) -> float:
-        """Of P."""
+        """What rounding leaves of P on the segment, a part of the larger force at its ends."""
         ends = [point for point in (self.start, self.end) if point.lines]
         forces = [abs(self.branch.total(point)[1]) for point in ends]
         return _ROUNDING * max(forces)
 
 
 class LayerBranch(Branch):
-    """One contact under a prescribed depth; what a point remembers is a.
+    """One contact under a prescribed depth; what a point remembers is its half-width a.
 
-    The poles, and what is computed at half-widths, are good to rtol. lines: out (1), in (-1).
+    Parameters
+    ----------
+    scene : Scene
+    rtol : float
+        How good the poles are, and what is computed at half-widths, relative to their sizes.
+
+    Attributes
+    ----------
+    body : Body
+        The profile by the distance from its lowest point.
+    table : Table
+        Coefficients of P and U at half-widths.
+    lines : dict of Lines
+        By direction: the line that advances (1), with the adhesion of closing, and the one that
+        recedes (-1), with that of opening.
     """
 
     def __init__(self, scene: Scene, rtol: float) -> None:
-        self.scene, self.body = scene, Body(scene)
+        self.scene = scene
+        self.body = Body(scene)
         self.table = Table(self.body, rtol)
-        works = {1: scene.surfaces, -1: scene.opened.surfaces}
-        given = self.body, self.table.at
-        self.lines = {i: Lines(*given, w.small_slope_deficit, _STEP) for i, w in works.items()}
+        surfaces = {1: scene.surfaces, -1: scene.opened.surfaces}
+        self.lines = {
+            direction: Lines(self.body, self.table.at, energies.small_slope_deficit, _STEP)
+            for direction, energies in surfaces.items()
+        }
 
     @property
     def resolution(self) -> float:
-        """The length by which lines may be off."""
+        """The length by which lines may be off [length]."""
         return self.table.tolerance * self.first.memory
 
     touch = property(lambda self: self.body.touch)
 
     @functools.cached_property
     def holding_range(self) -> float:
-        """Displacement at the line of a contact as it begins."""
+        """How far the line of a contact that begins can be lifted [length].
+
+        That is the displacement at which the slope of the surface there is the kink √(2w/γ₁) of
+        opening; 0 of a contact of one point.
+        """
         a = self.first.memory
         return self.lines[-1].excess / float(self.table.at(a)[0, 0]) if a else 0.0
 
     @functools.cached_property
     def first(self) -> Point:
-        """The contact at first touch."""
+        """The contact at first touch, spread to where its line rests."""
         return self.point(self.touch, self.lines[1].settled(self.touch)[0])
 
     def point(self, depth: float, a: float) -> Point:
-        """The contact of this half-width at a depth."""
+        """The contact of half-width a at a depth [length]."""
         return Point(depth, self.body.ends(a), a)
 
     def contact(self, depth: float, *lines: float) -> Point:
-        """The point with these lines."""
+        """The point with these lines: a is the distance of the right one from the lowest point."""
         return self.point(depth, max(lines[1] - self.body.apex, self.body.tip))
 
     def pinned(self, point: Point) -> Pinned:
@@ -118,35 +156,46 @@ class LayerBranch(Branch):
         return super().pinned(point)
 
     def segment(self, point: Point, goal: float) -> LayerSegment:
-        """The path from a point towards another depth, up to where the line comes free or jumps."""
-        a, here, direction = point.memory, point.depth, 1 if goal >= point.depth else -1
-        lines, tie = self.lines[direction], _TIE * (abs(here) + self.holding_range)
+        """The path from a point towards another depth, up to the first change.
+
+        That is where the line comes free, is pinned at a corner, jumps as D turns, or is lost.
+        """
+        a = point.memory
+        here = point.depth
+        direction = 1 if goal >= here else -1
+        lines = self.lines[direction]
         rest = lines.rest_depth(a, direction)
-        if direction * (rest - here) > tie:  # pinned so far
+        tie = _TIE * (abs(here) + self.holding_range)
+        if direction * (rest - here) > tie:  # D ahead is beyond the depth: the line is pinned
             pinned_to = goal if direction * (goal - rest) <= 0 else rest
             return LayerSegment(self, point, self.point(pinned_to, a), None, False)
-        a, depth, how = lines.walk(a, here, goal, direction, past=False)
-        end, after, jumps = self.point(depth, a), None, how == "turns"
-        if jumps:
-            a, _, how = lines.walk(a, depth, depth, direction)
-        if jumps or how == "lost":
-            after = Point(depth, None) if how == "lost" else self.point(depth, a)
-        return LayerSegment(self, point, end, after, jumps)
+        moved = lines.walk(a, here, goal, direction, past=False)
+        end = self.point(moved.depth, moved.a)
+        if moved.how == "lost":
+            return LayerSegment(self, point, end, Point(moved.depth, None), False)
+        if moved.how != "turns":
+            return LayerSegment(self, point, end, None, False)
+        landed = lines.walk(moved.a, moved.depth, moved.depth, direction)  # at the same depth
+        after = Point(moved.depth, None)
+        if landed.how != "lost":
+            after = self.point(moved.depth, landed.a)
+        return LayerSegment(self, point, end, after, True)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""
+        # `bound` is the work of adhesion of closing over the contact.
         a, depth = np.array([(point.memory, point.depth) for point in points]).T
         force, stored = at_depth(self.table.at(a), depth - self.body.height(a))
         return np.array([stored - self.body.bound(a), force])
 
     def opened(self, before: Point, after: Point) -> float:
-        """The length or area that opens between two points."""
+        """The length or area that opens between two points, 0 where it closes."""
         if not before.lines or not after.lines:
             return 0.0
         return max(0.0, float(self.body.area(before.memory) - self.body.area(after.memory)))
 
     def certify(self, point: Point) -> None:
-        """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
+        """NotCertifiedError unless the contact is in equilibrium, to the tolerance of the table."""
         if point.lines:
             tolerance = self.table.tolerance
             found = Layer(point.depth, Contact(self.body, point.memory, tolerance)).certificate

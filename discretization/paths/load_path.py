@@ -1,4 +1,18 @@
-"""A load path under way: from one value of the control to the next, cut at the events it meets."""
+"""A load path under way: from one value of the control to the next, cut at the events it meets.
+
+Conventions
+-----------
+The depth d is positive down into the layer [length], P is positive where the indenter is pressed.
+C, the value of the control at which a state is in equilibrium, is d, P or d + P/K (control.py).
+`side` is 1 where the values of the control rise, and with them the depth, and -1 where they fall.
+
+A `Point` is the contacts at a depth; its `lines` are None without contact. A `PathSegment` is a
+part of the path at imposed depths up to an event, with `after`, the contacts beyond the event, and
+`jumps`, whether lines jump there. `Branch.segment(point, goal)` is the first segment from a point
+towards a depth. A `Curve` is C along a segment, sampled: `peak(side)` is the number of the first
+sample after which side · C falls, the last one if there is none, and `reached(values, side, first,
+stop)` are the points at which C first reaches values.
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -63,6 +77,28 @@ class Waiting(NamedTuple):
     first: int
 
 
+class Happened(NamedTuple):
+    """What becomes an event, before energies of its states are known.
+
+    Attributes
+    ----------
+    kind : str
+        As of `Event`.
+    control : float
+        The value of the control at which it happens.
+    before, after : Point
+        The contacts before and after it.
+    step : int
+        Number of the step that follows.
+    """
+
+    kind: str
+    control: float
+    before: Point
+    after: Point
+    step: int
+
+
 @dataclass(eq=False)
 class LoadPath:
     """A path under way: where it is, and what has been recorded.
@@ -90,8 +126,8 @@ class LoadPath:
         What was recorded at the steps, and between them.
     waiting : list of Waiting
         Steps for which something else stands in `points` so far.
-    happened : list
-        What becomes events: kind, value of the control, points before and after, step.
+    happened : list of Happened
+        What has happened since events were last made of it.
     """
 
     branch: Branch
@@ -106,7 +142,7 @@ class LoadPath:
     points: list[Point] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     waiting: list[Waiting] = field(default_factory=list)
-    happened: list[tuple[str, float, Point, Point, int]] = field(default_factory=list)
+    happened: list[Happened] = field(default_factory=list)
 
     @property
     def dead(self) -> bool:
@@ -119,7 +155,11 @@ class LoadPath:
         return self.control.stiffness is None
 
     def go(self, values: Array) -> None:
-        """Follow the path to these values of the control (n,), one after the other."""
+        """Follow the path to these values of the control (n,), one after the other.
+
+        Each round does what can be done at once: it goes along one segment towards the last value
+        before the control turns, or stays out of contact.
+        """
         if self.dead and self.step == 0 and values[0] < 0:  # a load that pulls needs a contact
             self._touch()
             self.value = 0.0
@@ -130,6 +170,7 @@ class LoadPath:
             if direction != side:
                 self.reach = math.inf
                 side = direction
+            # Up to the first value that goes the other way.
             monotone = values[: int(np.argmax(np.append(side * steps, -1) < 0))]
             if self.point.lines is None:
                 done = self._apart(monotone, side)
@@ -153,7 +194,20 @@ class LoadPath:
     # out of contact
 
     def _apart(self, values: Array, side: int) -> int:
-        """Detached until one of the values brings the indenter to touch: how many do not."""
+        """Record the values at which the indenter stays detached, and let it touch at the next.
+
+        Parameters
+        ----------
+        values : ndarray (n,)
+            Of the control, in one direction.
+        side : {1, -1}
+            1 where they rise.
+
+        Returns
+        -------
+        int
+            How many of the values are done, before one that brings it to touch.
+        """
         reached = values >= self._value(Point(self.branch.touch, None))
         count = int(np.argmax(reached)) if reached.any() else values.size
         if self.dead and self.step == 0 and count:
@@ -166,6 +220,7 @@ class LoadPath:
         if self.imposed and count and self.events and self.events[-1].step == self.step:
             lost = self.events[-1].before
             self.branch.released(float(values[0]), lost.left, lost.right)
+        # A dead load pulls the indenter away; the spring of a machine without force is at d = D.
         away = [-math.inf] * count if self.dead else values[:count].tolist()
         self._add([Point(depth, None) for depth in away])
         if count < values.size:
@@ -173,7 +228,7 @@ class LoadPath:
         return count
 
     def _touch(self) -> None:
-        """The indenter touches, and is pulled in by adhesion."""
+        """Go to where the indenter, having touched, comes to rest when it is pulled in."""
         apart = Point(self.branch.touch, None)
         after = self.branch.first
         if self.branch.holding_range > 0:
@@ -183,7 +238,13 @@ class LoadPath:
     # in contact
 
     def _pushed(self, values: Array, side: int) -> int:
-        """Along one segment towards the last of the values: how many are reached on it."""
+        """Go along one segment towards the last of the values, and over the event at its end.
+
+        Returns
+        -------
+        int
+            How many of the values are reached on the segment, and recorded.
+        """
         least = abs(float(values[0]) - self.point.depth) if self.imposed else 0.0
         if self.imposed and least == 0:
             self._add([self.point])
@@ -192,6 +253,7 @@ class LoadPath:
         segment = self._segment(self.point, side * ahead, least)
         if self.imposed:
             return self._moved(segment, values, side)
+        # C rises with the control up to its first peak, where the indenter jumps.
         curve = Curve.of(segment, self.control)
         top = curve.peak(side)
         turns = top < curve.t.size - 1
@@ -206,7 +268,11 @@ class LoadPath:
         return len(points)
 
     def _moved(self, segment: PathSegment, depths: Array, side: int) -> int:
-        """Along a segment towards the last of imposed depths: how many are reached on it."""
+        """Go along a segment towards the last of imposed depths; how many are reached on it.
+
+        A depth at the end of the segment is reached on it if nothing happens there, or if the last
+        contact is lost just at the depth of touching; otherwise it is reached after the event.
+        """
         beyond = side * (depths - segment.end.depth)
         lost_at_touch = segment.after is not None and segment.after.lines is None
         lost_at_touch = lost_at_touch and segment.end.depth == self.branch.touch
@@ -221,9 +287,10 @@ class LoadPath:
         return reached.size
 
     def _segment(self, point: Point, length: float, least: float = 0.0) -> PathSegment:
-        """A segment of that signed length, or shorter where the profile is not known so far.
+        """The segment from a point on, towards a depth this signed length away.
 
-        least: the length at which an error of the branch is raised.
+        Where the branch raises an error, such as that of a profile which is not known so far, half
+        the length is tried, down to `least`, at which the error is raised.
         """
         size = self._size(point)
         least = max(least, _STEP.close * size, _STEP.shortest * abs(length))
@@ -248,7 +315,7 @@ class LoadPath:
         return segment
 
     def _distance(self, values: Array) -> float:
-        """How far to look ahead for the last of these values.
+        """How far to look ahead for the last of these values [length].
 
         Under a load or a machine not much further than before: the depths at which they balance
         the force are not known.
@@ -261,14 +328,19 @@ class LoadPath:
         return self._size(self.point) / 2 or off / self.branch.scene.layer.modulus
 
     def _size(self, point: Point) -> float:
-        """A length by which depths change: how far below touching, and δ₀."""
+        """A length by which depths change at a point: its distance from first touch, and δ₀."""
         return abs(point.depth - self.branch.touch) + self.branch.holding_range
 
     def _hold(self, pinned: Pinned) -> None:
-        """Events of lines that leave or reach a corner where the path is."""
+        """Record events of outermost lines that have left or reached a corner where the path is.
+
+        pinned: where they are pinned from here on, "edge", "tip" or "" for the left and the right
+        one.
+        """
         changes = ((self.pinned, pinned, "depinning"), (pinned, self.pinned, "pinning"))
-        for gone, new, what in changes:
-            both = zip(gone, new, strict=True)
+        for here, there, what in changes:
+            both = zip(here, there, strict=True)
+            # Both lines at one kind of place are one event.
             for place in dict.fromkeys(one for one, other in both if one and one != other):
                 self._record(f"{place} {what}", self.point, self.point)
         self.pinned = pinned
@@ -296,13 +368,16 @@ class LoadPath:
         self.waiting = []
 
     def _slide(self, there: Point) -> None:
-        """Move on along a segment; what lines lose there to hysteresis is friction."""
+        """Move on to a point along a segment; what lines lose there to hysteresis is friction."""
         if self.branch.scene.hysteretic:
             self.friction += self.branch.friction(self.point, there)
         self.point = there
 
     def _turn(self, curve: Curve, top: int, side: int) -> None:
-        """A jump from a peak of C."""
+        """Jump from a peak of C, at the sample `top` of the curve, to where C is this value again.
+
+        That is further on the same segment, or beyond its end.
+        """
         segment = curve.segment
         peak = curve.refined(top, side)
         self._slide(peak)
@@ -312,12 +387,12 @@ class LoadPath:
         first = peak.lines or ()
         second = after.lines or ()
         if len(first) == len(second) and np.allclose(first, second, 0.0, self.branch.resolution):
-            self._slide(after)  # as well as lines are known
+            self._slide(after)  # lines are not known well enough to call it a jump
         else:
             self._jump("jump", peak, after)
 
     def _end(self, segment: PathSegment, side: int) -> None:
-        """What happens at the end of a segment."""
+        """Go to the end of a segment, and over the event there if there is one."""
         self._slide(segment.end)
         after = segment.after or segment.end
         if not segment.jumps and after.lines is not None:
@@ -329,7 +404,7 @@ class LoadPath:
         self._jump(kind, segment.end, self._landing(after, self._value(segment.end), side))
 
     def _jump(self, kind: str, before: Point, after: Point) -> None:
-        """A jump at the value of the control before it."""
+        """Record a jump, and go to where it ends."""
         if after.lines is None and not self.imposed:
             kind = "pull-off"
         self._record(kind, before, after)
@@ -337,10 +412,12 @@ class LoadPath:
         self.pinned = self.branch.pinned(after)
 
     def _landing(self, here: Point, value: float, side: int) -> Point:
-        """The first point from here on at which C is this value; detached if there is none.
+        """The first point from here on at which side · C is not less than a value.
 
-        Events on the path happen: contacts that begin pull at an indenter that moves in, and those
-        that close have pulled at one that moves out, so that no event holds it.
+        Detached if contact is lost before; under a dead load it is then at the depth of the loss,
+        otherwise where the control has the indenter without force. Events on the path happen:
+        contacts that begin pull at an indenter that moves in, and those that close have pulled at
+        one that moves out, so that no event holds it.
         """
         step = self._size(here) / 2
         while here.lines is not None:
@@ -355,32 +432,38 @@ class LoadPath:
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:
-        """C at a point."""
+        """C at a point; a detached one has no force."""
         force = 0.0 if self.imposed else self.branch.total(point)[1]
         return float(self.control.value(point.depth, force))
 
     def _record(self, kind: str, before: Point, after: Point) -> None:
         """Remember what becomes an event, at the value of the control before it."""
-        self.happened.append((kind, self._value(before), before, after, self.step))
+        self.happened.append(Happened(kind, self._value(before), before, after, self.step))
 
     def _settle(self) -> None:
-        """The events of what has happened since the last time."""
-        self.branch.certify_all([after for _, _, _, after, _ in self.happened])
-        points = [point for _, _, before, after, _ in self.happened for point in (before, after)]
+        """Make events of what has happened since the last time, certified and with energies.
+
+        What is released is the drop of U and the work of the control.
+        """
+        self.branch.certify_all([each.after for each in self.happened])
+        points = [point for each in self.happened for point in (each.before, each.after)]
         states = iter(self.branch.snapshots(points))
         for kind, value, before, after, step in self.happened:
-            first = next(states)
-            second = next(states)
-            done = self.control.work(before.depth, after.depth, value)
-            released = first.energy - second.energy + done
+            state_before = next(states)
+            state_after = next(states)
+            work = self.control.work(before.depth, after.depth, value)
+            released = state_before.energy - state_after.energy + work
             if kind == "touch" and released > 0:
                 kind = "jump-in"
-            self.events.append(Event(kind, value, first, second, released, step))
+            self.events.append(Event(kind, value, state_before, state_after, released, step))
         self.happened = []
 
 
 def _kind_of_jump(before: Point, after: Point, rising: bool) -> str:
-    """The kind of a jump, by what it does to the number of contacts."""
+    """The kind of a jump, as of `Event`, by what it does to the number of contacts.
+
+    rising: whether the control rises.
+    """
     if after.lines is None:
         return "detachment"
     more = len(after.inner) - len(before.inner)

@@ -11,6 +11,9 @@ what they differ by counts instead. The energy lost is a sum over the events, so
 cancel: 3/2 of the sum of |E - E_c|/(c² - 1).
 
 Where the events are others, errors are of first order: 3/2 |Q - Q_c|/(c - 1), with a warning.
+
+Both paths are a `History` of the same values of the control, step by step; quantities are those of
+its columns, named in COLUMNS. Steps are numbered from 0; `Event.step` is the step after the event.
 """
 
 import math
@@ -31,9 +34,26 @@ _ROUNDING = 16 * EPSILON  # of every estimate: what a sum of a dozen terms leave
 
 
 def estimated(fine: Any, coarse: Any, coarser: float, stacklevel: int) -> dict[str, float]:
-    """Relative errors of a path, from the same programme on nodes that many times further apart.
+    """Relative errors of a path on nodes, from the same programme on wider ones.
 
-    AccuracyWarning where the events differ.
+    Parameters
+    ----------
+    fine, coarse : History
+        The path, and the one on wider nodes.
+    coarser : float
+        Spacing of the wider nodes over that of the path, c.
+    stacklevel : int
+        Of the warning, counted from the caller.
+
+    Returns
+    -------
+    dict
+        By the names in QUANTITIES; 0 for what is 0 on all of the path.
+
+    Warns
+    -----
+    AccuracyWarning
+        Where the events differ.
     """
     alike = [event.kind for event in fine.events] == [event.kind for event in coarse.events]
     if not alike:
@@ -66,7 +86,11 @@ def estimated(fine: Any, coarse: Any, coarser: float, stacklevel: int) -> dict[s
 
 
 def _next_to_events(fine: Any, coarse: Any) -> dict[int, Any]:
-    """The steps that may be on the other side of an event, and that event."""
+    """The numbers of the steps that may be on the other side of an event, each with that event.
+
+    They are those next to it whose value of the control is no further from that of the event than
+    this differs on both paths.
+    """
     found = {}
     for event, other in zip(fine.events, coarse.events, strict=True):
         unknown = abs(event.control - other.control)
@@ -91,4 +115,5 @@ def _size(values: Array, name: str) -> float:
 
 
 def _relative(error: float, size: float) -> float:
+    """The error over the size, with rounding; 0 where there is no size."""
     return error / size + _ROUNDING if size else 0.0
