@@ -46,7 +46,7 @@ from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array, Indices, Mask
 
 # Of δ: rounding of a gap, and with the stiffness of a nodal force, each a sum of a dozen terms.
-# Half or twice as much changes none of 12 random states and paths (`python -m tests.sensitivity
+# Half or twice as much changes no result (`python -m tests.sensitivity
 # discretization.lattice.certificate _ROUNDINGS`).
 _ROUNDINGS = 32 * EPSILON
 _TINY = float(np.finfo(float).tiny)  # divided by in place of 0

@@ -80,6 +80,10 @@ from energy.arrays import Array, Mask, Nodes
 class Search(NamedTuple):
     """How the search over contact sets is divided; no result depends on it but by ties.
 
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves the 8 or more
+    random states and paths that read it as they are to 1e-9: `python -m tests.sensitivity
+    discretization.lattice.lowest`.
+
     Attributes
     ----------
     tie : float

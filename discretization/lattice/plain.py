@@ -43,8 +43,8 @@ from energy.arrays import Array
 # Decay lengths, beyond which a free surface is linear: what finite slopes add is of the square of
 # the slope, which is e⁻²⁴ = 4e-11 of that at the line there.
 FAR = 12.0
-# This and the next three halved or doubled (or a tenth and ten times of MOST and _TIE) change none
-# of 8 random states (`python -m tests.sensitivity discretization.lattice.plain`).
+# This and the next three halved or doubled (or a tenth and ten times of MOST and _TIE) change no
+# result (`python -m tests.sensitivity discretization.lattice.plain`).
 MOST = 400_000  # nodes of a free surface, so that a state takes seconds at most
 # Displacement in l. At √2 a surface of finite slope turns over; the margin of 8 % is that of nodes,
 # whose surfaces turn over a little earlier or later.

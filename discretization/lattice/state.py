@@ -33,6 +33,10 @@ from energy import Plane, Scene
 class Ties(NamedTuple):
     """What counts as equal when a line, or a plane, may move at no cost.
 
+    At a tenth or ten times its value each leaves the 6 or more random states and paths that read it
+    as they are to 1e-9 (`plane` and `plane_stays` are not read there): `python -m tests.sensitivity
+    discretization.lattice.state`.
+
     Attributes
     ----------
     depth : float

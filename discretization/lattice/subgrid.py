@@ -66,10 +66,15 @@ LINKS = np.arange(-3, 3)  # j of the links beside a line, outwards from its node
 class LineRules(NamedTuple):
     """Where lines between the nodes may be; lengths in links.
 
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each but `half` leaves the 4 or
+    more random states and paths that read it as they are to 1e-9: `python -m tests.sensitivity
+    discretization.lattice.subgrid`.
+
     Attributes
     ----------
     half : float
         How far a line may be from its node: a little less than half, so that it keeps that node.
+        With less than that lines are stopped short of where they rest.
     nearly_half : float
         A line that faces another one may be further from its node. Its position then has to lead
         back to the node: what is beyond this distance is recorded shorter,

@@ -78,11 +78,15 @@ from energy.arrays import Array, Mask
 class BetweenNodes(NamedTuple):
     """What the profile may do between nodes.
 
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each but `smooth` leaves the 6
+    or more random states and paths that read it as they are to 1e-9: `python -m tests.sensitivity
+    discretization.lattice.unresolved`.
+
     Attributes
     ----------
     smooth : float
         Off the chord, over the largest second difference of heights around the link: twice the 1/8
-        of a parabola.
+        of a parabola. With 1/8 one of 12 random states on sufficient nodes warns.
     cornered : float
         The same in a link with a corner, which is off by this if it is in the middle.
     turning : float
@@ -113,6 +117,10 @@ _TINY = float(np.finfo(float).tiny)  # off the chord where only the slope shows 
 @dataclass(frozen=True)
 class LinesOnNodes:
     """How well nodes know where a line rests.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves the 3 or more
+    random states and paths that read it as they are to 1e-9 (`near_axis` is not read there):
+    `python -m tests.sensitivity discretization.lattice.unresolved`.
 
     Attributes
     ----------
@@ -149,6 +157,11 @@ _ON_NODES = LinesOnNodes()
 
 class NarrowContacts(NamedTuple):
     """How contacts narrower than a link are looked for.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves the 1 or more
+    random states and paths that read it as they are to 1e-9 (`stored_about_axis` and
+    `stored_finite` are not read there): `python -m tests.sensitivity
+    discretization.lattice.unresolved`.
 
     Attributes
     ----------

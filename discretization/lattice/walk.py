@@ -51,6 +51,8 @@ from discretization.nodes.row import Contacts, Row
 from energy.arrays import Array
 
 End = int | None  # the contact node on one side of a free surface; None: none there
+# Neither of the two halved or doubled (a tenth and ten times of _ROUNDING) changes a result
+# (`python -m tests.sensitivity discretization.lattice.walk`).
 _ROUNDING = 1e-10  # of the adhesion of one link: an event releases more, less is rounding of U
 _LOOKED = 1 << 9  # links whose depths are found at once: by then arrays cost little per link
 # Changes at one depth, after which a line is taken to jump and passes many links at once. Contacts

@@ -42,14 +42,18 @@ _FLOW = 3.0  # k₁ over G/h³ of an incompressible layer: Poiseuille flow betwe
 class PoleRules(NamedTuple):
     """Which poles there are, and at which q they are fitted, so that the sum keeps its tolerance;
     tests/layer/test_response.py compares it with the stiffness of layers for tolerances from 1e-9
-    to 1e-2 and γ₁ over 8 decades.
+    to 1e-2 and γ₁ over 8 decades. Of 60 such layers with random ν the sum is off by 0.55 of the
+    tolerance at most (`Poles.error`), with 21 poles on average, and so it is with half or twice of
+    each of these, but for the first two.
 
     Attributes
     ----------
     digits_per_pair : float
-        Decimal digits that one of the layer's own pairs of poles is good for.
+        Decimal digits that one of the layer's own pairs of poles is good for. With 4 of them 17 of
+        these 60 layers miss the tolerance, by up to 13 times; 1 digit costs 4 poles more.
     beyond : float
-        The smallest τ of the other poles, over the largest |τ| of the layer's own.
+        The smallest τ of the other poles, over the largest |τ| of the layer's own. With 3 two of
+        the 60 miss the tolerance, by up to twice; 0.75 costs one pole more.
     tension_dominates : float
         Relative error of k alone at which no more poles are added.
     samples_per_decade : int
