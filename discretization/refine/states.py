@@ -4,6 +4,20 @@
 event near the depth (steady.py) and two rows of them lead to the same lines, these. "global" is
 what has the least energy of: the lowest contacts of nodes brought to rest, the adhered state, and
 none. Nodes are twice as close each time until two of them lead to the same state.
+
+Conventions
+-----------
+Depths grow as the indenter goes down [length]. `Lines` are the 2m ends of m contacts from left to
+right [length], () where all is detached; on nodes contacts are their first and last nodes. The
+m + 1 free surfaces of lines are an array with a row (left line, right line) for each from left to
+right, -inf and inf for the two tails: `free_surfaces` and `lines_of_surfaces` turn one into the
+other. The contact between rows i and i + 1 reaches from [i, 1] to [i + 1, 0]; lines have met, and
+the contact is gone, where [i, 1] > [i + 1, 0], and a gap is gone where its left line is not left of
+its right one.
+
+`settle` takes the lines of surfaces to rest by Newton's method, here always with the work of
+adhesion of closing (direction 1); `Events.clearance` is the least minimum of the gap between a
+surface and the indenter, negative where the surface would be in the indenter, and its place.
 """
 
 from __future__ import annotations
@@ -132,7 +146,9 @@ def on_refined_nodes(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
 def _adhered(contact_lines: ContactLines, depth: float, branch: str) -> tuple[Equilibrium, Array]:
     """The state at the end of the path from first touch, and places that samples have missed.
 
-    Lines for which nodes are no guide move from first touch on (../fitted/contact_lines.py).
+    Where nodes do not decide, or lead to a state that is not certified, lines are moved from first
+    touch on instead (../fitted/contact_lines.py), which takes longer. The places (n,) are features
+    of the profile between its samples [length].
     """
     lines = _at_once(contact_lines, depth)
     if lines is not None:
@@ -144,10 +160,11 @@ def _adhered(contact_lines: ContactLines, depth: float, branch: str) -> tuple[Eq
 
 
 def _at_once(contact_lines: ContactLines, depth: float) -> Lines | None:
-    """The same lines from contacts on nodes at this depth; None where these do not decide.
+    """Lines at the end of the path, from contacts on nodes at this depth; None where undecided.
 
-    With corners contacts narrower than any nodes may stay as the indenter is pulled, and where two
-    works of adhesion differ lines depend on where they have been.
+    Nodes do not decide where there would be too many of them; where the indenter is retracted from
+    a profile with corners, at which contacts narrower than any nodes may stay; and where two works
+    of adhesion differ, so that lines depend on where they have been.
     """
     scene = contact_lines.scene
     profile = contact_lines.profile
@@ -163,7 +180,10 @@ def _at_once(contact_lines: ContactLines, depth: float) -> Lines | None:
 
 
 def _bare(contact_lines: ContactLines, depth: float) -> Lines | None:
-    """Lines where nothing adheres, so that there is one state, whatever the path."""
+    """Lines where nothing adheres, so that there is one state, whatever the path.
+
+    None where they are not found, or a contact on the fitted mesh would have a gap in it.
+    """
     scene = contact_lines.scene
     nodes = FoundNodes.of(scene, contact_lines.profile, depth)
     search = _Bare(Events(Equations.of(scene, contact_lines.profile, depth)), depth)
@@ -172,7 +192,10 @@ def _bare(contact_lines: ContactLines, depth: float) -> Lines | None:
 
 
 def _opens(contact_lines: ContactLines, lines: Lines, depth: float) -> bool:
-    """Whether the profile pulls in a contact, so that there is a gap narrower than nodes see."""
+    """Whether the profile would pull the surface up in a contact: there a gap has to be.
+
+    It is narrower than nodes see. Only for contacts that do not adhere.
+    """
     pulls = contact_lines.pressed_surface.search.pulls
     contacts = zip(lines[::2], lines[1::2], strict=True)
     return any(left < right and pulls(left, right, depth) for left, right in contacts)
@@ -180,7 +203,15 @@ def _opens(contact_lines: ContactLines, lines: Lines, depth: float) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Bare:
-    """The search for the contacts of a surface that nothing adheres to, near those of nodes."""
+    """The search for the contacts of a surface that nothing adheres to, near those of nodes.
+
+    Attributes
+    ----------
+    events : Events
+        What knows the equations of lines and how far surfaces are from the indenter.
+    depth : float
+        [length].
+    """
 
     events: Events
     depth: float
@@ -188,8 +219,9 @@ class _Bare:
     def at_rest(self, lines: Lines) -> Lines | None:
         """Lines at rest near those of nodes, None where they are not found.
 
-        A contact whose lines meet is left out, a gap whose lines meet is closed, and where a
-        surface would pass through the profile there is another contact.
+        Contacts change until lines at rest need no other ones: a contact whose lines meet is left
+        out, a gap whose lines meet is closed, and where a surface would pass through the profile
+        there is another contact, at first a point. `lines` may be (): then that is the lowest one.
         """
         equations = self.events.equations
         lowest = equations.profile.lowest
@@ -209,7 +241,10 @@ class _Bare:
         return None
 
     def _with_new(self, surfaces: Array) -> Lines | None:
-        """Lines with a contact where a surface is deepest in the profile; None if none is."""
+        """Lines with a further contact where a surface is deepest in the profile; None if none is.
+
+        surfaces (n, 2): the present ones, at rest.
+        """
         least = math.inf
         where = math.nan
         for row in surfaces:
@@ -223,7 +258,10 @@ class _Bare:
 
 
 def _without_met(surfaces: Array) -> Lines | None:
-    """Lines without the contacts, or else the gaps, whose lines have met; None if none has."""
+    """Lines without the contacts, or else the gaps, whose lines have met; None if none has.
+
+    surfaces (m + 1, 2): those of the contacts, after Newton's method.
+    """
     lines = lines_of_surfaces(surfaces)
     contacts = np.array(lines).reshape(-1, 2)
     kept = contacts[:, 0] <= contacts[:, 1]
@@ -232,14 +270,15 @@ def _without_met(surfaces: Array) -> Lines | None:
     closed = np.flatnonzero(surfaces[:, 0] >= surfaces[:, 1])
     if not closed.size:
         return None
-    inner = [j for i in closed.tolist() for j in (2 * i - 1, 2 * i)]
+    inner = [j for i in closed.tolist() for j in (2 * i - 1, 2 * i)]  # both lines of surface i
     return tuple(np.delete(lines, inner).tolist())
 
 
 def _steady(contact_lines: ContactLines, depth: float) -> Lines | None:
     """Lines near contacts on nodes, where two rows of nodes lead to the same and no event is near.
 
-    None where they do not.
+    None where they do not. Nodes are taken closer and closer; on those that are c times as close
+    as usual depths of events are off by a margin that is c^1.5 times less.
     """
     profile = contact_lines.profile
     equations = Equations.of(contact_lines.scene, profile, depth)
@@ -263,7 +302,7 @@ def _steady(contact_lines: ContactLines, depth: float) -> Lines | None:
 
 
 def _at_rest(equations: Equations, lines: Lines, depth: float) -> Lines | None:
-    """Lines of nodes taken to rest, None where that fails or lines meet."""
+    """Lines of nodes taken to rest nearby; None where that fails, contacts are gone, or unknown."""
     surfaces = free_surfaces(lines)
     count = len(surfaces)
     reach = FROM_NODES * equations.length
@@ -320,9 +359,37 @@ def _unknown(equations: Equations, lines: Lines) -> list[float]:
     return [line for line in lines if line in ends and line not in equations.edges]
 
 
+class _Candidates(NamedTuple):
+    """States that may be the lowest, as one row of nodes has them.
+
+    Attributes
+    ----------
+    lines : set of tuple of float
+        Their lines at rest; detached is always among them.
+    contacts : int
+        How many contacts the lowest state on the nodes has at the depth itself.
+    spacing : float
+        Of the nodes [length].
+    """
+
+    lines: set[Lines]
+    contacts: int
+    spacing: float
+
+
 @dataclass(frozen=True, eq=False)
 class _Lowest:
-    """The search for the state of least energy."""
+    """The search for the state of least energy.
+
+    Attributes
+    ----------
+    scene : Scene
+    profile : Resolved
+    depth : float
+        [length].
+    contact_lines : ContactLines
+        What makes states of lines.
+    """
 
     scene: Scene
     profile: Resolved
@@ -330,12 +397,16 @@ class _Lowest:
     contact_lines: ContactLines
 
     def found(self, adhered: Equilibrium) -> Equilibrium:
-        """The lowest of the adhered state, none, and those of the lowest contacts on nodes."""
-        lowest = list[Equilibrium]()
+        """The lowest of the adhered state, none, and those of the lowest contacts on nodes.
+
+        Nodes are closer and closer until two rows of them lead to one state, the latter with as
+        many contacts, and none narrower than `links` of them.
+        """
+        lowest = list[Equilibrium]()  # of each row of nodes
         same = False
-        for candidates, count, spacing in self._candidates():
+        for candidates in self._candidates():
             states = [adhered]
-            for lines in candidates:
+            for lines in candidates.lines:
                 try:
                     states.append(state_of(self.contact_lines, lines, self.depth, "global"))
                 except NotCertifiedError:
@@ -347,14 +418,15 @@ class _Lowest:
             alike = len(one.contacts) == len(other.contacts)
             same = alike and abs(one.energy - other.energy) <= _SEARCH.same * other.scales["energy"]
             widths = np.diff(other.contacts, axis=1)
-            resolved = bool((widths >= _SEARCH.links * spacing).all())
-            if same and resolved and len(one.contacts) == count:
+            resolved = bool((widths >= _SEARCH.links * candidates.spacing).all())
+            if same and resolved and len(one.contacts) == candidates.contacts:
                 break
         if not same:
             self._warn()
         return min(lowest, key=lambda state: state.energy)
 
     def _warn(self) -> None:
+        """Warn that closer nodes might have a lower state."""
         warnings.warn(
             f"the lowest energy at depth = {self.depth!r} is not the same on nodes each twice as "
             "close as the last: the state found may not be the lowest; give a spacing, or a "
@@ -363,10 +435,8 @@ class _Lowest:
             stacklevel=5,
         )
 
-    def _candidates(self) -> Iterator[tuple[set[Lines], int, float]]:
+    def _candidates(self) -> Iterator[_Candidates]:
         """Lines at rest near the lowest contacts of closer and closer nodes.
-
-        With the number of contacts on these, and their distance.
 
         Those of depths a little less and more are among them: two states may have so nearly the
         same energy that nodes take one for the other. ValueError where the lowest contacts leave
@@ -389,10 +459,13 @@ class _Lowest:
                     candidates.add(rest)
                 elif depth == self.depth:
                     raise unknown(depth, left[0])
-            yield candidates, count, nodes.spacing
+            yield _Candidates(candidates, count, nodes.spacing)
 
     def _at_rest(self, equations: Equations, lines: Lines) -> Lines | None:
-        """Lines taken to rest, None where that fails; contacts whose lines meet are left out."""
+        """Lines taken to rest, None where that fails; contacts whose lines meet are left out.
+
+        () if that leaves none.
+        """
         while lines:
             surfaces = free_surfaces(lines)
             depths = np.full(len(surfaces), self.depth)
