@@ -50,10 +50,10 @@ class LineRules(NamedTuple):
         Slope over √(2w/γ₁), and height over the depth, up to which a line advances, whatever lies
         below it: where the slope is √(2w/γ₁) it would rest if the free surface were flat.
     far_below : float
-        Of the shortest length of the layer: at smaller half-widths D is a power of a but for this
-        part, and so turns nowhere.
+        Half-width over the shortest length of the layer: at smaller ones D is a power of a but for
+        this part, and so turns nowhere.
     closed : float
-        Of a half-width where adhesion dominates: at that of a line contact that has closed up.
+        Half-width at which a line contact counts as closed up, over one where adhesion dominates.
     sparse : float
         Octaves of a between places where D is a power of a: there it turns nowhere, and few are
         enough.
@@ -63,7 +63,8 @@ class LineRules(NamedTuple):
     tie : float
         Relative difference of depths that count as the same, above the rounding of D.
     straight : float
-        Of a: over so little D is straight to rounding, 3e-7² = 1e-13.
+        Width of the last bracket over a: over so little D is straight but for 3e-7² = 1e-13, and
+        the straight line through both ends gives its zero.
     """
 
     adhesion_dominates: float = 1 / 4

@@ -119,7 +119,8 @@ _MESH = Meshing()
 
 
 _HALVINGS = (2, 8)  # of the first element, next to mild lines [0] and to steep ones [1]
-_ON_DISC = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # lengths of elements of a disc, or of 8 l of it
+# Lengths of the elements of a disc over its radius, or over 8 l, from the line on; their sum is 1.
+_ON_DISC = np.array([0.08, 0.12, 0.2, 0.3, 0.3])
 
 
 class NewtonRules(NamedTuple):
@@ -130,8 +131,8 @@ class NewtonRules(NamedTuple):
     most_steps : int
         Steps at most; one surface takes 6 at 30°, and 13 at 86°.
     still : float
-        Of the energy: after a step that lowers it by less, one more is the last. It is less than
-        rounding, as the method converges quadratically.
+        Of the energy: after a step that should lower it by less, which is half its rounding, one
+        more is the last. As the method converges quadratically, that one is exact.
     sufficient : float
         Armijo's rule: a step is halved that lowers the energy by less than this part of what the
         slope of the energy predicts.
@@ -149,8 +150,8 @@ class NewtonRules(NamedTuple):
 _NEWTON = NewtonRules()
 
 
-# The difference quotient of fourth order that checks d(sF)/ds: its step over the radius, with which
-# it is good to 1e-11, and its places in steps, and their weights.
+# The difference quotient of fourth order that checks d(sF)/ds, of the form Σ weight f(place)/step:
+# its step over the radius, with which it is good to 1e-11, its places in steps, and their weights.
 _DIFFERENCE = 1e-3
 _STENCIL = np.array([-2, -1, 1, 2])
 _STENCIL_WEIGHTS = np.array([1 / 12, -2 / 3, 2 / 3, -1 / 12])
