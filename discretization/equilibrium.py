@@ -40,10 +40,18 @@ class Equilibrium:
 
     Attributes
     ----------
-    scene, depth, branch, method
-        What it is the state of, and how it was found; the depth d [length].
+    scene : Scene
+        What it is a state of.
+    depth : float
+        d [length].
+    branch : {"adhered", "global"}
+        Which state was wanted; see `minimise`.
+    method : str
+        "fitted" for the mesh; "lattice", "shortest_path" or "oracle" for nodes.
     contacts : array (m, 2)
-        Ends of each contact interval [length]; half_width: half their sum.
+        Ends of each contact interval [length].
+    half_width : float
+        a, half the sum of the lengths of the contacts, or the radius about an axis [length].
     force, energy : float
         P [force/length], positive if it presses, and U [energy/length], 0 without contact.
     contact_angle : float
@@ -55,14 +63,26 @@ class Equilibrium:
         "global", "metastable", "adhered", "neutral" or "detached".
     validity, warnings : tuple
         How far the model's assumptions hold, and those that do not, in words.
-    certificate, error_estimate, scales, proof
-        That it is an equilibrium; its relative numerical errors, or the function that finds them
-        (`errors`), relative to the sums of the absolute values of the terms of force and energy;
-        why no state on these nodes has a lower energy, where `shortest_path` has found it.
-    nodes, pinned, spacing, neutral, surfaces
-        The outermost contact nodes themselves; lines at corners; nan where there are no nodes;
-        whether a line rests anywhere in a range at no cost; what the free surfaces look like, and
-        of a layer with its exact response what presses.
+    certificate : Certificate
+        How far it is from an equilibrium.
+    error_estimate : dict of float
+        Relative numerical errors of half_width, and of force and energy relative to `scales`.
+    errors : dict of float, or callable
+        These, or a function of this state that finds them when they are needed.
+    scales : dict of float
+        Sums of the absolute values of the terms of "force" and of "energy".
+    proof : Proof or None
+        Why no state on these nodes has a lower energy, where `shortest_path` has found it.
+    nodes : array (m, 2)
+        On nodes the outermost contact nodes themselves, as `contacts` lie between them [length].
+    spacing : float
+        Distance of the nodes [length]; nan where there are none.
+    pinned : array of bool (m, 2)
+        Which ends are lines pinned at corners or edges; an end at the axis may count as such.
+    neutral : bool
+        Whether a line rests anywhere in a range at no cost.
+    surfaces
+        What the free surfaces look like; of a layer with its exact response also what presses.
 
     Notes
     -----
