@@ -190,12 +190,12 @@ def range_of(length: Array, ends: Callable[[Array, Indices], PAtLines], steepest
         slope: it would add -(x - L)/T², which vanishes at the zero.
         """
         mesh = mesh_of(T)
-        of = ends(T[:, None], own)
+        p_at = ends(T[:, None], own)
         # Solutions of p'' = p that are 1 at one line and 0 at the other, at the nodes.
         one_at_right = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
         one_at_left = one_at_right[:, ::-1]
-        h, h_slope = rate(of.left * one_at_left + of.right * one_at_right)
-        p_rate = of.left_rate * one_at_left + of.right_rate * one_at_right
+        h, h_slope = rate(p_at.left * one_at_left + p_at.right * one_at_right)
+        p_rate = p_at.left_rate * one_at_left + p_at.right_rate * one_at_right
         x_over_T = h @ mesh.weights
         return x_over_T - low[own] / T, h[:, -1] / T + (h_slope * p_rate) @ mesh.weights
 
