@@ -312,6 +312,7 @@ def crossings(
     """
 
     def evaluate(x: Array, own: Indices, last: Array, last_value: Array) -> tuple[Array, Array]:
+        """Values, and slopes of the secants through the last places."""
         value = h(x, own)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return value, (value - last_value) / (x - last)
@@ -345,6 +346,7 @@ def newton_crossings(
     """
 
     def evaluate(x: Array, own: Indices, last: Array, last_value: Array) -> tuple[Array, Array]:
+        """Values and slopes; the last places do not matter."""
         return h(x, own)
 
     first = h(guess, np.arange(guess.size))

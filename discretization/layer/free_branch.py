@@ -233,6 +233,7 @@ def _around(body: Body, deepest: float, rtol: float) -> tuple[float, float] | No
     excess = body.scene.surfaces.small_slope_deficit
 
     def rest_depth(a: float) -> float:
+        """D at a half-width [length]."""
         return float(body.rest_depth(a, Contact(body, a, rtol).reaction, excess, 1))
 
     places = body.scene.layer.h * np.exp2(np.arange(-_BRANCH.octaves / 2, _BRANCH.octaves / 2))

@@ -260,6 +260,7 @@ class Lines:
         """
 
         def beyond_depth(a: float) -> float:
+            """How far D is beyond the depth in the direction of the line: negative at `begin`."""
             side = -direction if a == end else direction
             return float(direction * (self.rest_depth(a, side) - to))
 

@@ -438,6 +438,7 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
     tried: dict[float, Contact] = {}
 
     def contact_at(a: float) -> Contact:
+        """The contact of this half-width, noted in the order in which they are tried."""
         tried[a] = contact_of(body, a, tolerance)
         return tried[a]
 
