@@ -291,7 +291,10 @@ class Picture:
         self.still = self.canvas.copy_from_bbox(figure.bbox)
 
     def drawn(self, frame: Frame) -> Array:
-        """The picture of a frame, as colours (height, width, 3)."""
+        """The picture of a frame, as colours (height, width, 3), a copy of its own.
+
+        What moves is drawn over what stands still, which was kept when it was drawn once.
+        """
         u = frame.surface / self.size
         depth = written(frame.depth, self.unit).replace("-", "−").rstrip()
         self.layer.set_xy(self._area(u, self.bottom))
