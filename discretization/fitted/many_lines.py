@@ -412,7 +412,11 @@ class ManyLines:
         return self._root_between(side, own, Brackets(inner, outer, at_inner, at_outer))
 
     def _root_between(self, side: int, own: Indices, brackets: Brackets) -> Array:
-        """Where D = d in brackets of the states `own`, (m,) [length]."""
+        """Where D = d in brackets (m,) of the states `own`, to rounding [length].
+
+        The brackets are narrowed first; then secants start from the straight line through their
+        ends.
+        """
         if not own.size:
             return brackets.inner
         inner, outer, low, high = self._narrowed(side, own, brackets)

@@ -158,7 +158,12 @@ class History:
 
     @property
     def parts(self) -> list[list[Snapshot] | Event]:
-        """The events, and between them runs of states in one direction, in their order."""
+        """The events, and between them runs of states in one direction, in their order.
+
+        A run is a list of snapshots. It begins with the state after the event before it, or with
+        the one at which the depth turned; the first one with none that is a state: at depth -inf,
+        without contact.
+        """
         run = [Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)]
         events = list(self.events)
         parts: list[list[Snapshot] | Event] = [run]
@@ -415,7 +420,10 @@ class History:
         return estimated(self, coarse, branch.row.lattice.spacing / own, stacklevel=3)
 
     def _estimate_on_nodes(self) -> dict[str, float]:
-        """The errors of the same programme on nodes alone."""
+        """The errors of the same programme on nodes alone, as of `error_estimate`.
+
+        They are infinite, with a warning, where it cannot be followed on these.
+        """
         deepest = float(self.depth.max())
         spacing = RefinedBranch.of(self.scene, deepest).nodal.row.lattice.spacing
         path = LoadPath(LatticeBranch.of(self.scene, spacing, deepest), self.hold, _DETACHED)

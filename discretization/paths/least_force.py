@@ -210,7 +210,10 @@ class Bounded:
 
 
 def bounded(branch: LatticeBranch, stretches: list[Stretch]) -> list[Bounded]:
-    """The stretches with their bounds; those with the same number of lines are bounded together."""
+    """The stretches with their bounds, in their order.
+
+    Those with the same number of lines are bounded together, as arrays need.
+    """
     counts = [each.lines.shape[1] for each in stretches]
     found = dict[int, Bounded]()
     for count in set(counts):

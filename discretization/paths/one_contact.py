@@ -293,7 +293,12 @@ class OneContactBranch(FittedBranch):
         return (found[0], found[1]) if found[0] <= found[1] else None
 
     def _refuse_others(self, lines: Lines, depth: float) -> None:
-        """NotCertifiedError where there are contacts besides these lines, or it opens inside."""
+        """NotCertifiedError if the contact with these lines opens inside, or is not the only one.
+
+        It opens where something pulls at it by more than rounding, and another contact begins where
+        the profile penetrates the free surfaces. A convex profile under one work of adhesion has
+        neither.
+        """
         if self.scene.indenter.convex and self.scene.pattern is None:
             return
         scale = TOLERANCE * self.contact_lines.rests.size

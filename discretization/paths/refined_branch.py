@@ -659,7 +659,10 @@ class RefinedBranch(FittedBranch):
         self.certify_all([point])
 
     def certify_all(self, points: Sequence[Point]) -> None:
-        """NotCertifiedError unless all points are in equilibrium; on nodes alone as nodes are."""
+        """NotCertifiedError unless all points are in equilibrium; on nodes alone as nodes are.
+
+        Those beyond the events of a route have been certified when it was made.
+        """
         judged = [point for point in points if point.lines and not _is_nodal(point)]
         judged = [p for p in judged if (p.lines, p.depth) not in self.certified]
         states = [(point.lines or (), point.depth) for point in judged]
