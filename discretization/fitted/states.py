@@ -262,7 +262,9 @@ def _spacings(contact_lines: ContactLines) -> list[float]:
     of_length = scene.elastocapillary_length / _SEARCH.per_length
     of_waves = (waves / _SEARCH.per_wave).tolist()
     first = min([of_length, *of_waves])
-    least = scene.indenter.extent[1] / (_SEARCH.most_nodes - 1)
+    # A profile without an end is resolved as far as contact is possible.
+    outermost = min(scene.indenter.extent[1], float(profile.x[-1]))
+    least = outermost / (_SEARCH.most_nodes - 1)
     return [max(first / 2**i, least) for i in range(_SEARCH.most_lattices)]
 
 

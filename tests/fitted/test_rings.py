@@ -152,6 +152,25 @@ def test_no_disc_or_ring_has_less_energy_than_the_lowest_state(body, depth, cont
     assert -1e-3 * size <= off <= 1e-9 * size
 
 
+def test_lowest_state_of_a_profile_without_an_end():
+    """A wavy paraboloid has the lowest state of one that ends beyond its contact."""
+    size = 0.002 * LENGTH
+    waves = 1 / (0.4 * LENGTH)
+
+    def height(x):
+        return x * x / (8 * LENGTH) + size * (1 - np.cos(waves * x))
+
+    def slope(x):
+        return x / (4 * LENGTH) + size * waves * np.sin(waves * x)
+
+    endless, ending = (
+        minimise(scene(Profile(height, slope, **end)), 0.0, branch="global")
+        for end in ({}, {"extent": (0.0, 20 * LENGTH)})
+    )
+    np.testing.assert_allclose(endless.contacts, ending.contacts, rtol=1e-9)
+    assert endless.radius > 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_a_cylinder_is_held_up_to_a_rounding_of_where_it_lets_go(slopes):
