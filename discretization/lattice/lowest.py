@@ -322,39 +322,82 @@ def _limits(ends: _Ends, starts: Nodes, value: Array, origin: int) -> tuple[Node
         Upper end of the interval of each of these, the lower end of the next one's; inf of the
         last.
     """
-    c = float(ends.stiffness[origin])
     h = ends.h[starts]
     log_y, log_z = ends.logs(starts, origin)
-    ahead = -np.expm1(log_z)  # z of the origin less z of each start
     near = np.exp(np.maximum(log_y, -_SEARCH.faint))
     z = np.exp(np.maximum(log_z, -2 * _SEARCH.faint))
-    y = near * h
-    # From each start to the next newer one, and A of these two.
-    dz = z[1:] * -np.expm1(log_z[:-1] - log_z[1:])
-    dy = near[1:] * (np.diff(h) - np.expm1(log_y[:-1] - log_y[1:]) * h[:-1])
-    excess = np.maximum(c * dy * (dy / dz) - np.diff(value), 0.0)
-    below_line = np.sqrt(excess / c / dz * ahead[:-1] * ahead[1:])
-    limit = np.append(y[1:] + dy / dz * ahead[1:] - below_line, math.inf)
-    older = np.arange(starts.size) - 1  # neighbours among those that are left
-    newer = np.arange(starts.size) + 1
-    left = np.full(starts.size, True)
+    pairs = _Pairs(
+        c=float(ends.stiffness[origin]),
+        value=value,
+        y=near * h,
+        ahead=-np.expm1(log_z),
+        dy=near[1:] * (np.diff(h) - np.expm1(log_y[:-1] - log_y[1:]) * h[:-1]),
+        dz=z[1:] * -np.expm1(log_z[:-1] - log_z[1:]),
+    )
+    return _with_interval(pairs, np.append(pairs.limits(), math.inf))
+
+
+class _Pairs(NamedTuple):
+    """Starts i = 0 ... s - 1 at the origin of a block, and what lies between neighbours of them.
+
+    Attributes
+    ----------
+    c : float
+        c of the origin, C of the module.
+    value, y, ahead : ndarray (s,)
+        V_i, y_i, and z of the origin less z_i.
+    dy, dz : ndarray (s - 1,)
+        From each start to the next newer one that is left.
+    """
+
+    c: float
+    value: Array
+    y: Array
+    ahead: Array
+    dy: Array
+    dz: Array
+
+    def limits(self) -> Array:
+        """Heights at the origin (s - 1,) above which the next newer start costs less."""
+        slope = self.dy / self.dz
+        excess = np.maximum(self.c * self.dy * slope - np.diff(self.value), 0.0)  # A
+        below_line = np.sqrt(excess / self.c / self.dz * self.ahead[:-1] * self.ahead[1:])
+        return np.asarray(self.y[1:] + slope * self.ahead[1:] - below_line)
+
+    def limit(self, i: int, k: int) -> float:
+        """Height at the origin above which start k costs less than i, with none left in between.
+
+        dy and dz of i have to be those from i to k.
+        """
+        rise = float(self.dy[i])
+        run = float(self.dz[i])
+        excess = max(self.c * rise * (rise / run) - float(self.value[k] - self.value[i]), 0.0)
+        below_line = math.sqrt(excess / self.c / run * float(self.ahead[i] * self.ahead[k]))
+        return float(self.y[k]) + rise / run * float(self.ahead[k]) - below_line
+
+
+def _with_interval(pairs: _Pairs, limit: Array) -> tuple[Nodes, Array]:
+    """The starts that have an interval, and the upper end of it, as `_limits` returns them.
+
+    Start k is dropped if its limit (s,) is less than that of the next older one, i, which then has
+    the limit with the next newer one, j. `pairs` are changed.
+    """
+    older = np.arange(limit.size) - 1  # neighbours among those that are left
+    newer = np.arange(limit.size) + 1
+    left = np.full(limit.size, True)
     suspects = (np.flatnonzero(limit[:-1] > limit[1:]) + 1).tolist()
-    while suspects:  # start k is dropped if its limit is below that of the next older one, i
+    while suspects:
         k = suspects.pop()
         i = int(older[k])
         j = int(newer[k])
-        if not left[k] or i < 0 or j == starts.size or limit[i] <= limit[k]:
+        if not left[k] or i < 0 or j == limit.size or limit[i] <= limit[k]:
             continue
         left[k] = False
         newer[i] = j
         older[j] = i
-        rise = float(dy[i] + dy[k])
-        run = float(dz[i] + dz[k])
-        dy[i] = rise
-        dz[i] = run
-        excess_ij = max(c * rise * (rise / run) - float(value[j] - value[i]), 0.0)
-        below_line_ij = math.sqrt(excess_ij / c / run * float(ahead[i] * ahead[j]))
-        limit[i] = float(y[j]) + rise / run * float(ahead[j]) - below_line_ij
+        pairs.dy[i] += pairs.dy[k]
+        pairs.dz[i] += pairs.dz[k]
+        limit[i] = pairs.limit(i, j)
         suspects += [i, j]
     kept = np.flatnonzero(left)
     return kept, limit[kept]
@@ -517,41 +560,51 @@ class _Block:
         bool
             Whether a certain contact is among the nodes, so that no start before it is needed.
         """
-        c = float(self.ends.stiffness[self.first])
-        tie = self.tie
         passed_certain = False
-        for k, (node, step, h, more, z, y) in enumerate(self.nodes):
+        for k, node in enumerate(self.nodes):
             if k and len(near) > 1:
-                self._bound(near, steepest, reach, z)
-            height_here = y - self.shear * z
-            base = math.inf
-            least = math.inf
-            best = 0
-            newest = len(near) - 1
-            j = newest
-            while j >= 0 and reach[j] >= height_here:
-                _, value, own_h, own_more, own_z, own_y = near[j]
-                rise = (h - own_h) + (more - own_more)
-                slope = rise / (z - own_z)
-                # A line that is higher at z = 0 than that of a newer start passes above that start.
-                height = own_y - slope * (1 + own_z)
-                if height <= base:
-                    base = height
-                    cost = value + (step if j == newest and node else c * rise * slope)
-                    if slope <= steepest[j] and cost < least - tie:
-                        least = cost
-                        best = j
-                j -= 1
-            self.compared += newest - j
+                self._bound(near, steepest, reach, node.z)
+            best, least = self._best_start(node, near, steepest, reach)
             self.before.append(near[best].which)
-            if h <= self.certain:  # nothing passes a certain contact
+            if node.h <= self.certain:  # nothing passes a certain contact
                 best = -1
                 passed_certain = True
             del near[best + 1 :], steepest[best + 1 :], reach[best + 1 :]  # 1. of the module
-            near.append(_Start(node, least, h, more, z, y))
+            near.append(_Start(node.which, least, node.h, node.more, node.z, node.y))
             steepest.append(math.inf)
             reach.append(math.inf)
         return passed_certain
+
+    def _best_start(
+        self, node: _Start, near: list[_Start], steepest: list[float], reach: list[float]
+    ) -> tuple[int, float]:
+        """The number among the starts of the best one of a surface to this node, and V of it.
+
+        Starts are compared from the newest on, until none may reach as high as the node.
+        """
+        which, step, h, more, z, y = node
+        c = float(self.ends.stiffness[self.first])
+        sheared_height = y - self.shear * z
+        base = math.inf
+        least = math.inf
+        best = 0
+        newest = len(near) - 1
+        j = newest
+        while j >= 0 and reach[j] >= sheared_height:
+            _, value, own_h, own_more, own_z, own_y = near[j]
+            rise = (h - own_h) + (more - own_more)
+            slope = rise / (z - own_z)
+            # A line that is higher at z = 0 than that of a newer start passes above that start.
+            height = own_y - slope * (1 + own_z)
+            if height <= base:
+                base = height
+                cost = value + (step if j == newest and which else c * rise * slope)
+                if slope <= steepest[j] and cost < least - self.tie:
+                    least = cost
+                    best = j
+            j -= 1
+        self.compared += newest - j
+        return best, least
 
     def _bound(
         self, near: list[_Start], steepest: list[float], reach: list[float], z: float

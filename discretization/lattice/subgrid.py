@@ -264,43 +264,16 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
         Of arrays (s, 2m, 6).
     """
     lattice = row.lattice
-    sides = facing_sides(nodes.shape[1])
-    own = np.arange(nodes.shape[1]) + 1  # columns of the lines in `ends`
-    start = nodes[..., None] + sides[:, None] * LINKS  # nodes at the inner ends of the links,
-    after = start + sides[:, None]  # and at their outer ends
-
-    # All lines with one more place on each side of them, just outside of the row.
-    ends = np.empty((len(nodes), own.size + 2))
-    ends[:, 0] = -1
-    ends[:, 1:-1] = nodes
-    ends[:, -1] = row.size
-    faced = ends[:, own + sides, None]
-    other = ends[:, own - sides, None]  # line of the same contact
-    exists = (sides[:, None] * (faced - after) > 0) & (sides[:, None] * (start - other) >= 0)
-    exists[row.first + nodes == lattice.axis] = False  # no line: the contact goes on there
-
-    # Places and displacements of the lines that others face; far out there is none, and u is 0.
-    if zeta is None:
-        f = row.f[nodes]
-    else:
-        ends[:, 1:-1] += sides * zeta
-        indenter = row.scene.indenter
-        x = lattice.x(row.first + ends[:, 1:-1])
-        f = indenter.height(np.clip(x, *indenter.extent))
-    ends[:, 0] = -math.inf
-    ends[:, -1] = math.inf
-    u = np.zeros_like(ends)
-    u[:, 1:-1] = depth[:, None] - f
-    distance = np.maximum(np.abs(ends[:, own + sides, None] - start), _LINE.closest)
-    u_faced = u[:, own + sides, None]
-
-    far, remainder, stiffness = lattice.free_node_response(
-        row.first + start, sides[:, None], distance
-    )
+    sides = facing_sides(nodes.shape[1])[:, None]
+    start = nodes[..., None] + sides * LINKS  # nodes at the inner ends of the links,
+    after = start + sides  # and at their outer ends
+    places, u_faced = _faced_lines(row, nodes, depth, zeta)
+    distance = np.maximum(np.abs(places[..., None] - start), _LINE.closest)
+    far, remainder, stiffness = lattice.free_node_response(row.first + start, sides, distance)
     g = depth[:, None, None] - row.f.take(start, mode="clip")
     g_after = depth[:, None, None] - row.f.take(after, mode="clip")
-    gap = g - g_after - remainder * g + far * (u_faced - g)
-    gap = np.where(exists, gap, math.nan)
+    gap = g - g_after - remainder * g + far * (u_faced[..., None] - g)
+    gap = np.where(_can_be_passed(row, nodes, start, after), gap, math.nan)
     link = np.minimum(np.maximum(np.minimum(start, after), 0), row.size - 2)
     return Advances(
         gap,
@@ -308,6 +281,54 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
         force=-stiffness * remainder * gap,
         bonds=row.bonds[link],
     )
+
+
+def _can_be_passed(row: Row, nodes: Nodes, start: Nodes, after: Nodes) -> Mask:
+    """Which of the links from the nodes `start` to `after` (s, 2m, 6) lines at `nodes` can pass.
+
+    Those from the other line of the contact on, which leave a node to the line that is faced, or to
+    the end of the row. None at an axis: there is no line, and the contact goes on.
+    """
+    sides = facing_sides(nodes.shape[1])
+    faced = _of_faced(nodes, before=-1, beyond=row.size)[..., None]
+    other = nodes[:, np.arange(sides.size) - sides, None]
+    outwards = sides[:, None]
+    exists = (outwards * (faced - after) > 0) & (outwards * (start - other) >= 0)
+    exists[row.first + nodes == row.lattice.axis] = False
+    return exists
+
+
+def _faced_lines(row: Row, nodes: Nodes, depth: Array, zeta: Array | None) -> tuple[Array, Array]:
+    """Places, in numbers of nodes, and displacements of the lines that lines face (s, 2m).
+
+    Where none is faced it is infinitely far away, with u = 0. Arguments as of `advances`.
+    """
+    places: Array | Nodes
+    if zeta is None:
+        places = nodes
+        f = row.f[nodes]
+    else:
+        places = nodes + facing_sides(nodes.shape[1]) * zeta
+        indenter = row.scene.indenter
+        x = row.lattice.x(row.first + places)
+        f = indenter.height(np.clip(x, *indenter.extent))
+    faced_places = _of_faced(places, before=-math.inf, beyond=math.inf)
+    faced_u = _of_faced(depth[:, None] - f, before=0.0, beyond=0.0)
+    return faced_places, faced_u
+
+
+def _of_faced(values: Array | Nodes, *, before: float, beyond: float) -> Array:
+    """Of each line the value (s, 2m) that the line that it faces has among `values` (s, 2m).
+
+    Of the first line, which faces none, that is `before`; of the last one `beyond`.
+    """
+    count = values.shape[1]
+    padded = np.empty((len(values), count + 2))
+    padded[:, 0] = before
+    padded[:, 1:-1] = values
+    padded[:, -1] = beyond
+    own = np.arange(count) + 1
+    return padded[:, own + facing_sides(count)]
 
 
 def corners(row: Row, nodes: Nodes) -> Corners:
@@ -555,26 +576,33 @@ def of_states(row: Row, states: Sequence[Contacts], depths: Array) -> tuple[list
         return list(lines), by_line.sum(axis=-1)
     nodes = [np.ravel(contacts) for contacts in states]
     left, right, added = _outermost_lines(row, nodes, depths)
-    gaps = [one.size // 2 - 1 for one in nodes]
-    if not any(gaps):
-        return list(np.column_stack([left, right])), added
+    inner, by_gaps = _facing_lines(row, nodes, depths)
+    of_each_state = zip(left, inner, right, strict=True)
+    lines_of_states = [np.array([first, *facing, last]) for first, facing, last in of_each_state]
+    return lines_of_states, added + by_gaps
 
-    # Gaps with the contacts on either side, of all states; those that are alike only once.
+
+def _facing_lines(row: Row, nodes: Sequence[Nodes], depths: Array) -> tuple[list[Array], Array]:
+    """The lines beside gaps of each state (2m - 2,), and what they add to U and P (2, s).
+
+    A gap is found with the contacts on either side, and only once if states of one depth have it
+    with the same two contacts. nodes: of each state first and last nodes of all contacts, in a row.
+    """
     count = len(nodes)
+    gaps = [one.size // 2 - 1 for one in nodes]
     state_of_gap = np.repeat(np.arange(count), gaps)
     contacts_beside = np.concatenate([_pairs_of_contacts(one) for one in nodes if one.size > 2])
     known_depths, depth_number = np.unique(depths[state_of_gap], return_inverse=True)
     gaps_and_depths = np.column_stack([contacts_beside, depth_number])
     distinct, number = np.unique(gaps_and_depths, axis=0, return_inverse=True)
-    number = number.ravel()
-    lines, by_line = _lines_on_path(row, distinct[:, :4], known_depths[distinct[:, 4]])
+    number = number.ravel()  # of each gap that among the distinct ones
+    two_contacts = distinct[:, :4]
+    lines, by_line = _lines_on_path(row, two_contacts, known_depths[distinct[:, 4]])
 
-    both_lines = by_line[..., 1] + by_line[..., 2]
-    added += [np.bincount(state_of_gap, each, count) for each in both_lines[:, number]]
+    beside_gap = by_line[..., 1] + by_line[..., 2]  # of four lines those in the middle
+    added = [np.bincount(state_of_gap, each, count) for each in beside_gap[:, number]]
     facing_lines = lines[number, 1:3].ravel()
-    inner = np.split(facing_lines, 2 * np.cumsum(gaps)[:-1])
-    of_each_state = zip(left, inner, right, strict=True)
-    return [np.array([first, *facing, last]) for first, facing, last in of_each_state], added
+    return np.split(facing_lines, 2 * np.cumsum(gaps)[:-1]), np.array(added)
 
 
 def _outermost_lines(row: Row, nodes: Sequence[Nodes], depths: Array) -> tuple[Array, Array, Array]:
@@ -661,7 +689,22 @@ def moved(
         x of the lines of each state [length].
     """
     nodes = np.reshape(contacts, (len(contacts), -1))
-    sides = facing_sides(nodes.shape[1])
+    came, x_before = _came_from(row, nodes, before, lines)
+    corner = corners(row, nodes)
+    passed = advances(row, nodes, depths)
+    zeta = offsets(row, nodes, depths, passed, corner, row.works, came)
+    found = positions(row, nodes, zeta, corner)
+    unmoved = np.abs(x_before - found) <= _LINE.rounding * float(np.abs(found).max())
+    found = np.where(unmoved, x_before, found)
+    return [tuple(own) for own in found.tolist()]
+
+
+def _came_from(row: Row, nodes: Nodes, before: Contacts, lines: Lines) -> tuple[Array, Array]:
+    """ζ from which lines at nodes come, at most a link away, and x of the lines before (s, 2m).
+
+    Of the two lines before that enclose a node one has the same side: it is the line before. ±∞ if
+    that is beyond all of them.
+    """
     nodes_before = np.array(before, int).reshape(1, -1)
     x_before = np.array(lines)
     zeta_before = offsets_of(row, nodes_before, x_before)
@@ -669,18 +712,12 @@ def moved(
     places = np.concatenate([[-math.inf], places.ravel(), [math.inf]])
     x_before = np.concatenate([[-math.inf], x_before.ravel(), [math.inf]])
 
-    # Of the two lines before that enclose a node one has the same side: left lines have odd numbers
-    # in `places`, right lines even ones. First the one to the right is taken, else the other one.
+    # Left lines have odd numbers in `places`, right lines even ones. First the line to the right of
+    # the node is taken, then the other one if that has the wrong side.
+    sides = facing_sides(nodes.shape[1])
     for_right_lines = np.searchsorted(places, nodes, "right")
     for_left_lines = np.searchsorted(places, nodes)
     nearest = np.where(sides > 0, for_right_lines, for_left_lines)
     nearest -= nearest % 2 == (sides > 0)
     came = np.clip(sides * (places[nearest] - nodes), -1.0, 1.0)
-
-    corner = corners(row, nodes)
-    passed = advances(row, nodes, depths)
-    zeta = offsets(row, nodes, depths, passed, corner, row.works, came)
-    found = positions(row, nodes, zeta, corner)
-    unmoved = np.abs(x_before[nearest] - found) <= _LINE.rounding * float(np.abs(found).max())
-    found = np.where(unmoved, x_before[nearest], found)
-    return [tuple(own) for own in found.tolist()]
+    return came, x_before[nearest]

@@ -487,10 +487,7 @@ class Walk:
         direction = 1 if end >= depth else -1
         both_ahead = self._ahead(((first, last),), direction)
         passed = [self._passed(*ahead, direction) for ahead in both_ahead]
-        stop = direction * end
-        for line in passed:
-            together = line <= np.append(direction * depth, line[:-1])
-            stop = min(stop, float(line[together].min(initial=math.inf)))
+        stop = min(direction * end, _first_jump(passed, direction * depth))
         depths = np.unique(np.concatenate(passed))
         depths = depths[depths < stop]
         left_links, right_links = (line.searchsorted(depths, "right") for line in passed)
@@ -722,6 +719,19 @@ class Walk:
         bonded_before = sum(bonds[i:j].sum() for i, j in before)
         bonded_after = sum(bonds[i:j].sum() for i, j in after)
         return max(0.0, float(bonded_before - bonded_after))
+
+
+def _first_jump(passed: Sequence[Array], start: float) -> float:
+    """The first place at which one of these lines passes a link together with the one before it.
+
+    passed: of each line the places, never falling, at which it passes link after link; start: where
+    all lines are before the first. ∞ if none does.
+    """
+    found = math.inf
+    for line in passed:
+        together = line <= np.append(start, line[:-1])
+        found = min(found, float(line[together].min(initial=math.inf)))
+    return found
 
 
 class _Part(NamedTuple):
