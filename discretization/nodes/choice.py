@@ -24,6 +24,12 @@ from energy.arrays import Array
 class NodesPerLength(NamedTuple):
     """How many nodes there are in each length on which something varies.
 
+    Depths, forces and energies are those of nodes, of second order in the spacing. With twice as
+    many nodes in l the depths and forces of events of three random paths over patterns change by
+    up to 2e-3 of the largest, the energies that they release by up to 7e-3, and it takes 1.6 times
+    as long: `python -m tests.sensitivity discretization.nodes.choice` (which finds more where the
+    programme has the very depth of an event).
+
     Attributes
     ----------
     elastocapillary : int
@@ -34,6 +40,7 @@ class NodesPerLength(NamedTuple):
         Nodes on each side of a contact that has just begun.
     slight : float
         Of δ₀, or of the depth of indentation without adhesion: contacts do not feel lower waves.
+        Half or twice of it gives the same nodes in these paths.
     most : int
         Nodes at most: with these a path takes some seconds.
     """

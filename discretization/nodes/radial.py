@@ -47,6 +47,9 @@ from energy.arrays import Array
 class OuterSurface(NamedTuple):
     """How the stiffness of the surface outside is computed.
 
+    Halved or doubled, each leaves the 2 or more random states and paths that read it as they are to
+    1e-9: `python -m tests.sensitivity discretization.nodes.radial`.
+
     Attributes
     ----------
     kept : int

@@ -36,11 +36,17 @@ from energy import Indenter, Scene
 from energy.arrays import Array, Nodes
 
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
-MOST = 10**7  # nodes that are looked through, or kept: arrays of 80 MB
+# Nodes that are looked through, or kept: arrays of 80 MB. A million or 10⁸ changes no result
+# (`python -m tests.sensitivity discretization.nodes.row MOST`).
+MOST = 10**7
 
 
 class RowLimits(NamedTuple):
     """How many nodes are looked at; MOST bounds them.
+
+    At a tenth or ten times its value each leaves the 41 or more random states and paths that read
+    it as they are to 1e-9 (`first_window` and `spare` are not read there): `python -m
+    tests.sensitivity discretization.nodes.row`.
 
     Attributes
     ----------

@@ -50,6 +50,8 @@ from discretization.nodes.lattice import Lattice, shares
 from discretization.nodes.spans import LONGEST, Spans
 from energy.arrays import Array, Nodes
 
+# Rounding of sums of some dozen terms; a tenth or ten times of neither changes a result (`python -m
+# tests.sensitivity discretization.nodes.thresholds`).
 _ROUNDING = 256 * EPSILON  # of heights: a node that has touched stays in contact so much higher up
 _TIE = 64 * EPSILON  # of depths at which something happens
 
