@@ -856,15 +856,12 @@ class Front:
         If nothing is going to happen, a change at an infinite depth.
         """
         while self.heap:
-            entry = self.heap[0]
+            _, left, free, _, change, part = self.heap[0]
             # A lone node stands twice in `ends`: at its left end a contact begins, at its right end
             # a free surface.
-            if entry.free:
-                place = bisect_right(self.ends, entry.left) - 1
-            else:
-                place = bisect_left(self.ends, entry.left)
-            if self._part(place, entry.free) == entry.part:
-                return entry.change, place
+            place = bisect_right(self.ends, left) - 1 if free else bisect_left(self.ends, left)
+            if self._part(place, free) == part:
+                return change, place
             heapq.heappop(self.heap)  # the part is no more what it was
         return Change(self.direction * math.inf, ()), 0
 
@@ -899,7 +896,7 @@ class Front:
         before = ends[place - 1] if place > 0 else left
         after = ends[place + 2] if place + 2 < len(ends) else right
         if free:
-            return _Part(free, left, right, left_lone=before == left, right_lone=after == right)
+            return _Part(free, left, right, before == left, after == right)
         return _Part(free, left, right, before=before, after=after)
 
     def _push(self, start: int, stop: int) -> None:
