@@ -9,8 +9,17 @@ where the slopes of surface and indenter differ by √(2w/γ₁), which is ∂U/
 f'_out the slope outwards of the contact. F has the sign of D - d, D the depth at which the line
 would rest: it advances where F < 0, recedes where F > 0. A tail has no facing line: σ = 1, τ = 0.
 
-Arrays: lines (n, 2) of a left and a right line, infinite where a tail has none; depths (n,);
-directions (n,): 1 where the depth grows (adhesion of closing), -1 where it falls (of opening).
+Conventions
+-----------
+Depths d and displacements u grow downwards, heights f of the profile upwards, positions to the
+right. Arrays: lines (n, 2), a row for each free surface with its left line q in column 0 and its
+right line p in column 1, -inf and inf where a tail has none; depths (n,); directions (n,): 1 where
+the depth grows (adhesion of closing), -1 where it falls (of opening). The left line of a free
+surface is the right end of a contact, so that outwards of the contact is to the right there, and to
+the left at a right line: OUTWARDS.
+
+Joints are the places where F may jump: corners, edges of a pattern, both ends of the profile. A
+room is a piece of the profile between two neighbouring joints, numbered from 0 on the left.
 """
 
 from __future__ import annotations
@@ -26,7 +35,7 @@ from discretization.profile import Resolved
 from energy import Scene
 from energy.arrays import Array, Indices, Mask, Nodes
 
-OUTWARDS = np.array([1.0, -1.0])  # of the contacts of a left and of a right line of a free surface
+OUTWARDS = np.array([1.0, -1.0])  # of the contact, at the left and at the right line of a surface
 
 
 class EquationRules(NamedTuple):
@@ -177,7 +186,10 @@ class Equations:
         return np.clip(room, 0, self.joints.size - 2)
 
     def snapped(self, lines: Array) -> Array:
-        """Lines a few roundings from a joint put on it."""
+        """Lines (n, 2), those a few roundings from a joint put on it.
+
+        Rooms end some roundings from their joints; twice these are still on it.
+        """
         finite = np.where(np.isfinite(lines), lines, 0.0)
         middles = (self.joints[1:] + self.joints[:-1]) / 2
         near = self.joints[np.searchsorted(middles, finite)]
@@ -187,7 +199,10 @@ class Equations:
         return np.where(np.isfinite(lines) & (np.abs(finite - near) <= close), near, lines)
 
     def kink(self, lines: Array, directions: Array) -> Array:
-        """√(2w/γ₁) at lines (n, 2): by how much slopes differ where a line rests."""
+        """√(2w/γ₁) at lines (n, 2): by how much slopes differ where a line rests.
+
+        With the work of adhesion of closing or of opening, as directions (n,) say.
+        """
         closing = math.sqrt(2 * self.scene.work_of_adhesion / self.scene.gamma1)
         opening = math.sqrt(2 * self.scene.opened.work_of_adhesion / self.scene.gamma1)
         kink = np.where(directions > 0, closing, opening)[:, None]
@@ -228,6 +243,8 @@ class Equations:
     def pulls(self, lines: Array, depths: Array) -> Array:
         """The pull σ u + τ (u - u_facing) of free surfaces at their lines, over kl.
 
+        Positive where the surface pushes its contact up against the indenter.
+
         Parameters
         ----------
         lines : ndarray (n, 2)
@@ -244,6 +261,10 @@ class Equations:
         return np.where(np.isfinite(lines), self._pull(lines, height, depths), 0.0)
 
     def _pull(self, lines: Array, height: Array, depths: Array) -> Array:
+        """The same (n, 2), given the heights (n, 2) of the profile at the lines.
+
+        u - u_facing is f_facing - f, as the depth is the same at both lines.
+        """
         found = ties(self._widths(lines))
         displaced = depths[:, None] - height
         rise = np.where(self._is_gap(lines)[:, None], height[:, ::-1] - height, 0.0)
@@ -296,8 +317,9 @@ class Equations:
             u [length] and u'.
         """
         at_left, at_right = self.displaced(lines, depths)[own].T
-        from_left = (places - lines[own, 0]) / self.length
+        from_left = (places - lines[own, 0]) / self.length  # infinite of a tail without that line
         from_right = (lines[own, 1] - places) / self.length
+        # With numerator and denominator over exp((p - q)/l)/2 all exponents are negative.
         both = np.maximum(-np.expm1(-2 * (from_left + from_right)), _RULES.narrowest)
         left = np.exp(-from_left)
         right = np.exp(-from_right)
@@ -319,7 +341,12 @@ class Equations:
     def rates(
         self, lines: Array, depths: Array, rooms: Nodes, known: OnProfile | None = None
     ) -> Array:
-        """The derivatives ∂F_i/∂x_j of the equations.
+        """The derivatives ∂F_i/∂x_j of the equations, i and j 0 for the left, 1 for the right line.
+
+        With s = 1 for the left and -1 for the right line, L = (p - q)/l, and σ', τ' by L,
+
+            ∂F/∂x = s f'' + (σ + τ) f'/l + s [σ' (d - f) + τ' (f_facing - f)]/l²,
+            ∂F/∂x_facing = -τ f'_facing/l - s [σ' (d - f) + τ' (f_facing - f)]/l².
 
         Parameters
         ----------
@@ -355,10 +382,10 @@ class Equations:
         return rates
 
     def _curvature(self, x: Array, rooms: Nodes) -> Array:
-        """f'' by a central difference that crosses no joint.
+        """f'' at x (n, 2) by a central difference that stays in the rooms of the lines.
 
-        Nor does it come next to one, where the slope of a profile that is put together may be that
-        of the other side, by rounding.
+        0 where there is no room for it. Nor does it come next to a joint, where the slope of a
+        profile that is put together may be that of the other side, by rounding.
         """
         step = _RULES.curvature * self.length
         lower, upper = self.rooms
@@ -370,7 +397,7 @@ class Equations:
             return np.where(high > low, change / (high - low), 0.0)
 
     def _widths(self, lines: Array) -> Array:
-        """Widths over l (n,), infinite for tails."""
+        """Widths L of surfaces over l (n,), infinite for tails."""
         with np.errstate(invalid="ignore"):
             widths = (lines[:, 1] - lines[:, 0]) / self.length
         return np.where(self._is_gap(lines), widths, math.inf)
