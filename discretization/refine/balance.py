@@ -7,6 +7,18 @@ A piece ends where a line reaches or leaves a corner, or moves for the first tim
 or it is halved: a jump, however short, and a surface taken for another leave its energy unbalanced.
 Depths are start + (end - start)(2t - t²) at Gauss-Lobatto points t: next to a fold a line moves as
 the root of what is left, which is smooth in t.
+
+Conventions
+-----------
+Depths grow as the indenter goes down. A `Life` is a free surface from its birth, at depth `start`
+with lines `first`, to its end, at depth `end` with lines `last`; its direction is 1 where the depth
+grows and -1 where it falls, and all lives of a route have the same. Lines (..., 2) are its left and
+its right one [length], -inf and inf where a tail has none. Depths of a part or a piece are in the
+order of the route, from `start` to `end`, at the DEGREE + 1 points of the rule. In arrays over p
+parts with j depths each lines are (p, j, 2).
+
+`Events.rest` takes lines to rest by Newton's method: the lines, whether they are at rest, and which
+are pinned. `Totals.of_surfaces` has the energy and force of surfaces with what they bound.
 """
 
 from __future__ import annotations
@@ -70,9 +82,17 @@ _PIECE = PieceRules()
 
 
 class _Part(NamedTuple):
-    """A part of a life; first, last: lines (2,) at its ends, where they are known.
+    """A part of a life that may be a piece.
 
-    whole: that of which it is a half, from which lines are guessed.
+    Attributes
+    ----------
+    life : Life
+    start, end : float
+        Its depths [length].
+    first, last : ndarray (2,) or None
+        Lines there, where they are known [length].
+    whole : Piece or None
+        That of which it is a half, from which lines are guessed.
     """
 
     life: Life
@@ -81,6 +101,24 @@ class _Part(NamedTuple):
     first: Array | None
     last: Array | None
     whole: Piece | None = None
+
+
+class _Change(NamedTuple):
+    """Between which depths of a part a line becomes pinned, or free.
+
+    Attributes
+    ----------
+    part : _Part
+    start, end : float
+        Those depths [length].
+    lines : ndarray (2,)
+        Lines at the start [length].
+    """
+
+    part: _Part
+    start: float
+    end: float
+    lines: Array
 
 
 def depths_of(start: float, end: float) -> Array:
@@ -171,7 +209,10 @@ def drawn_lives(lives: Sequence[Life], depths: Array) -> Array:
 
 
 def work(totals: Totals, piece: Piece) -> float:
-    """∫P dd over a piece."""
+    """∫P dd over a piece [energy/length].
+
+    By the Lobatto rule in t, of d = start + (end - start)(2t - t²): dd = (end - start) 2(1 - t) dt.
+    """
     _, force = totals.of_surfaces(piece.lines, piece.depths)
     points, weights, _ = gauss_lobatto(DEGREE)
     step = piece.depths[-1] - piece.depths[0]
@@ -179,7 +220,7 @@ def work(totals: Totals, piece: Piece) -> float:
 
 
 def _quarters(life: Life) -> list[_Part]:
-    """A life in parts of equal depths: few profiles are so smooth that one is enough."""
+    """A life in four parts of equal depths: few profiles are so smooth that one is enough."""
     depths = np.linspace(life.start, life.end, _PIECE.first + 1).tolist()
     ends: list[Array | None] = [life.first, *([None] * (_PIECE.first - 1)), life.last]
     return [
@@ -188,7 +229,10 @@ def _quarters(life: Life) -> list[_Part]:
 
 
 def _guesses(parts: Sequence[_Part], depths: Array) -> Array:
-    """Lines (p, k, 2) near those of parts at depths (p, k) on them."""
+    """Lines (p, k, 2) near those of p parts at depths (p, k) on them.
+
+    Those of the polynomials of the whole that the part is a half of, else of the nodes.
+    """
     guesses = np.empty((*depths.shape, 2))
     halves = list[int]()
     wholes = list[Piece]()
@@ -252,22 +296,19 @@ class Balance:
             life.passed = np.array([life.direction * piece.depths[-1] for piece in life.pieces])
 
     def _divided(self, todo: list[_Part], *, last: bool) -> list[_Part]:
-        """Parts that are pieces are kept with their lives; the rest in smaller parts."""
+        """Keep parts that are pieces with their lives; the rest in smaller parts.
+
+        last: whether parts are not divided again, so that they must balance to REFUSED.
+        """
         depths = np.array([depths_of(part.start, part.end) for part in todo])
         lines, pinned, good = self._at_rest(todo, depths)
-        same = (pinned[:, 1:] == pinned[:, :-1]).all(axis=2)
+        same = (pinned[:, 1:] == pinned[:, :-1]).all(axis=2)  # between neighbouring depths
         same[:, 0] = True  # at the ends lines may be pinned on either side
         same[:, -1] = True
-        direction = todo[0].life.direction
-        energy, force = self.totals.of_surfaces(lines.reshape(-1, 2), depths.ravel(), direction)
-        points, weights, _ = gauss_lobatto(DEGREE)
-        steps = depths[:, -1] - depths[:, 0]
-        done = force.reshape(depths.shape) @ (weights * (1 - points) / 2) * steps
-        grown = np.diff(energy.reshape(depths.shape)[:, [0, -1]])[:, 0]
-        off = np.abs(grown - done) / self.scale
+        off = self._off_balance(lines, depths, todo[0].life.direction)
         balanced = good & same.all(axis=1) & (off <= TOLERANCE)
         rest = list[_Part]()
-        to_cut = list[tuple[_Part, float, float, Array, Array]]()
+        to_cut = list[_Change]()
         for i, part in enumerate(todo):
             short = last or abs(part.end - part.start) <= _PIECE.short * self.events.equations.size
             if balanced[i] or (short and good[i] and off[i] <= REFUSED):
@@ -280,7 +321,7 @@ class Balance:
                 )
             elif good[i] and not same[i].all():
                 j = int(np.argmin(same[i]))
-                to_cut.append((part, depths[i, j], depths[i, j + 1], lines[i, j], lines[i, j + 1]))
+                to_cut.append(_Change(part, depths[i, j], depths[i, j + 1], lines[i, j]))
             else:
                 middle = (part.start + part.end) / 2
                 whole = Piece(depths[i], lines[i]) if good[i] else None
@@ -290,10 +331,21 @@ class Balance:
             rest += self._cut(to_cut)
         return rest
 
-    def _at_rest(self, parts: list[_Part], depths: Array) -> tuple[Array, Mask, Mask]:
-        """Lines (p, j, 2), which are pinned, and whether parts are at rest (p,).
+    def _off_balance(self, lines: Array, depths: Array, direction: int) -> Array:
+        """|U(end) - U(start) - ∫P dd| over k l δ² of parts (p,), with lines (p, j, 2)."""
+        energy, force = self.totals.of_surfaces(lines.reshape(-1, 2), depths.ravel(), direction)
+        points, weights, _ = gauss_lobatto(DEGREE)
+        steps = depths[:, -1] - depths[:, 0]
+        done = force.reshape(depths.shape) @ (weights * (1 - points) / 2) * steps
+        grown = np.diff(energy.reshape(depths.shape)[:, [0, -1]])[:, 0]
+        return np.asarray(np.abs(grown - done) / self.scale)
 
-        Known ends are left as they are: next to a fold Newton's method hardly converges.
+    def _at_rest(self, parts: list[_Part], depths: Array) -> tuple[Array, Mask, Mask]:
+        """Lines (p, j, 2) at depths (p, j), which are pinned, and whether parts are at rest (p,).
+
+        Lines are looked for from those of the nodes or the whole, and where that fails from those
+        at either end of the life. Known ends are left as they are: next to a fold Newton's method
+        hardly converges.
         """
         lines = _guesses(parts, depths)
         pinned = np.zeros(lines.shape, bool)
@@ -321,7 +373,10 @@ class Balance:
         pinned: Mask,
         good: Mask,
     ) -> None:
-        """Take the lines that are not `good` yet to rest from others (p, j, 2), in place."""
+        """Take the lines that are not `good` yet to rest from `starts` (p, j, 2).
+
+        `lines` (p, j, 2), which are `pinned` (p, j, 2) and `good` (p, j) change in place.
+        """
         row, column = np.nonzero(~good)
         if not row.size:
             return
@@ -336,12 +391,16 @@ class Balance:
         pinned[row, column] = found.pinned
         good[row, column] = found.at_rest
 
-    def _cut(self, parts: list[tuple[_Part, float, float, Array, Array]]) -> list[_Part]:
-        """Parts on both sides of the depths at which lines become pinned, or free."""
-        lives = [part.life for part, *_ in parts]
-        low = np.array([start for _, start, *_ in parts])
-        high = np.array([end for _, _, end, *_ in parts])
-        lines = np.array([one for *_, one, _ in parts])
+    def _cut(self, changes: list[_Change]) -> list[_Part]:
+        """Parts on both sides of the depths at which lines become pinned, or free.
+
+        Those depths, which become cuts of the lives, are enclosed: of some depths in a range the
+        last before which nothing has changed, and the next one, are the next range.
+        """
+        lives = [change.part.life for change in changes]
+        low = np.array([change.start for change in changes])
+        high = np.array([change.end for change in changes])
+        lines = np.array([change.lines for change in changes])
         before = self.events.rest(lives, lines[:, None], low[:, None]).pinned
         share = np.arange(1, _PIECE.cut_parts + 1) / (_PIECE.cut_parts + 1)
         for _ in range(_PIECE.cut_rounds):
@@ -350,14 +409,15 @@ class Balance:
             found = self.events.rest(lives, guess, depths)
             alike = (found.pinned.reshape(guess.shape) == before[:, None]).all(axis=2)
             alike &= found.at_rest.reshape(depths.shape)
-            first = np.where(alike.all(axis=1), _PIECE.cut_parts, np.argmin(alike, axis=1))
+            count = np.where(alike.all(axis=1), _PIECE.cut_parts, np.argmin(alike, axis=1))
             ends = np.column_stack([low, depths, high])
-            rows = np.arange(len(parts))
-            low, high = ends[rows, first], ends[rows, first + 1]
+            rows = np.arange(len(changes))
+            low = ends[rows, count]
+            high = ends[rows, count + 1]
             at = found.lines.reshape(guess.shape)
-            lines = np.where(first[:, None] > 0, at[rows, np.maximum(first - 1, 0)], lines)
+            lines = np.where(count[:, None] > 0, at[rows, np.maximum(count - 1, 0)], lines)
         rest = list[_Part]()
-        for (part, *_), depth, there in zip(parts, low.tolist(), lines, strict=True):
+        for (part, *_), depth, there in zip(changes, low.tolist(), lines, strict=True):
             part.life.cuts.append(depth)
             rest.append(_Part(part.life, part.start, depth, part.first, there))
             rest.append(_Part(part.life, depth, part.end, there, part.last))
