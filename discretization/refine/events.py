@@ -7,6 +7,22 @@ is the same for every kind of event: an equilibrium that disappears (fold), a co
 meet, a corner that a line jumps over, a contact of one point that is pulled. Where a surface
 touches the profile it stays in equilibrium: that depth is a root (roots.py). So is the depth of a
 fold, next to which lines move as the root of what is left.
+
+Conventions
+-----------
+Depths grow as the indenter goes down. A direction is 1 where the depth grows and -1 where it falls;
+depths times the direction increase on a route, and "before", "beyond", "earlier" and "first" are
+meant so. The low depths of g events are depths before them, at which all their surfaces are at
+rest, the high depths those beyond, at which they are not. With falling depth the low ones are
+larger.
+
+A `Happening` is an event that ends the free surfaces `before`, each a `Life`; pressed it is one
+surface, retracted several neighbours may join. The surfaces of g events stand in r rows, those of
+an event next to each other from left to right; `owner` (r,) is the event of each row. A row of
+lines (r, 2) is (left line, right line) [length], -inf and inf where a tail has none, and at j
+depths lines are (r, j, 2). The contact between rows i and i + 1 of an event reaches from the right
+line of one to the left line of the other. "Good" are surfaces at rest that have come there smoothly
+(`_good`).
 """
 
 from __future__ import annotations
@@ -14,13 +30,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from discretization.refine import roots
 from discretization.refine.clearance import dips
-from discretization.refine.equations import Equations
+from discretization.refine.equations import OUTWARDS, Equations
 from discretization.refine.lives import CREEPING, Happening, Life
 from discretization.refine.nodes import FROM_NODES
 from discretization.refine.settle import ROUNDS, Settled, settle
@@ -129,9 +145,20 @@ class NotRefined(Exception):
 
 @dataclass(eq=False)
 class _Group:
-    """Events that are being enclosed: surfaces in rows, those of an event next to each other.
+    """Events that are being enclosed, with their surfaces in rows.
 
-    steps (r, 2): how far lines may move smoothly from one depth to the next.
+    Attributes
+    ----------
+    events : list of Happening
+        g of them.
+    lives : list of Life
+        The r surfaces that these end.
+    owner : ndarray of int (r,)
+        The number of the event of each.
+    directions : ndarray (g,)
+        Those of the events.
+    steps : ndarray (r, 2)
+        How far lines may move smoothly from one depth to the next [length].
     """
 
     events: list[Happening]
@@ -148,10 +175,43 @@ class _Group:
         self.steps = np.array([step for event in self.events for step in _steps(event)])
 
     def all_of(self, good: Mask) -> Mask:
-        """Whether it is so for all surfaces of each event: (r, ...) to (g, ...)."""
+        """Whether something holds for all surfaces of each event: from (r, ...) to (g, ...)."""
         found = np.ones((len(self.events), *good.shape[1:]), bool)
         np.logical_and.at(found, self.owner, good)
         return found
+
+
+class _Started(NamedTuple):
+    """An event, a depth before it [length], and lines (n, 2) of its surfaces at rest there."""
+
+    event: Happening
+    depth: float
+    lines: Array
+
+
+class _End(NamedTuple):
+    """A fold or a meeting, at which lives of an event may end.
+
+    Attributes
+    ----------
+    depth : float
+        [length].
+    event : int
+        Number of the event in its group.
+    rows : list of int
+        The surfaces whose lines are known there: that of a fold, both neighbours of a meeting.
+    lines : ndarray (1 or 2, 2)
+        Their lines [length].
+    power : float
+        Lines come there like this power of what is left of the depth: 1/2 at a fold, 1 at a
+        meeting.
+    """
+
+    depth: float
+    event: int
+    rows: list[int]
+    lines: Array
+    power: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,10 +257,12 @@ class Events:
         directions = np.repeat([float(life.direction) for life in lives], count)
         kept = None
         if self.equations.scene.hysteretic:
+            # Lines begin where they stand or beyond: pressed lines only advance, left ones to the
+            # right; retracted lines only recede. What stands nowhere yet, nan, begins where it is.
             kept = np.repeat([life.first for life in lives], count, axis=0)
-            forwards = directions[:, None] * (1.0, -1.0) > 0
+            to_the_right = directions[:, None] * OUTWARDS > 0
             flat = lines.reshape(-1, 2)
-            flat = np.where(forwards, np.maximum(flat, kept), np.minimum(flat, kept))
+            flat = np.where(to_the_right, np.maximum(flat, kept), np.minimum(flat, kept))
             lines = np.where(np.isnan(flat), lines.reshape(-1, 2), flat)
         return settle(
             self.equations,
@@ -233,9 +295,9 @@ class Events:
         started = self._started(list(events))
         if not started:
             return
-        group = _Group([event for event, _, _ in started])
-        low = np.array([depth for _, depth, _ in started])
-        lines = np.concatenate([known for _, _, known in started])
+        group = _Group([start.event for start in started])
+        low = np.array([start.depth for start in started])
+        lines = np.concatenate([start.lines for start in started])
         touching = self._touching(group, low, lines)
         high, low, lines, ended, missed = self._beyond(group, low, lines, touching)
         ending = np.flatnonzero(ended)
@@ -252,9 +314,12 @@ class Events:
             elif event.direction > 0:
                 self._touched_before(event, rows[0], float(low[i]))
 
-    def _started(self, events: list[Happening]) -> list[tuple[Happening, float, Array]]:
-        """Events with a depth before each and the lines (n, 2) of its surfaces at rest there."""
-        started = list[tuple[Happening, float, Array]]()
+    def _started(self, events: list[Happening]) -> list[_Started]:
+        """Those of these events before which all surfaces are found at rest.
+
+        They are looked for from their nodes, or from their birth, ever earlier.
+        """
+        started = list[_Started]()
         for earlier in _EVENT.earlier:
             todo = [event for event in events if not any(event is known for known, *_ in started)]
             if not todo:
@@ -273,18 +338,21 @@ class Events:
             )
             good = group.all_of(self._good(group, found, depths[:, None], guess[:, None]))[:, 0]
             for i in np.flatnonzero(good):
-                started.append((todo[i], float(depths[i]), found.lines[group.owner == i]))
+                lines = found.lines[group.owner == i]
+                started.append(_Started(todo[i], float(depths[i]), lines))
         return started
 
     @property
     def _length(self) -> float:
+        """l [length]."""
         return self.equations.length
 
     def _good(self, group: _Group, found: Settled, depths: Array, before: Array) -> Mask:
         """Whether surfaces (r, j) taken to rest at depths (g, j) have moved smoothly from `before`.
 
-        At rest, without a jump over a corner or far away, and of two with a contact between them
-        that has not closed; a contact of one point must not be pulled.
+        At rest, without a jump over a corner or far away, and of two neighbours with a contact
+        between them that has not closed; a contact of one point must not be pulled. before
+        (r, 1 or j, 2): lines one depth earlier, or those that are expected.
         """
         rows, count = len(group.lives), depths.shape[1]
         lines = found.lines.reshape(rows, count, 2)
@@ -300,15 +368,18 @@ class Events:
             good[same] &= left <= right
             points = left == right
             if points.any():
-                flat = np.repeat(depths[group.owner], 1, axis=0)
-                pulls = self.equations.pulls(lines.reshape(-1, 2), flat.ravel())
+                of_rows = depths[group.owner].ravel()
+                pulls = self.equations.pulls(lines.reshape(-1, 2), of_rows)
                 pulls = pulls.reshape(rows, count, 2)
                 reaction = pulls[same, :, 1] + pulls[same + 1, :, 0]
                 good[same] &= ~points | (reaction >= -_EVENT.tie * self.equations.size)
         return good
 
     def _touching(self, group: _Group, low: Array, lines: Array) -> roots.Roots:
-        """For each event (g,) of growing depth the depth at which a surface touches, or nan."""
+        """The first touch of the surface of each event (g,) of growing depth beyond the low depth.
+
+        nan where none is found, and of falling depth. A touch is no event if the life ends before.
+        """
         count = len(group.events)
         depths = np.full(count, np.nan)
         places = np.full(count, np.nan)
@@ -342,9 +413,10 @@ class Events:
         return roots.Roots(known, depths, places, ~np.isnan(depths))
 
     def _touched_places(self, life: Life, lines: Array, depth: float) -> list[tuple[float, bool]]:
-        """Where a surface may touch: at the least minima of the gap, and at corners next to these.
+        """Where a surface may touch [length], and whether that is a corner.
 
-        And where its nodes touch.
+        At the least minima of its gap at a depth, with lines (2,), where its nodes touch, and at
+        corners next to these places.
         """
         minima = dips(self.equations, lines[None], np.array([depth]))
         least = np.argsort(minima.gaps)[: _EVENT.minima]
@@ -366,7 +438,12 @@ class Events:
     def _touch_roots(
         self, lives: list[Life], lines: Array, low: Array, at: Array, places: Array, corner: Mask
     ) -> roots.Roots:
-        """Roots of surfaces that touch; pinned lines stay where they are at the low depths."""
+        """Touches of n surfaces, with lines (n, 2) at the low depths (n,), near places (n,).
+
+        at (n,): about the depth of each; corner (n,): whether the place is one, exactly. Lines that
+        are pinned at the low depths stay. Not found are touches at corners at which the gap has no
+        minimum.
+        """
         here = self.rest(lives, lines[:, None], low[:, None], rounds=_EVENT.few)
         free = np.isfinite(lines) & ~here.pinned
         directions = np.array([float(life.direction) for life in lives])
@@ -390,11 +467,21 @@ class Events:
     def _beyond(
         self, group: _Group, low: Array, lines: Array, touching: roots.Roots
     ) -> tuple[Array, Array, Array, Mask, Mask]:
-        """Depths at which surfaces are no longer at rest, or at which they have touched by then.
+        """Follow surfaces beyond their events, up to where they touch or are no longer good.
 
-        Those depths, the low ones with their lines, which are moved on, which events end a life
-        before the surface touches, and which are not found. Where lines come to other places by
-        the depth of a touch, that is one of lines that do not rest, beyond a fold.
+        Where lines come to other places by the depth of a touch, that is one of lines that do not
+        rest, beyond a fold: then they are followed further.
+
+        Returns
+        -------
+        high, low : ndarray (g,)
+            Depths at which surfaces are no longer good, nan where they are up to the touch, and the
+            last ones before at which they are, or that of the touch [length].
+        lines : ndarray (r, 2)
+            At the low depths [length].
+        ended, missed : ndarray of bool (g,)
+            Which events lie between these depths, and which have not been found: neither an end
+            nor a touch.
         """
         count = len(group.events)
         touched = touching.depths.copy()
@@ -437,13 +524,17 @@ class Events:
         return high, low, lines, ended, open_
 
     def _near(self, lines: Array, others: Array) -> bool:
-        """Whether lines of a surface (1, 2) are those of a touch."""
+        """Whether lines of a surface (1, 2) are those (2,) of a touch."""
         with np.errstate(invalid="ignore"):
             apart = np.where(np.isfinite(lines), np.abs(lines - others), 0.0)
         return bool(apart.max() <= _EVENT.same_touch * self._length)
 
     def _tried(self, group: _Group, low: Array, high: Array, lines: Array) -> tuple[Array, Mask]:
-        """Surfaces at PARTS + 1 depths (g, j) up to the high ones: lines (r, j, 2), good (g, j)."""
+        """Surfaces at j = PARTS + 1 depths in equal steps up to the high ones, from the low ones.
+
+        Their lines (r, j, 2), found from those at the low depths (r, 2), and at which depths all
+        surfaces of each event are good (g, j).
+        """
         count = PARTS + 1
         share = np.arange(1, count + 1) / count
         range_ = high - low
@@ -462,9 +553,10 @@ class Events:
     def _ends(
         self, group: _Group, low: Array, high: Array, lines: Array
     ) -> tuple[Array, Array, Mask]:
-        """Depths at which lives end between the low and the high ones, with the lines there.
+        """Depths (g,) at which lives end between the low and the high ones, with the lines (r, 2).
 
-        Roots where they are folds or meetings, else enclosed. And which are missed.
+        Roots where they are folds or meetings, else the last depths at which all is good; and which
+        events are missed (g,). lines (r, 2): those at the low depths.
         """
         low = low.copy()
         narrower = high.copy()
@@ -492,32 +584,15 @@ class Events:
         return low, lines, missed
 
     def _part(self, group: _Group, own: Indices) -> tuple[_Group, Mask]:
-        """Some events of a group, and which of its rows are theirs."""
+        """Some events of a group, and which of its rows are theirs (r,)."""
         return _Group([group.events[i] for i in own]), np.isin(group.owner, own)
 
     def _at_roots(self, group: _Group, low: Array, high: Array, lines: Array) -> Mask:
         """Which events (g,) are the first fold or meeting between the low and the high depths.
 
-        Low depths and lines are put there. Just before it all surfaces must be at rest.
+        Low depths and lines are put there, in place. Just before it all surfaces must be good.
         """
-        here = self.rest(group.lives, lines[:, None], low[group.owner][:, None], rounds=_EVENT.few)
-        free = np.isfinite(lines) & ~here.pinned
-        first = np.full(low.size, np.nan)
-        places = lines.copy()
-        power = np.ones(len(lines))
-        for depths, at, owner, own, like in self._candidates(group, low, high, lines, free):
-            for i, depth in enumerate(depths):
-                event = owner[i]
-                direction = group.directions[event]
-                inside = direction * (depth - low[event]) >= 0 >= direction * (depth - high[event])
-                earlier = np.isnan(first[event]) or direction * (depth - first[event]) < 0
-                if inside and earlier:
-                    first[event] = depth
-                    every = np.flatnonzero(group.owner == event)
-                    places[every] = lines[every]
-                    places[own[i]] = at[i]
-                    power[every] = 1.0
-                    power[own[i]] = like
+        first, places, power = self._first_ends(group, low, high, lines)
         known = np.flatnonzero(~np.isnan(first))
         if not known.size:
             return np.zeros(low.size, bool)
@@ -544,19 +619,52 @@ class Events:
                 lines[others] = np.where(again.at_rest[:, None], again.lines, lines[others])
         return sure
 
+    def _first_ends(
+        self, group: _Group, low: Array, high: Array, lines: Array
+    ) -> tuple[Array, Array, Array]:
+        """The first fold or meeting of each event between its low and its high depth.
+
+        Returns
+        -------
+        depths : ndarray (g,)
+            nan where none is [length].
+        places : ndarray (r, 2)
+            Lines there; of surfaces that do not end themselves those at the low depths [length].
+        power : ndarray (r,)
+            As that of `_End`.
+        """
+        here = self.rest(group.lives, lines[:, None], low[group.owner][:, None], rounds=_EVENT.few)
+        free = np.isfinite(lines) & ~here.pinned
+        depths = np.full(low.size, np.nan)
+        places = lines.copy()
+        power = np.ones(len(lines))
+        for end in self._candidates(group, low, high, lines, free):
+            event = end.event
+            direction = group.directions[event]
+            beyond_low = direction * (end.depth - low[event]) >= 0
+            before_high = direction * (end.depth - high[event]) <= 0
+            earlier = np.isnan(depths[event]) or direction * (end.depth - depths[event]) < 0
+            if beyond_low and before_high and earlier:
+                depths[event] = end.depth
+                every = np.flatnonzero(group.owner == event)
+                places[every] = lines[every]
+                places[end.rows] = end.lines
+                power[every] = 1.0
+                power[end.rows] = end.power
+        return depths, places, power
+
     def _candidates(
         self, group: _Group, low: Array, high: Array, lines: Array, free: Mask
-    ) -> list[tuple[Array, Array, Indices, list[Any], float]]:
-        """Folds and meetings near lines: depths (n,), lines there, events, and rows of surfaces.
-
-        Last as which power of what is left of the depth lines come there.
-        """
+    ) -> list[_End]:
+        """Folds and meetings near lines (r, 2), which of them are free (r, 2)."""
         middle = (low + high) / 2
         directions = group.directions[group.owner]
         folds = roots.folds(self.equations, lines, middle[group.owner], directions, free)
-        good = np.flatnonzero(folds.found)
-        found = list[tuple[Array, Array, Indices, list[Any], float]]()
-        found.append((folds.depths[good], folds.lines[good], group.owner[good], good.tolist(), 0.5))
+        found = [
+            _End(float(folds.depths[i]), int(group.owner[i]), [i], folds.lines[[i]], 0.5)
+            for i in np.flatnonzero(folds.found).tolist()
+        ]
+        # Neighbours of one event, with a contact between them whose lines are free.
         same = np.flatnonzero(group.owner[1:] == group.owner[:-1])
         same = same[free[same, 1] & free[same + 1, 0]]
         if same.size:
@@ -565,22 +673,21 @@ class Events:
                 self.equations, lines[same], lines[same + 1], middle[owner],
                 group.directions[owner], free[same, 0], free[same + 1, 1],
             )  # fmt: skip
-            good = np.flatnonzero(both.found)
-            at = np.empty((good.size, 2, 2))
-            at[:, 0, 0] = np.where(np.isfinite(lines[same, 0]), both.lines[:, 0], -np.inf)[good]
-            at[:, 0, 1] = at[:, 1, 0] = both.places[good]
-            at[:, 1, 1] = np.where(np.isfinite(lines[same + 1, 1]), both.lines[:, 1], np.inf)[good]
-            pairs = [[row, row + 1] for row in same[good].tolist()]
-            found.append((both.depths[good], at, owner[good], pairs, 1.0))
+            for i in np.flatnonzero(both.found).tolist():
+                row = int(same[i])
+                outer_left = both.lines[i, 0] if np.isfinite(lines[row, 0]) else -math.inf
+                outer_right = both.lines[i, 1] if np.isfinite(lines[row + 1, 1]) else math.inf
+                at = np.array([[outer_left, both.places[i]], [both.places[i], outer_right]])
+                found.append(_End(float(both.depths[i]), int(owner[i]), [row, row + 1], at, 1.0))
         return found
 
     def _led(
         self, group: _Group, low: Array, end: Array, lines: Array, last: Array, power: Array
     ) -> tuple[Array, Mask]:
-        """Surfaces led to their ends: lines (r, j, 2) at depths in between, and which are good.
+        """Surfaces led to their ends: lines (r, j, 2) at depths in between, which are good (g, j).
 
-        Where what is left of the range is a part t of it, lines are first taken to be t^power of
-        theirs from the last ones.
+        low, end (g,): depths; lines, last (r, 2): lines at these. Where a part t of the range is
+        left, a line is expected at last + (line - last) t^power.
         """
         left = np.array(_EVENT.left)
         depths = end[:, None] + (low - end)[:, None] * left
@@ -597,9 +704,10 @@ class Events:
     def _narrowed(
         self, group: _Group, low: Array, high: Array, last: Array, lines: Array
     ) -> tuple[Array, Array, Mask]:
-        """The last depths (g,) at which surfaces are at rest, their lines, and which are missed.
+        """The last depths (g,) at which surfaces are good, lines (r, 2) there, and what is missed.
 
-        last: the high depths before they were narrowed.
+        last (g,): the high depths before they were narrowed. Missed (g,) are events whose range is
+        still wide, or that come later than a margin after both that depth and the one on nodes.
         """
         low = low.copy()
         high = high.copy()
@@ -619,7 +727,10 @@ class Events:
         return low, lines, (late > margins) | still_open
 
     def _narrow(self, group: _Group, low: Array, high: Array, lines: Array, todo: Indices) -> None:
-        """Narrow the ranges of some events once, in place."""
+        """Narrow the ranges of some events once, and move their lines on, in place.
+
+        The new range is the step of `_tried` on which surfaces stop being good.
+        """
         if not todo.size:
             return
         part, rows = self._part(group, todo)
@@ -644,7 +755,7 @@ class Events:
                 lines[own] = found[part.owner == j, first - 1]
 
     def _at_folds(self, group: _Group, low: Array, lines: Array) -> tuple[Array, Array]:
-        """The same, where an equilibrium disappears at the fold itself."""
+        """Enclosed depths (g,) and lines (r, 2), put on the fold where one is that near."""
         low, lines = low.copy(), lines.copy()
         depths = low[group.owner]
         here = self.rest(group.lives, lines[:, None], depths[:, None], rounds=_EVENT.few)
@@ -664,7 +775,10 @@ class Events:
         return low, lines
 
     def _touched_before(self, event: Happening, lines: Array, depth: float) -> None:
-        """Find the depth at which a surface has touched before its lines came to a depth."""
+        """Find the depth at which a surface has touched before its lines (2,) came to a depth.
+
+        Written into the event, with the lines there, if it is found and clear of other touches.
+        """
         (life,) = event.before
         gap, place = self.clearance(lines, depth)
         if gap >= 0:
@@ -715,7 +829,10 @@ class Events:
 
 
 def _steps(event: Happening) -> Array:
-    """How far lines (n, 2) may move smoothly: half as far as those move that jump on nodes."""
+    """How far lines (n, 2) may move smoothly: half as far as those move that jump on nodes.
+
+    Infinite for lines that do not jump there, or where surfaces divide or join.
+    """
     before = np.array([life.lines_at(life.trace[-1][1]) for life in event.before])
     steps = np.full(before.shape, math.inf)
     if len(event.after) == len(before) == 1:
@@ -729,7 +846,7 @@ def _steps(event: Happening) -> Array:
 
 
 def _before(event: Happening, earlier: float) -> float:
-    """A depth before an event, not before its surfaces are born."""
+    """A depth so many margins before an event on nodes, not before its surfaces are born."""
     direction = event.direction
     depth = event.at - direction * earlier * event.before[0].nodes.margin
     for life in event.before:
