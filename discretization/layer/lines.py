@@ -38,11 +38,17 @@ from discretization.roots import bracketed, bracketed_minimum
 from discretization.surfaces.network import gauss_lobatto, to_legendre
 from energy.arrays import Array
 
-_PLACES = 2.0 ** np.arange(-30, 31)  # half-widths over h that are tried first, and the largest
+# Half-widths over h that are tried first, and the largest: from 1e-9, which is an atom under a
+# layer of 0.1 m, to 1e9.
+_PLACES = 2.0 ** np.arange(-30, 31)
 
 
 class LineRules(NamedTuple):
     """Where the line of a contact is looked for, and how exactly.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves 5 random states,
+    branches and paths as they are to 1e-9: `python -m tests.sensitivity
+    discretization.layer.lines`.
 
     Attributes
     ----------
@@ -81,6 +87,9 @@ _LINE = LineRules()
 
 class PanelRules(NamedTuple):
     """Polynomials in log₂ a of the coefficients of contacts.
+
+    Halved or doubled, each leaves 5 random states, branches and paths as they are to 1e-9: `python
+    -m tests.sensitivity discretization.layer.lines`.
 
     Attributes
     ----------

@@ -79,7 +79,9 @@ _ERRORS = ErrorRules()
 
 
 _OCTAVE = 1.0  # log₂ of a: over so much of it D turns once at most
-PRESSURE_KNOWN = 1e-3  # of the largest: by how much the pressures on two sets of elements differ
+# Of the largest: by how much the pressures on two sets of elements may differ without a warning. It
+# is what can be seen in a figure; forces and energies do not depend on it.
+PRESSURE_KNOWN = 1e-3
 
 
 class OutsideRules(NamedTuple):
