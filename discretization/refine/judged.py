@@ -159,8 +159,8 @@ class Judge:
         off = np.add.reduceat(pulls.sum(axis=1) - by_field, first)
 
         of_surfaces = np.abs(pulls).sum(axis=1)
-        displaced = np.abs(equations.displaced(rows, depths)).max(axis=1)
-        of_contacts = displaced * equations.length
+        # Springs that are displaced as at the lines over a length l press with kl u.
+        of_contacts = np.abs(equations.displaced(rows, depths)).max(axis=1)
         size = np.add.reduceat(of_surfaces + of_contacts, first)
         return np.abs(off) / np.where(size > 0, size, 1.0)
 

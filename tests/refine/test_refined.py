@@ -9,6 +9,7 @@ from support.example_scenes import DELTA0, L, adhesive, plain
 from truth.paths.random_paths import path_case
 
 from discretization import AccuracyWarning, load_path
+from discretization.fitted.contact_lines import ContactLines
 from discretization.fitted.contacts import Contacts, certify
 from discretization.paths.branch import Point
 from discretization.paths.control import Control
@@ -225,6 +226,23 @@ def test_many_states_are_judged_as_each_is_alone():
         assert np.allclose(found[:5], alone[:5], rtol=1e-6, atol=1e-13)
     assert all(one.ok for one in judge.certificates(states))
     assert not any(one.ok for one in judge.certificates(moved))
+
+
+def test_a_wrong_force_is_as_wrong_in_any_unit_of_length(monkeypatch):
+    """The violation of a force that is off by 1e-3 in the certificate of many states."""
+    pulls = Equations.pulls
+    monkeypatch.setattr(Equations, "pulls", lambda *given: 1.001 * pulls(*given))
+    violations = []
+    for length in (1.0, 1e-6):
+        scene = plain(Parabola(2 * length), length=length)
+        depth = 0.1 * length
+        judge = Judge(
+            equations_of(scene, depth), ContactLines.of(scene, resolve(scene, depth), depth)
+        )
+        (certificate,) = judge.certificates([((-0.5 * length, 0.5 * length), depth)])
+        violations.append(certificate.force)
+    assert violations[0] == pytest.approx(violations[1], rel=1e-6)
+    assert 1e-4 < violations[0] < 1e-3
 
 
 def test_a_remnant_at_a_tip_narrower_than_the_nodes_is_found():
