@@ -189,6 +189,27 @@ class _Started(NamedTuple):
     lines: Array
 
 
+class _Trial(NamedTuple):
+    """A place at which a surface may touch the profile.
+
+    Attributes
+    ----------
+    event : int
+        Number of the event in its group.
+    lines : ndarray (2,)
+        Of the surface before the event [length].
+    place : float
+        [length].
+    at_corner : bool
+        Whether the place is a corner, and so exact.
+    """
+
+    event: int
+    lines: Array
+    place: float
+    at_corner: bool
+
+
 class _End(NamedTuple):
     """A fold or a meeting, at which lives of an event may end.
 
@@ -384,26 +405,30 @@ class Events:
         depths = np.full(count, np.nan)
         places = np.full(count, np.nan)
         known = np.full((count, 2), np.nan)
-        tries = list[tuple[int, Array, float, float, bool]]()
+        tries = list[_Trial]()
         for i, event in enumerate(group.events):
             if event.direction < 0:
                 continue
             (life,) = event.before
             (row,) = lines[group.owner == i]
             for place, corner in self._touched_places(life, row, float(low[i])):
-                tries.append((i, row, place, event.at, corner))
+                tries.append(_Trial(i, row, place, corner))
         if tries:
-            which, rows, where, at, at_corner = zip(*tries, strict=True)
+            which = [trial.event for trial in tries]
             found = self._touch_roots(
                 [group.events[i].before[0] for i in which],
-                *map(np.array, (rows, low[list(which)], at, where, at_corner)),
+                np.array([trial.lines for trial in tries]),
+                low[which],
+                np.array([group.events[i].at for i in which]),
+                np.array([trial.place for trial in tries]),
+                np.array([trial.at_corner for trial in tries]),
             )
+            # A touch counts unless it is before the low depth, or later than events are looked for.
+            margins_late = _EVENT.earlier[-1] + _EVENT.later[-1]
             for j, i in enumerate(which):
                 direction = group.directions[i]
                 late = direction * (found.depths[j] - low[i])
-                limit = group.events[i].before[0].nodes.margin * (
-                    _EVENT.earlier[-1] + _EVENT.later[-1]
-                )
+                limit = group.events[i].before[0].nodes.margin * margins_late
                 if not found.found[j] or not -_EVENT.tie * self.equations.size <= late <= limit:
                     continue
                 if np.isnan(depths[i]) or direction * (found.depths[j] - depths[i]) < 0:
