@@ -189,6 +189,28 @@ class _Started(NamedTuple):
     lines: Array
 
 
+class _Beyond(NamedTuple):
+    """Where surfaces have come to beyond their events.
+
+    Attributes
+    ----------
+    high, low : ndarray (g,)
+        Depths at which surfaces are no longer good, nan where they are up to the touch, and the
+        last ones before at which they are, or that of the touch [length].
+    lines : ndarray (r, 2)
+        At the low depths [length].
+    ended, missed : ndarray of bool (g,)
+        Which events lie between these depths, and which have not been found: neither an end nor a
+        touch.
+    """
+
+    high: Array
+    low: Array
+    lines: Array
+    ended: Mask
+    missed: Mask
+
+
 class _Trial(NamedTuple):
     """A place at which a surface may touch the profile.
 
@@ -489,39 +511,28 @@ class Events:
         rises = corner == last or slope[0, 1] >= 0
         return bool(falls and rises)
 
-    def _beyond(
-        self, group: _Group, low: Array, lines: Array, touching: roots.Roots
-    ) -> tuple[Array, Array, Array, Mask, Mask]:
+    def _beyond(self, group: _Group, low: Array, lines: Array, touching: roots.Roots) -> _Beyond:
         """Follow surfaces beyond their events, up to where they touch or are no longer good.
 
         Where lines come to other places by the depth of a touch, that is one of lines that do not
         rest, beyond a fold: then they are followed further.
-
-        Returns
-        -------
-        high, low : ndarray (g,)
-            Depths at which surfaces are no longer good, nan where they are up to the touch, and the
-            last ones before at which they are, or that of the touch [length].
-        lines : ndarray (r, 2)
-            At the low depths [length].
-        ended, missed : ndarray of bool (g,)
-            Which events lie between these depths, and which have not been found: neither an end
-            nor a touch.
         """
         count = len(group.events)
-        touched = touching.depths.copy()
+        touched = touching.depths.copy()  # nan once the touch is none
         high = np.full(count, np.nan)
         ended = np.zeros(count, bool)
-        open_ = np.ones(count, bool)
+        unknown = np.ones(count, bool)
         margins = np.array([event.before[0].nodes.margin for event in group.events])
         at = np.array([event.at for event in group.events])
         low, lines = low.copy(), lines.copy()
         for later in _EVENT.later:
-            todo = np.flatnonzero(open_)
+            todo = np.flatnonzero(unknown)
             if not todo.size:
                 break
             part = _Group([group.events[i] for i in todo])
             rows = np.isin(group.owner, todo)
+            # Some margins beyond the depth on nodes, or beyond the low one if that is no further;
+            # but up to where the surface touches, if it does.
             goal = at[todo] + group.directions[todo] * later * margins[todo]
             early = group.directions[todo] * (goal - low[todo]) <= 0
             goal = np.where(early, low[todo] + group.directions[todo] * later * margins[todo], goal)
@@ -534,7 +545,7 @@ class Events:
                     low[i] = goal[j]
                     lines[np.flatnonzero(group.owner == i)] = found[own, -1]
                     if known[j]:
-                        open_[i] = not self._near(found[own, -1], touching.lines[i])
+                        unknown[i] = not self._near(found[own, -1], touching.lines[i])
                         touched[i] = math.nan
                     continue
                 first = int(np.argmin(good[j]))
@@ -545,8 +556,8 @@ class Events:
                     low[i] = depths[first]
                     lines[np.flatnonzero(group.owner == i)] = found[own, first - 1]
                 ended[i] = True
-                open_[i] = False
-        return high, low, lines, ended, open_
+                unknown[i] = False
+        return _Beyond(high, low, lines, ended, unknown)
 
     def _near(self, lines: Array, others: Array) -> bool:
         """Whether lines of a surface (1, 2) are those (2,) of a touch."""
