@@ -49,6 +49,9 @@ LOOKS = 8
 class SamplingRules(NamedTuple):
     """How closely a profile is sampled.
 
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves 28 random states
+    and paths as they are to 1e-9: `python -m tests.sensitivity discretization.profile`.
+
     Attributes
     ----------
     first : int
@@ -82,6 +85,9 @@ _TESTS = (0.381966, 0.723607)
 class MissedFeatures(NamedTuple):
     """When what is found between samples is a feature that they have missed.
 
+    Halved or doubled, each leaves 28 random states and paths as they are to 1e-9: `python -m
+    tests.sensitivity discretization.profile`.
+
     Attributes
     ----------
     over_resolved : float
@@ -106,6 +112,9 @@ _MISSED = MissedFeatures()
 
 class EndlessProfile(NamedTuple):
     """How far a profile without ends is followed.
+
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each leaves 28 random states
+    and paths as they are to 1e-9: `python -m tests.sensitivity discretization.profile`.
 
     Attributes
     ----------

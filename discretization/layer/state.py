@@ -44,6 +44,11 @@ from energy.arrays import Array
 class ErrorRules(NamedTuple):
     """How a state estimates its errors.
 
+    Halved or doubled (tolerances below 1e-4: a tenth or ten times), each but `other_elements`
+    leaves 5 random states, branches and paths as they are to 1e-9: `python -m tests.sensitivity
+    discretization.layer.state`. `poles`, `coarser` and `chance` decide about estimates alone, and
+    `other_elements` is a fraction, of which twice would be more than 1.
+
     Attributes
     ----------
     poles : float
@@ -86,6 +91,9 @@ PRESSURE_KNOWN = 1e-3
 
 class OutsideRules(NamedTuple):
     """Places on the free surface.
+
+    Halved or doubled, each leaves 5 random states, branches and paths as they are to 1e-9: `python
+    -m tests.sensitivity discretization.layer.state`.
 
     Attributes
     ----------

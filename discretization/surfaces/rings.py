@@ -40,13 +40,18 @@ from energy.arrays import Array
 class RingMesh(NamedTuple):
     """Spectral elements about an axis, and the pieces on which S(s) is kept.
 
+    With these S is right to rounding: at 60 random radii from 2⁻²⁰ to 2⁸ l, `_solved` changes by
+    2e-14 of itself or less if `covered`, `disc_elements` or `longest` is halved or doubled or
+    `growth` is 1.25 or 2.
+
     Attributes
     ----------
     degree : int
         Degree of the polynomials on an element: the least whose errors are rounding
-        (tests/surfaces/test_families.py).
+        (tests/surfaces/test_families.py). Degree 6 leaves 1e-11, 24 as much as 12.
     points : int
-        Chebyshev points of a piece of the family; with these its error is rounding.
+        Chebyshev points of a piece of the family; with these its error is rounding. 14 leave 3e-8,
+        and 56 as much as 28, 8e-15.
     octaves : float
         Length of a piece in log₂ s.
     covered : float
