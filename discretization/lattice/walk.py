@@ -165,6 +165,8 @@ class Walk:
         Of contacts that close and of contacts that open; the same object without hysteresis.
     loss : ContactLoss or None
         When contacts narrower than a link are lost; None if lone nodes let go when pulled.
+    least_released : float
+        Energy that an event releases at least [energy/length]; 0 without adhesion.
     weakest : dict
         By contact (first, last): the node inside it that opens first, as far as it was looked for.
     """
@@ -173,6 +175,7 @@ class Walk:
         self.row = row
         self.closing, self.opening = row.thresholds
         self.loss = ContactLoss(row, self.opening) if narrow and is_lost_smoothly(row) else None
+        self.least_released = _ROUNDING * float(self.opening.work.max(initial=0.0))
         self.weakest: dict[tuple[int, int], int] = {}
 
     def touched(self, depth: float) -> Contacts:
@@ -677,13 +680,12 @@ class Walk:
             return True
         if changes < 2:
             return False
-        least = _ROUNDING * float(self.opening.work.max(initial=0.0))
-        if not least:  # without adhesion U is convex, and nothing jumps
+        if not self.least_released:  # without adhesion U is convex, and nothing jumps
             return False
         closing, opening = self.row.works
         released = self.energy(before, depth) - self.energy(after, depth)
         opened = self.opened(paired(before), paired(after)) if opening != closing else 0.0
-        return released - opened * (opening - closing) > least
+        return released - opened * (opening - closing) > self.least_released
 
     def energy(self, nodes: Contacts | tuple[int, ...], depth: float) -> float:
         """Energy U of contacts at a depth.

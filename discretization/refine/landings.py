@@ -90,6 +90,12 @@ class LandingRules(NamedTuple):
 _LANDING = LandingRules()
 
 
+def just_beyond(event: Happening) -> float:
+    """A depth just beyond an event: at the event itself, a fold, no force pushes the lines."""
+    margin = (event.before or event.after)[0].nodes.margin
+    return event.depth + event.direction * _LANDING.beyond * margin
+
+
 @dataclass(frozen=True, eq=False)
 class Landings:
     """What finds where lines come to rest after events.
@@ -150,9 +156,7 @@ class Landings:
         # The surfaces of all these events in one array, those of an event next to each other.
         lives = [life for event, _ in known for life in event.after]
         rows = np.concatenate([rows for _, rows in known])
-        depths = np.concatenate(
-            [np.full(len(rows), self._just_beyond(event)) for event, rows in known]
-        )
+        depths = np.concatenate([np.full(len(rows), just_beyond(event)) for event, rows in known])
         found = self.events.rest(lives, rows[:, None], depths[:, None], downhill=True)
         first = 0
         for event, _ in known:
@@ -162,11 +166,6 @@ class Landings:
                 raise NotRefined(
                     f"lines rest on the path from the event at depth = {event.depth!r}", event.depth
                 )
-
-    def _just_beyond(self, event: Happening) -> float:
-        """A depth just beyond an event: at the event itself, a fold, no force pushes the lines."""
-        margin = (event.before or event.after)[0].nodes.margin
-        return event.depth + event.direction * _LANDING.beyond * margin
 
     def _start(self, event: Happening) -> Array | None:
         """Where the lines (n, 2) of the n surfaces after an event are before they move.
@@ -411,7 +410,21 @@ class Landings:
         is about to disappear, so that they may land there when off the nodes it is gone.
         """
         bounded = [pair for pair in surfaces if pair != (None, None)]
-        return self._near(bounded, event.lines_after) or not self._rests(bounded, event)
+        if self._near(bounded, event.lines_after):
+            return True
+        return self._near(bounded, self._seen(event.lines_after)) or not self._rests(bounded, event)
+
+    def _seen(self, lines: Array) -> Array:
+        """The lines (n, 2) of surfaces without those of contacts narrower than a link.
+
+        Closer nodes have lost such a contact, so that the surfaces on both sides of it are one.
+        What is left of a surface without lines is no row.
+        """
+        flat = lines.ravel()
+        contacts = flat[1:-1].reshape(-1, 2)
+        wide = np.diff(contacts, axis=1)[:, 0] >= self.closer.spacing
+        seen = np.concatenate([flat[:1], contacts[wide].ravel(), flat[-1:]]).reshape(-1, 2)
+        return np.asarray(seen[np.isfinite(seen).any(axis=1)])
 
     def _rests(self, surfaces: list[Pair], event: Happening) -> bool:
         """Whether surfaces on closer nodes rest near these at the depth of an event.

@@ -31,7 +31,7 @@ PER_LENGTH = 32  # nodes per l: events are then found in the right order (98 of 
 PER_WAVE = 16  # and per wave of the profile, from where its slope turns to where it does so again
 PER_TIP = 4  # and over the length on which the profile's slope rises by √(2w/γ₁) at low points
 NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that make a wave
-MOST_NODES = 400_000  # in a row: a walk over them takes seconds
+MOST_NODES = 100_000  # in a row: a walk over them takes seconds
 FROM_NODES = 0.5  # of l, 16 nodes or more: how far lines may rest from their nodes; those that
 # Newton's method takes further are of another equilibrium
 AHEAD = 0.1  # of δ₀: by how much events on nodes may come too early or too late

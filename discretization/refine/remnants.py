@@ -1,8 +1,10 @@
-"""Contacts that stay at a corner and are narrower than nodes see.
+"""Contacts that stay after an event and are narrower than nodes see.
 
-Where a contact is lost on nodes, a remnant may still rest at a tip: at a corner D rises by a
-jump, which holds a contact of any width. Its lines are looked for from widths of a spacing of the
-nodes down to rounding; receding lines come to rest in the widest contact first.
+Where a contact is lost on nodes, a remnant may still rest. Lines that recede from beyond a fold may
+come to rest close to each other: from where they are before the event they are moved as their
+forces push them. And at a corner D rises by a jump, which holds a contact of any width: its lines
+are looked for from widths of a spacing of the nodes down to rounding; receding lines come to rest
+in the widest contact first.
 
 Conventions
 -----------
@@ -25,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.refine.events import Events
+from discretization.refine.landings import just_beyond
 from discretization.refine.lives import Happening, Life, Pair
 from energy.arrays import Array, Mask
 
@@ -84,32 +87,56 @@ class Remnants:
         list of Happening
             The events at which the remnants are lost, whose depths are not known yet.
         """
-        if not self.events.equations.profile.corners.size:
-            return []
+        lost = [event for event in happened if _loses_wide_contact(event)]
+        for event in lost:
+            for life, row in zip(event.before, event.lines_before, strict=True):
+                life.first = row if np.isnan(life.first).any() else life.first
         later = list[Happening]()
-        for event in happened:
-            if event.direction < 0 and len(event.before) == 2 and len(event.after) <= 1:
-                left = event.lines_before[0, 1]
-                right = event.lines_before[1, 0]
-                if right - left <= _RULES.closed * event.before[0].nodes.spacing:
-                    continue
-                rows = self._remnant(event, float(left), float(right))
-                if rows is not None:
-                    later.append(_interposed(event, rows, float((left + right) / 2)))
+        for event, receded in zip(lost, self._receded(lost), strict=True):
+            rows = self._at_corner(event) if receded is None else receded
+            if rows is not None:
+                left, right = _ends(event.lines_before)
+                later.append(_interposed(event, rows, (left + right) / 2))
         return later
 
-    def _remnant(self, event: Happening, left: float, right: float) -> Array | None:
-        """Lines (2, 2) of the surfaces on both sides of a contact that stays between two lines.
+    def _receded(self, lost: Sequence[Happening]) -> list[Array | None]:
+        """For each event the lines (2, 2) of the contact to which the lines before it recede.
 
-        left, right: the ends of the contact just before it seemed to be lost. None if none stays.
+        None where they do not come to rest before they meet.
         """
+        if not lost:
+            return []
+        lives = [life for event in lost for life in event.before]
+        rows = np.concatenate([event.lines_before for event in lost])
+        beyond = np.repeat([just_beyond(event) for event in lost], 2)
+        at = np.repeat([event.depth for event in lost], 2)
+        moved = self.events.rest(lives, rows[:, None], beyond[:, None], downhill=True)
+        found = self.events.rest(lives, moved.lines[:, None], at[:, None])
+        at_rest = moved.at_rest & found.at_rest
+        remnants = list[Array | None]()
+        for i, event in enumerate(lost):
+            own = slice(2 * i, 2 * i + 2)
+            rows = found.lines[own]
+            before_left, before_right = _ends(event.lines_before)
+            left, right = _ends(rows)
+            width = right - left
+            narrow = 0 < width < (before_right - before_left) / 2  # not the contact before
+            inside = before_left <= left and right <= before_right
+            stays = bool(at_rest[own].all()) and narrow and inside
+            remnants.append(rows if stays else None)
+        return remnants
+
+    def _at_corner(self, event: Happening) -> Array | None:
+        """Lines (2, 2) of the surfaces on both sides of a contact that stays at a corner.
+
+        None if none stays.
+        """
+        left, right = _ends(event.lines_before)
         spacing = event.before[0].nodes.spacing
         corners = self.events.equations.profile.corners
         near = corners[(corners >= left - spacing) & (corners <= right + spacing)]
         if not near.size:
             return None
-        for life, row in zip(event.before, event.lines_before, strict=True):
-            life.first = row if np.isnan(life.first).any() else life.first
         for corner in near.tolist():
             lines, at_rest = self._rests_at(event, corner)
             width = lines[1, :, 0] - lines[0, :, 1]
@@ -151,6 +178,19 @@ class Remnants:
         pulls = equations.pulls(flat, np.full(len(flat), depth)).reshape(lines.shape)
         reaction = pulls[0, :, 1] + pulls[1, :, 0]
         return np.asarray(reaction >= -_RULES.pulled * equations.size)
+
+
+def _loses_wide_contact(event: Happening) -> bool:
+    """Whether receding lines lose a contact that is not closed just before, but for rounding."""
+    if event.direction > 0 or len(event.before) != 2 or len(event.after) > 1:
+        return False
+    left, right = _ends(event.lines_before)
+    return right - left > _RULES.closed * event.before[0].nodes.spacing
+
+
+def _ends(rows: Array) -> tuple[float, float]:
+    """The ends of the contact between two surfaces with these lines (2, 2)."""
+    return float(rows[0, 1]), float(rows[1, 0])
 
 
 def _interposed(event: Happening, rows: Array, place: float) -> Happening:
