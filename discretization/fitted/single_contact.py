@@ -484,21 +484,33 @@ class SingleContact:
             """D - d at x; of a corner just outwards (beside 1) or inwards (-1) of it."""
             return float(self.rest_depth(side, x, beside)) - depth
 
-        outer_corners = [float(x) for x in self.scene.indenter.corners if side * x > side * start]
-        places = [start, *outer_corners[::side]]
-        positions = np.array(places) if outer_corners else start
-        ahead = np.atleast_1d(self.rest_depth(side, positions, 1) - depth)
+        places, depths_outwards = self._outer_corners(side, start)
+        ahead = depths_outwards - depth
         tie = ROUNDING * self.size(depth, self.touch)
-        inside = start  # the last place just outwards of which D is not more than the depth
-        for x, excess_ahead in zip(places, ahead.tolist(), strict=True):
-            if excess_ahead > tie:
-                rests_before = x != inside and excess(x, -1) > tie
-                return bracketed(excess, inside, x) if rests_before else x
-            inside = x
-        last = places[-1]
+        holds = ahead > tie
+        if holds.any():
+            first = int(np.argmax(holds))
+            x = float(places[first])
+            inside = float(places[max(first - 1, 0)])  # where D does not exceed the depth yet
+            rests_before = first > 0 and excess(x, -1) > tie
+            return bracketed(excess, inside, x) if rests_before else x
+        last = float(places[-1])
         if ahead[-1] >= 0:
             return last
         return self._beyond_corners(excess, side, last, depth)
+
+    @functools.lru_cache(maxsize=4)  # noqa: B019 two sides, from the apex or the innermost place
+    def _outer_corners(self, side: int, start: float) -> tuple[Array, Array]:
+        """A place and the corners outwards of it (n,), and D just outwards of each of these.
+
+        D does not depend on the depth: a path over a polygon of thousands of corners reads it once.
+        """
+        corners = np.asarray(self.scene.indenter.corners, float)
+        outer = corners[side * corners > side * start]
+        places = np.append(start, outer[::side])
+        if not outer.size:
+            return places, np.atleast_1d(self.rest_depth(side, start, 1))
+        return places, np.asarray(self.rest_depth(side, places, 1))
 
     def _beyond_corners(self, excess: Excess, side: int, last: float, depth: float) -> float:
         """A line that rests beyond the last corner, or beyond the apex if there is none.
