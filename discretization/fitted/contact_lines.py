@@ -27,6 +27,30 @@ the adhesion of a contact that closes, with -1 inwards with that of one that ope
 to the first places where they rest at a depth; a line that rests nowhere before the other one of
 its contact is then beyond that. `Pull` has the place and the force of where the profile would pull
 at the surface in contact. `LineState` is the evidence of one line for the certificate.
+
+Of the scene, l = √(γ₁/k) is `elastocapillary_length`, δ₀ = √(2w/k) `critical_separation`, and
+`opened` the same scene with the work of adhesion of contacts that open. Of its indenter, `extent`
+are the ends of the known profile and `walls` those of them at which the body itself ends. Of its
+pattern, `factor(x)` is what w is multiplied by at x, `factors` are these from left to right, one
+more than there are `edges`.
+
+`PressedSurface.advance` takes the two lines of a surface from one depth to another and returns
+those of all surfaces that it has become; its `least_clearance` is how far the surface stays above
+the profile, negative inside it, with the place, and its `search` an `EquilibriumFinder`. Of that,
+`pull(left, right, depth)` is the `Pull` between two places, with its force over kl, `least_pull`
+the force over kl that opens a gap, and `opening_corners` are the corners between two places at
+which a gap opens by itself. MET is half the width over l of a gap that has just opened, TIE what is
+rounding of D over the size of depths, ULPS to how many roundings a line is found.
+
+Of `RestDepths`, `one_sided(side, x, facing, aside, direction, adheres)` is D just outwards (aside
+1) or inwards (-1) of lines; `with_rates` are D and its derivatives, (n, 2, 2), within the places
+between which no corner is passed (`between_corners`); `condition` is how far lines move over what D
+is off by, and whether they are stable.
+
+A `Pair` is two places, (left, right). `surfaces_of` are the free surfaces of a scene, with small or
+finite slopes; `Surfaces.shape(x, left, right, depth)` is u at x and its slope. Forces are given
+over kl, with the stiffness k per area, where they are compared with depths. MOST_CHANGES limits how
+often contacts open one after the other at one depth.
 """
 
 from __future__ import annotations

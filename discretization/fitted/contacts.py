@@ -34,6 +34,20 @@ that closes, `bare` the same without adhesion, `opening` D just inside with the 
 opens. `Free` is one free surface; its `pulls` are ∂F/∂u at its left and right line. `Interval`,
 of quadrature.py, has energy and force with the errors of their integrals, and `force_by_field`,
 the second way to the force.
+
+Of the scene, l = √(γ₁/k) is `elastocapillary_length`, `measure(x)` is 1, about an axis 2πx, and
+`hysteretic` is whether lines are pinned over a range of depths, by two works of adhesion or as
+there is no tension. Of the indenter, `walls` are the ends of the body, and `slope_beside(x, side)`
+is f' just on the right (1) or left (-1) of x, or at x (0). `displacement_scale` is the largest of
+|d| and δ₀, as above. `Surfaces.solve(left, right, depth)` is the `Free` between two `LinePosition`s
+(x and the height f there), None for a line that does not exist. `refined`, of quadrature.py, is the
+`Interval` of contacts with such surfaces; its `energy_scale` and `force_scale` are sums of the
+sizes of the terms. `worst` is the largest of its arguments, 0 if none is positive, nan if one is
+nan. ROUNDING is 16 times 2⁻⁵², what a sum of a dozen terms leaves. A line state's `moved` is how
+far the line moves over what D is off by, and `stable` whether D grows outwards.
+
+`ContactLines.pointed(x)` is whether a contact of the one point x stands for one that is too narrow
+for doubles, which adheres. `Certificate.undeformed` is that of a surface on which no force acts.
 """
 
 import functools

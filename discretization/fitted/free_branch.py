@@ -15,6 +15,13 @@ pressed. States are in the order of growing a, from the loss of contact on. D₀
 `ManyLines.rest_depth` is D of right lines at given places; `ManyContacts.found` are the states of
 contacts with given ends, of which `residual` is |D - d| over the size of depths, `stable` is
 whether D grows outwards, and `lost` is whether a free surface turns over or is not resolved.
+
+`States` have a depth, w, γ₁ and k each; `ManyLines.tense` are the lines of a `SingleContact` for
+states with γ₁ > 0. `ManyStates` are the results of `found`, one entry a state. `vectorised` raises
+ValueError for scenes whose states cannot be found as arrays, those of several contacts among them.
+Of the indenter, `apex` is x of its lowest point and `extent` are the ends of the known profile:
+with the apex at 0 and a mirror-symmetric profile, or about an axis, one half-width gives both
+lines.
 """
 
 from __future__ import annotations
@@ -141,6 +148,7 @@ def free_branch(scene: Scene, deepest: float, count: int) -> FreeBranch | None:
     contact = SingleContact.of(scene)
 
     def rest_depth(a: Array) -> Array:
+        """D of the right lines of contacts with these half-widths (n,) [length]."""
         states = _of_scene(scene, np.zeros_like(a))  # any depths, as D does not depend on them
         return ManyLines.tense(contact, states).rest_depth(1, a, np.arange(a.size))
 

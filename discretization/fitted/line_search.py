@@ -19,6 +19,15 @@ The line that is `facing` another one is at the other end of the free surface. W
 the `limit` of one is the other line of its own contact, beyond which the contact is lost.
 
 `Resolved.beyond(a, b)` is the slice of the samples of the profile strictly between two places.
+
+`RestDepths` gives D: `rest_depth(side, x, f, f1, facing, w)` that of lines at x with height f and
+slope f1 of the profile there, `at(x)` a place with its height, which is what `facing` is, None for
+no line, and `w(direction)` the work of adhesion of contacts that close (1) or open (-1). Its `size`
+is the largest of the depths that occur. `first_zero` is the first place along the profile where a
+function is not negative, None if there is none; `gap_at_rest` are both lines of a gap by Newton's
+method, None if that fails. TIE is what is rounding of D over `size`; `displacement_scale` is the
+size of depths to which the certificate compares, and TOLERANCE what it tolerates. `walls` are the
+ends of the profile at which the body itself ends.
 """
 
 import functools

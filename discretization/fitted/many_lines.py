@@ -20,6 +20,15 @@ method belong, in the arrays of the object; it is what fancy indexing takes.
 
 `Surfaces.at_rest` is D - f in units of l; `past_wall` is whether lines are at the edge of the body,
 so that there is nothing `beside` them; `crossings` finds zeros of many functions between brackets.
+
+ROUNDING is 16 times 2⁻⁵², over the size of depths. `contact.scene` is the scene of which the states
+are variants; of its indenter, `extent` are the ends of the known profile, `walls` those at which
+the body itself ends, and `slope_beside(x, side)` is f' just on the right (1) or left (-1) of x. h
+is the thickness of the layer, a length to step by where depths are 0. The least D about an axis is
+looked for at radii e⁻ᵗ of a given one, up to t = DEEPEST_POWER, in NARROWINGS rounds: each reads D
+at the seven places between EIGHTHS of an interval and keeps the two eighths around the least one.
+A bracket is halved at most MOST_STEPS
+times.
 """
 
 from __future__ import annotations

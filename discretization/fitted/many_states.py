@@ -17,6 +17,20 @@ with `beside` 1 just outwards of the contact, -1 just inwards; `ManyLines.goal` 
 which a line would rest, that of the state where there is tension; `ManyLines.off` is
 (D - goal)/size. `energy_and_reaction` of the free surfaces is their energy F and what they pull at
 the line, S = ∂F/∂u, in units of l and γ₁.
+
+`ManyLines.tense` and `ManyLines.slack` are the lines of states with and without surface tension,
+`States` what differs between the states: the depth, w (`work`), γ₁ and k, with l and δ₀ (`length`,
+`separation`). `densities` are integrands of ∫1, ∫g, ∫g², ∫γ₁ψ(f') and ∫s(f'), and `summed_each`
+integrates them over panels, each to rounding of itself. Of the indenter, `breaks()` are the places
+between which f is smooth, `complete` is whether these are all, `extent` are the ends of the known
+profile, and `slope_beside(x, side)` is f' just on the right (1) or left (-1) of x, or at x (0).
+`MeniscusSurfaces` are free surfaces about an axis with finite slopes, known outside of radii of at
+least LEAST_RADIUS[1] times l. ROUNDING is 16 times 2⁻⁵²; UNDECIDED and FLAT say, over the size of
+depths, how near to the loss of contact a surface may turn over, and what is rounding of l dD/dx.
+DIFFERENCES has the steps of central differences: a part of the length over which D varies,
+`least_radius` of l about an axis, `least_ulps` roundings at least.
+
+`SurfaceEnergies.from_work(γ₁, w)` are surface energies with this tension and this work of adhesion.
 """
 
 from __future__ import annotations

@@ -24,6 +24,17 @@ the right one, which advances towards -x. Only direction 1, advancing, occurs he
 they meet; its `line` moves one of them. `RestDepths.rest_depth` is D; `RestDepths.at` is a line
 with the height of the profile there, None at infinity; `Resolved.beyond(a, b)` is the slice of the
 samples of the profile strictly between two places.
+
+`RestDepths.w(1)` is the work of adhesion of contacts that close, and `Scene.opened` the scene with
+that of contacts that open. `Resolved.one_sided(x, side)` gives height and slope of the profile at
+x, at corners on its right (1) or left (-1). TIE is what is rounding of a depth over
+`RestDepths.size`. `minima` of a function given by values and slopes at samples have the places `lo`
+and `hi` around each, its own place by cubics, the second derivative, the value there, and what that
+may be off by. `crossings(h, lo, hi, guess, rise, enough)` finds zeros of many functions between
+brackets, to |h| <= `enough`. `unknown(depth, x)` is the error of a line that reaches the end x of
+the known profile.
+
+A `Pair` is two places, (left, right).
 """
 
 import math

@@ -23,6 +23,14 @@ The line that is `facing` another one is at the other end of the same free surfa
 Narrow gaps feel the rounding of the profile. The tilt of a gap of length L is the rise of the
 profile over L, and D of its lines varies by l (l/L) times what the tilt does. Heights are rounded
 by a part of themselves, so where the slope is smooth in a narrow gap, the rise is ∫f' dx instead.
+
+`Surfaces.rest_depth` is D of lines at places with given height, slope and work of adhesion; it is
+that of `SmallSurfaces` (small slopes), `FiniteSurfaces` (finite slopes) or `MeniscusSurfaces`
+(finite slopes about an axis). `Scene.critical_separation` is δ₀ = √(2w/k). `Patches.factor(x)` is
+what the pattern multiplies w by at x. `Resolved.past(x, side)` are places moved off the edge of a
+pattern by one rounding, to the right (1) or left (-1); `walls` are the ends of the profile at which
+the body itself ends, and `past_wall` is whether there is no body on the side of a line that is
+meant. EPSILON is 2⁻⁵², TOLERANCE what certificates tolerate of the size of depths.
 """
 
 import functools

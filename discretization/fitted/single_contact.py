@@ -28,6 +28,17 @@ one; outwards is the direction `side` along x. About an axis x is the radius, an
 the only one. `beside` says where the slope at x is read: 1 just outwards of the contact, -1 just
 inwards, 0 or None at x itself. `Surfaces.rest_depth` is D of lines with given heights and slopes;
 `past_wall` is whether lines are at the edge of the body, so that there is nothing `beside` them.
+
+Of the scene, `opened` is the same with the work of adhesion of contacts that open. Of the indenter,
+`extent` are the ends of the known profile, `walls` those of them at which the body itself ends,
+`symmetric` is whether it is its mirror image about the apex, and `slope_beside(x, side)` is f' just
+on the right (1) or left (-1) of x. `Surfaces.solve` is a free surface (`Free`: energy, area, and
+the pulls at its lines) beside a `LinePosition`, x with the height f; it raises ValueError where
+that would turn over. `bracketed` is the zero between two places at which a function differs in
+sign; `bracketed_minimum` where a function with one minimum is least, and its value. FLAT is what is
+rounding of dD/dx, of the size of depths over the length in which D varies; ROUNDING is 16 times
+2⁻⁵², and ULPS to how many roundings a line is found. `unknown(depth, x)` is the error of a line
+that reaches the end x of the known profile.
 """
 
 from __future__ import annotations
@@ -553,6 +564,7 @@ class SingleContact:
             return apex
 
         def excess_by_logarithm(t: float) -> float:
+            """D - d at the distance eᵗ from the apex [length]."""
             return excess(apex + side * math.exp(t))
 
         nearest = math.log(tip)

@@ -18,6 +18,25 @@ that a state of less than 0 has less than no contact has.
 `ContactLines.adhered` are the lines of the adhered state at a depth; its `settled` moves lines that
 are near a state at rest to it. `hidden` are places of features between the samples of the profile
 that quadrature has come across: the profile is resolved again with samples there.
+
+`Contacts` are lines at a depth with their free surfaces; `certify` gives their `Certificate`, whose
+`demand` raises NotCertifiedError if it fails, `errors` their relative errors, and `totals` their
+energy and force, whose `of_state` are the entries of an `Equilibrium`. `ContactLines.penetration`
+is how far the profile sticks through the free surfaces [length], its `rests.ahead(lines, 1)` D just
+outwards of the lines (n, 2) of free surfaces. `SingleContact.rest_depth(1, apex)` is D of a right
+line at the lowest point; `solve` is the surface beside it. UNDECIDED says, of the size of depths,
+how near to the loss of contact that surface may turn over.
+
+`resolve` samples the profile, with samples at the given places, too; this is done at most LOOKS
+times, and `warn_hidden` warns of features that are left. A `Lattice` has nodes of one spacing,
+about an axis with `scene_on_nodes` the scene for r >= 0 alone; `lowest_contacts` are first and last
+nodes (m, 2) of the contacts of least energy. `slope_turns` are the places where the slope of the
+profile turns round. δ₀ = √(2w/k) is `Scene.critical_separation`, and `opened` is the scene with the
+work of adhesion of contacts that open.
+
+`Contacts.pinned` is which lines (m, 2) are pinned, and `neutral` whether the energy stays the same
+as a line at an edge of the body moves inwards. `Equilibrium.scales` are the sums of the sizes of
+the terms of "force" and "energy".
 """
 
 import math

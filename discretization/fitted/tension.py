@@ -12,6 +12,10 @@ the layer, heights f of the profile upwards. An integral of the pull along x is 
 divided by kl it is a length again. f'' is taken as a difference of slopes, over an interval of the
 samples of the profile (`Resolved`): so the mean pull of the interval is exact, whatever f'' does.
 About an axis x is the radius, and `Scene.measure` is 2πx, in place of 1.
+
+`Resolved.slope` is f' at the samples x, and `one_sided(x, side)` gives height and slope at any
+place, at corners on its right (1) or left (-1). l = √(γ₁/k) is `Scene.elastocapillary_length`;
+EPSILON is 2⁻⁵².
 """
 
 import math

@@ -22,6 +22,16 @@ them, first with the slope on its left. Its `one_sided(x, side)` gives height an
 those on the right (1) or on the left (-1); `past(x, side)` moves a place at the edge of a pattern
 of adhesion by one rounding to that side. `RestDepths` gives D of lines, `ahead` just ahead of them
 in the direction in which they move; `noise` is what D may be off by; `size` is that of depths.
+
+`Resolved.beyond(a, b)` is the slice of the samples strictly between two places.
+`RestDepths.with_rates` are D of the lines and its derivatives, `between_corners` the places between
+which lines pass no corner, and `solved` the step that makes D - d vanish, by the matrix of these
+derivatives. `bracketed` is the zero between two places at which a function differs in sign;
+`bracketed_minimum` is where a function is least between two places, and its value. ULPS is to how
+many roundings of its position a line is found.
+
+A `Step` of Newton's method says whether lines still move (MOVES), rest (RESTS), or the method fails
+(FAILS); then lines move one after the other (line_search.py).
 """
 
 from __future__ import annotations
