@@ -54,6 +54,19 @@ curves of many kinds in place of DATA (studies/scenes/fit/trials.py); exit statu
 judged rightly or too few intervals contain the truth.
 """
 
+# Conventions of what the functions below read:
+#
+# `Fit` is a finished fit; `fitted` (n,) are its forces at all n points of the curve: the simulated
+# one in contact, 0 out of it, plus `line` (n,), the force out of contact there. `best.x` are
+# the coordinates of the minimum, and `model.parameters` makes parameters by name of them.
+# `model.data` is the curve with masks (n,): `used` is in contact and fitted, `free` out of contact
+# and fitted; what is in neither took no part. Each of its `legs` has the indices `points` of the
+# points in contact while the indenter moves in one direction. `curve.depth` and `curve.force` are
+# as measured, `curve.drive` is the position of the machine, d + P/K [m], K its stiffness.
+# `prefixed(values, unit)` is a `Unit` that suits these values: by its `size` they are divided for a
+# figure, and its `symbol` is written with them.
+# `canvas` is a new figure with its axes, of a width and a height in inches, rows and columns.
+
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -75,39 +88,49 @@ from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
 from studies.shared.table import Table
 
 SYMBOLS = {"gamma1": "γ₁", "offset": "D₀"}  # of parameters, in figures
+# Most decimals of a value. In its unit it is in 1..1000, where these are ten digits or more, beyond
+# what a measured curve determines; a value of 0, in the plain unit, has a nanometre as its last.
+_DECIMALS = 9
 
 
 def plot(found: Fit, title: str) -> Figure:
-    """P over the position of the machine with the fit above, residuals with ± 2s below."""
+    """P over the position of the machine with the fit above, residuals with ± 2s below.
+
+    The position is 0 at d = 0, which the fitted offset D₀ finds; s is the scatter of the residuals.
+    """
     figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
     data = found.model.data
     curve = found.model.data.curve
     unit = found.unit("level")
     offset = found.model.parameters(found.best.x)["offset"]
-    drive = curve.drive - offset
-    off = curve.force - found.fitted
-    x = prefixed(drive, "m")
-    y = prefixed(curve.force, unit)
-    z = prefixed(off[data.used], unit)
-    drive = drive / x.size
-    used = data.used | data.free
-    _points(top, found, drive, curve.force / y.size, ~used)
-    _points(bottom, found, drive, off / z.size, np.zeros(used.size, bool))
+    position = curve.drive - offset
+    residual = curve.force - found.fitted
+    of_position = prefixed(position, "m")
+    of_force = prefixed(curve.force, unit)
+    of_residual = prefixed(residual[data.used], unit)
+    position = position / of_position.size
+    took_part = data.used | data.free
+    _points(top, found, position, curve.force / of_force.size, ~took_part)
+    # what took no part has no residual to show
+    _points(bottom, found, position, residual / of_residual.size, np.zeros_like(took_part))
     for number, leg in enumerate(data.legs):
         style = {"color": "black", "lw": 1.2, "zorder": 3, "label": "_" if number else "fit"}
-        top.plot(drive[leg.points], found.fitted[leg.points] / y.size, **style)
+        top.plot(position[leg.points], found.fitted[leg.points] / of_force.size, **style)
     if data.free.any():
+        # everywhere out of the contact, so that it shows where points that took no part lie, too
         outside = np.flatnonzero(~data.used)
-        outside = outside[np.argsort(drive[outside])]
+        outside = outside[np.argsort(position[outside])]
         style = {"ls": "--", "color": "black", "lw": 1, "label": "line without contact"}
-        top.plot(drive[outside], found.line[outside] / y.size, **style)
-    s = 2 * found.best.scatter / z.size
-    bottom.axhspan(-s, s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
+        top.plot(position[outside], found.line[outside] / of_force.size, **style)
+    two_s = 2 * found.best.scatter / of_residual.size
+    bottom.axhspan(-two_s, two_s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
     rigid = math.isinf(curve.machine_stiffness)
     where = "depth d" if rigid else "position of the machine, d + P/K,"
-    bottom.set(xlabel=f"{where} in {x.symbol}", ylabel=f"residual in {z.symbol}")
+    bottom.set(
+        xlabel=f"{where} in {of_position.symbol}", ylabel=f"residual in {of_residual.symbol}"
+    )
     bottom.margins(y=0.25)
-    top.set_ylabel(f"force P in {y.symbol}")
+    top.set_ylabel(f"force P in {of_force.symbol}")
     top.legend(ncols=2)
     figure.suptitle(f"{title}\n{result(found)}", fontsize=11, wrap=True)
     return figure
@@ -122,19 +145,33 @@ def result(found: Fit) -> str:
 
 
 def _value(found: Fit, estimate: Estimate) -> str:
-    """A parameter as a sentence shows it: its symbol, value and half the interval, with a unit."""
+    """A parameter as a sentence shows it: its symbol, value and half the interval, with a unit.
+
+    Half the interval has two digits. Without an interval that is narrow enough to identify the
+    parameter its value stands alone.
+    """
     name = SYMBOLS.get(estimate.name, estimate.name)
     size, unit = prefixed(estimate.value, found.unit(estimate.name))
     value = estimate.value / size
     if estimate.interval is None or not estimate.identifiable:
         return f"{name} = {value:.3g} {unit}"
     half = np.ptp(estimate.interval) / (2 * size)
-    decimals = min(max(1 - math.floor(math.log10(half)), 0), 9)
+    decimals = min(max(1 - math.floor(math.log10(half)), 0), _DECIMALS)
     return f"{name} = {value:.{decimals}f} ± {half:.{decimals}f} {unit}"
 
 
 def _points(axes: Any, found: Fit, x: Array, y: Array, aside: Mask) -> None:
-    """What was measured on the way in and out, out of contact, and what was not used."""
+    """What was measured on the way in and out, out of contact, and what was not used.
+
+    Parameters
+    ----------
+    axes : Axes
+    found : Fit
+    x, y : ndarray (n,)
+        Of all points of the curve, in the units of the axes.
+    aside : ndarray of bool (n,)
+        Points to show as not used.
+    """
     data = found.model.data
     grows = loading(found.model.data.curve.drive)
     for chosen, colour, marker, name in (
@@ -150,7 +187,11 @@ def _points(axes: Any, found: Fit, x: Array, y: Array, aside: Mask) -> None:
 
 
 def table(found: Fit) -> Table:
-    """Depth, force, fitted force and residual; nan where the point took no part."""
+    """Depth, force, fitted force and residual: names of the columns, and a row per point.
+
+    Depth and force are as measured; the fitted force has the line out of contact in it. Both it
+    and the residual are nan where the point took no part.
+    """
     data = found.model.data
     unit = found.unit("level")
     force = found.model.data.curve.force
@@ -199,7 +240,8 @@ def _uncertainty(text: str) -> tuple[str, float]:
 
 def _parser() -> command.Parser:
     """All options of the command."""
-    quick_means = "linearised intervals and no alternatives; 10 trials of each kind"
+    few = trials.QUICK.curves
+    quick_means = f"linearised intervals and no alternatives; {few} trials of each kind"
     parser = command.parser("fit", __doc__, quick_means)
     about = "measured curve, or a folder of curves"
     parser.add_argument("data", type=Path, nargs="?", metavar="DATA", help=about)
@@ -225,23 +267,31 @@ def _parser() -> command.Parser:
     about = "parameter that all curves of a folder have in common"
     parser.add_argument("--shared", metavar="NAME", help=about)
     parser.add_argument("--self-test", action="store_true", help="simulated data in place of DATA")
-    about = "of each kind in --self-test; default 200, quick 10"
+    about = f"of each kind in --self-test; default {trials.FULL.curves}, quick {few}"
     parser.add_argument("--trials", type=int, metavar="COUNT", help=about)
     _reading_options(parser)
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Fit a file or a folder of them, or test the fit on simulated data; 1 if it does not fit."""
+    """Fit a file or a folder of them, or test the fit on simulated data.
+
+    Returns
+    -------
+    int
+        The exit status: 1 if a curve does not fit, or too many trials fail. That is what
+        `many.report`, for several curves, and `trials.report` return, too.
+    """
     parser = _parser()
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:
-        usual = 10 if quick else 200
+        usual = (trials.QUICK if quick else trials.FULL).curves
         return trials.report(usual if options.trials is None else options.trials, options.jobs, out)
     if options.data is None or options.scene is None:
         parser.error("DATA and --scene are needed; or give --self-test")
     content = read(options.scene)
+    # an option in place of the same key of [measured]
     said = {key: value for key in MEASURED if (value := getattr(options, key)) is not None}
     given = built(options.scene, content | {"measured": content.get("measured", {}) | said})
     choices = {
@@ -251,6 +301,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         "loss": options.loss,
         "uncertainties": dict(map(_uncertainty, options.uncertainty)),
     }
+    # A name for each curve: of a file, or "file#number" in an instrument file with several. Fits of
+    # several curves have no profile intervals: their table has a row each of linearised ones.
     files = many.curves(options.data, given.measured)
     if len(files) != 1 or options.data.is_dir():
         job = many.FittedFile(options.scene, given.measured, tuple(options.parameters), choices)
@@ -263,8 +315,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(found)
     name = f"{options.data.stem}_fit"
     notes = [f"scene: {given.scene}", *str(found).splitlines()]
+    # the header of the CSV says which parameters were fitted
     written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
     written += out.figure(f"{name}.png", plot(found, given.title))
     print(f"written: {', '.join(map(str, written))}")
-    command.answer(result(found))
+    command.answer(result(found))  # as the last line on the screen
     return 0 if found.quality.fits else 1

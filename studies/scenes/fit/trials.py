@@ -73,11 +73,27 @@ SILENT = 0.01  # share of wrong results without a warning
 
 @dataclass(frozen=True)
 class Parameters:
-    """How many curves of which kinds."""
+    """How many curves of which kinds.
+
+    Attributes
+    ----------
+    curves : int
+        Of each kind. In 200 a share of 95 % has a standard error of 1.5 %. One of each of the 17
+        kinds takes 26 s of one core, so that 200 take an hour and a half.
+    kinds : tuple of str
+        Some of KINDS.
+    seed : int
+        Of the random numbers: any will do.
+    """
 
     curves: int = 200
     kinds: tuple[str, ...] = KINDS
     seed: int = 28
+
+
+FULL = Parameters()
+# In some minutes: a share of 95 % has a standard error of 7 %, which shows a kind that fails.
+QUICK = Parameters(curves=10)
 
 
 class Outcome(NamedTuple):
