@@ -16,6 +16,12 @@ right, ...). About an axis they are radii, and the left end of a contact on the 
 Of a control, "force" and "drive" are loads whose energy counts: F is a dead load, K the stiffness
 of a machine and D the position of its far end (control.py). Per-point arrays (2, n) hold U in their
 first row and P in the second one.
+
+δ₀ = √(2w/k) is `Scene.critical_separation`, l = √(γ₁/k) `elastocapillary_length`, and
+`Scene.opened` is the scene with the work of adhesion of contacts that open. `walls` are the ends of
+the profile at which the body itself ends. `summed` integrates a function over panels, which are
+halved until that changes nothing; the integrals of each panel are its `sums`. `moved`, of branches
+that have it, is the list of points at depths in one direction from a point.
 """
 
 import math
@@ -227,7 +233,8 @@ class PathSegment:
 
     def depths(self, t: Array) -> Array:
         """d at parameters t (n,) [length]; the depth of the end itself at t = 1."""
-        start, end = self.start.depth, self.end.depth
+        start = self.start.depth
+        end = self.end.depth
         depths = start + (end - start) * (t * t * (3 - 2 * t))
         return np.where(t == 1.0, end, np.clip(depths, min(start, end), max(start, end)))
 
@@ -238,7 +245,8 @@ class PathSegment:
         It is a part of the size of what P is a sum of: the pressure k (d - f) over the contact and
         over l beside it, where |d - f| is at most about |d| + 2 |min f| + δ₀.
         """
-        branch, scene = self.branch, self.branch.scene
+        branch = self.branch
+        scene = branch.scene
         widths = np.fmax(0.0, np.diff([self.start.ends, self.end.ends]))
         width = float(widths.max()) + scene.elastocapillary_length
         size = max(abs(self.start.depth), abs(self.end.depth)) + 2 * abs(branch.touch)

@@ -2,6 +2,13 @@
 
 A branch is the family of states at imposed depths, from which paths under any control are read
 (branch.py). Depths are positive down into the layer.
+
+`route` names the solver of a scene: "layer" for one contact of a layer with its exact response
+(`LayerBranch`), "springs" without surface tension (`SpringsBranch`), and others for contact lines
+on the fitted mesh. `refinable` is whether the paths of several contacts of a line contact are found
+on nodes and then refined (`RefinedBranch`); otherwise one contact is followed on the mesh
+(`OneContactBranch`), up to where a second one begins. `LatticeBranch` follows any number of
+contacts on nodes.
 """
 
 from __future__ import annotations

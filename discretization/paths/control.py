@@ -21,6 +21,11 @@ A segment (`PathSegment`) is a part of the path in depth between two events, ove
 0 to 1; `depths(t)` are its depths, `forces(depths)` is P there, and `points(depths)` are the
 contacts. C is represented by values at Gauss-Lobatto points of parts of the segment, and by the
 Legendre series of the polynomials through these.
+
+`PathSegment.smooth` is whether P is a smooth function of d on it; on nodes it is not, as lines pass
+links. `gauss_lobatto(degree)` has degree + 1 points from -1 to 1, both ends among them; values at
+these times the matrix `to_legendre` are Legendre coefficients (`coef`), and `on_elements(ends,
+values, t)` are the polynomials through such values on each element, and their slopes, at t.
 """
 
 from __future__ import annotations

@@ -4,6 +4,13 @@ Depths are positive down into the layer, P is positive where pressed, U is 0 wit
 counts with the work of adhesion of closing. Lines of a `Point` are a flat tuple, both ends of every
 contact from left to right, () or None without contact; about an axis they are radii.
 `ContactLines.gradual` is whether lines never jump, as in a line contact of a convex profile.
+
+l = √(γ₁/k) is `Scene.elastocapillary_length`. `ContactLines.rests` gives the depths D at which
+lines rest; its `size` is the largest depth that occurs, and TIE the part of it that is rounding.
+`Branch.totals` are U and P of points, (2, n). Where a line is `Pinned` is a pair of words, of the
+left and of the right outermost line. `corners` of the indenter are where its slope jumps or the
+body ends. `Integrals.at(x)` are five integrals from a fixed place to each x, (5, n); the last one
+is that of the pattern's factor, a length, or an area about an axis.
 """
 
 from __future__ import annotations

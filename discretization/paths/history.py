@@ -1,4 +1,39 @@
-"""A load path: what was recorded at every step, its events, and the balance of its energy."""
+"""A load path: what was recorded at every step, its events, and the balance of its energy.
+
+Conventions
+-----------
+The depth d is positive down into the layer [length]; the force P is positive where the indenter is
+pressed, so that the pull-off force is negative; U is 0 without contact and contains - w times what
+is in contact. Of a line contact P and U count per length of it. The value of the control is the
+depth, the load F, or the position D of a machine, positive down (control.py). Lines are positions x
+[length] from left to right, radii about an axis, where the left one of a disc is 0; nan stands for
+no contact.
+
+A `Snapshot` is a state with its force and energy, an `Event` has the snapshots `before` and `after`
+it, with the number of the `step` that follows and the energy lost, `energy_released`. A `Point` is
+the contacts at a depth as the branch knows them, `lines` None without contact, and a `PathSegment`
+the part of the path between two points without an event. `Branch.contact(depth, *lines)` is the
+point with these lines, `segment(point, goal)` the path from there towards a depth, up to the first
+event; of that, `external_work` is ∫P dd. `snapshot` is a point with its energy and force, and
+`closes_at` whether it is known as well as states are at which depth a last contact closes.
+`branch_of` chooses the branch of a scene. A `LoadPath` has followed values of the control (`go`)
+and has `points`, one a step. `Curve.of(segment, Control(0.0))` are samples of P along a segment,
+`value`; its `refined(i, -1)` is the point of the minimum at the sample i.
+
+`monotone` cuts recorded states into `Stretch`es, along which the depth changes in one direction,
+and `bounded` says what P is no less than on each; a stretch's `turn(known)` is the state inside it
+at which P is least, None if it is not below `known`. They are for nodes alone, whose branch is a
+`LatticeBranch`; `UnknownError` says that something happens on a stretch that is no event of the
+path. NOISE is what is rounding of P over the largest force. A contact of fewer than LEAST links is
+not resolved. `RefinedBranch.nodal` is the branch on nodes alone that stands in where contacts are
+not refined, and `row.lattice.spacing` the distance of its nodes.
+
+`described` makes plain data of a scene, `rebuilt` a scene of these, and `alike` compares two of
+them. `estimated` compares a path with one on wider nodes, by the names in QUANTITIES. What is shown
+of a path stands in other modules: `plots.plot_path`, `animation.animate`, and in `readings` the
+assumptions (`of_path`, `violated`), the columns of a table (`path_columns`) and texts (`path_line`,
+`path_text`, `html`).
+"""
 
 from __future__ import annotations
 
@@ -279,6 +314,7 @@ class History:
 
         last: the state before it was lost.
         """
+        # Lines are at nodes: half a link keeps the rounding of widths from deciding.
         few = last.right - last.left < (LEAST - 0.5) * (self.spacing or 0)
         return few and not self._branch.closes_at(last)
 
@@ -447,10 +483,12 @@ class History:
     __str__ = readings.path_text
 
     def __len__(self) -> int:
+        """The number of steps."""
         return self.depth.size
 
     def __bool__(self) -> bool:
-        return True  # also a path without steps
+        """True, also of a path without steps."""
+        return True
 
     @functools.cached_property
     def _branch(self) -> Branch:

@@ -21,6 +21,24 @@ ends of all contacts, a flat tuple.
 at which they change with the flat node numbers from there on, the depth of the first event, or
 None, and the contacts beyond that. `subgrid` finds lines between nodes, and what U and P are more
 with lines there than with lines on nodes.
+
+Of the nodes, `Lattice` has the spacing, `scene_on_nodes` is the scene that they see (about an axis
+r >= 0 alone), `tail` stands for a free surface where one is needed, and `axis` is the number of the
+node on the axis, nan if there is none. `Row.refuse_unknown` raises ValueError for contacts that
+reach an end of the known profile. `ContactLoss.smooth` is whether neither profile nor pattern has a
+corner beside a node. `subgrid.of_states` are the lines of states with what U and P are more by them
+(2, n), `subgrid.moved` the lines that two works of adhesion hold where they have last moved, and
+`subgrid.advances` the changes as lines pass their next links. `on_row` is the state on nodes with
+its `certificate`, whose `demand` raises NotCertifiedError if it fails.
+
+`hysteretic` scenes hold lines over a range of depths, by two works of adhesion. Of the indenter,
+`extent` are the ends of the known profile, `walls` those at which the body itself ends, `corners`
+where its slope jumps, and `convex` profiles have a single contact. What nodes do not see of the
+profile is `unseen` of it; there are warnings for lines that the profile does not let rest
+(`warn_lines`), for contacts that nodes lose though the profile holds them (`warn_losses`), for
+contacts too narrow for nodes (`warn_narrow`, at the lowest point that `lowest_within` finds), and
+for surfaces that miss the profile between nodes (`warn_unresolved`). `route` raises ValueError for
+scenes that nodes cannot follow. `alike` gives numbers of the points with the same number of lines.
 """
 
 from __future__ import annotations
@@ -335,7 +353,8 @@ class LatticeBranch(Branch):
         forces = iter(self.totals(in_contact)[1].tolist() if in_contact else [])
         found = []
         for point in points:
-            energy, force = 0.0, 0.0
+            energy = 0.0
+            force = 0.0
             if point.lines is not None:
                 energy = self.walk.energy(point.memory, point.depth)
                 force = next(forces)

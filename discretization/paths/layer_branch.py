@@ -18,6 +18,16 @@ P and U at half-widths, to its tolerance, of which the first one, σ [1/length],
 free surface at the line per unit of u. `Lines` are the line under one work of adhesion:
 `rest_depth(a, side)` is D, `walk` how far the line comes that moves in one direction, and `settled`
 where it comes to rest.
+
+`Body.ends(a)` are both lines of the contact of half-width a, about an axis 0 and a (`Body.apex` is
+x of the lowest point), `tip` is the half-width up to which it counts as a contact of one point,
+`height(a)` is f there, `area(a)` is 2a or πa², and `bound(a)` w times that. `at_depth(coefficients,
+u)` are P and U + w·area of contacts whose lines are displaced by u. `small_slope_deficit` of
+surface energies is the kink √(2w/γ₁) at a line that rests, and `Lines.excess` is this kink for its
+work of adhesion. A `Layer` is the state of a `Contact` of fixed half-width at a depth, with its
+certificate, whose `demand` raises NotCertifiedError if it fails; TOLERANCE is what certificates
+tolerate elsewhere. `crossings` finds zeros of many functions between brackets. `Scene.opened` is
+the scene with the work of adhesion of contacts that open.
 """
 
 import functools
@@ -109,6 +119,7 @@ class LayerBranch(Branch):
     """
 
     def __init__(self, scene: Scene, rtol: float) -> None:
+        """The branch of a scene, with half-widths tabulated as they are needed."""
         self.scene = scene
         self.body = Body(scene)
         self.table = Table(self.body, rtol)

@@ -20,6 +20,15 @@ first and the last node of each of m contacts from left to right, counted from t
 row; a link is what lies between two neighbouring nodes. Along a `LatticeSegment` t runs from 0 to
 1, with `depths(t)`; its `trace` has the depths at which contacts change, each with the contacts
 from there on. `facing_sides` has -1 for first and 1 for last nodes, the directions outwards.
+
+`Control(0.0)` is a dead load, for which C, the value of the control along a segment, is P.
+`evenly_spaced` are t at which P is sampled, `at_changes` these with the t at which contacts change.
+`Curve.sampled` is P at such samples, its `refined(i, -1)` the point of the minimum next to sample
+i, and `snapshot` the state at a point, with its force. `LatticeBranch.contact` is the point with
+given lines, `point` that with given contacts, `pinned_at` where its outermost lines are pinned.
+`Walk.track` follows contacts from a depth to another: it gives its trace, the depth of the first
+event or None, and the contacts beyond that. `contacts_at` makes pairs of a flat array of first and
+last nodes.
 """
 
 from __future__ import annotations

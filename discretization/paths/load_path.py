@@ -12,6 +12,17 @@ part of the path at imposed depths up to an event, with `after`, the contacts be
 towards a depth. A `Curve` is C along a segment, sampled: `peak(side)` is the number of the first
 sample after which side · C falls, the last one if there is none, and `reached(values, side, first,
 stop)` are the points at which C first reaches values.
+
+A `Branch` has the states at imposed depths: its `points_of` are the points at depths of many
+segments, `total` is U and P of a point, `snapshots` are points with these, `certify` and
+`certify_all` raise NotCertifiedError for points that are no equilibria, `resolution` is how far
+lines may be off, and `holding_range` is δ₀, how far below the depth of touching a contact may stay.
+`hysteretic` scenes hold lines over a range of depths, so that lines lose energy as they move: the
+friction. A `Snapshot` has depth, force, energy and lines, nan without contact; the lines between
+the outermost ones are `inner`, two more for every further contact. On a `Curve` t grows from 0 to
+1, and `refined(top, side)` is the exact peak at a sample. The stiffness K of a `Control` is None
+for an imposed depth and 0 for a dead load. How far to look ahead is only a guess: a segment that
+goes too far is halved.
 """
 
 import math

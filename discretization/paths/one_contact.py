@@ -18,6 +18,24 @@ An `Arc` is what one line does first on the way to another depth: it moves in on
 stays, from the place `start` at the depth `first` to `end` at `last`, and `how` says why it ends:
 "goal", "free" of a corner or at one, or "jump". A `SingleContactTrack` has both lines where there
 can be no other contact and nothing happens to them but, in the end, the loss of contact.
+
+`SingleLine.arc` is the `Arc` of a line, `places` are its positions along it, and `landing` is where
+it comes to rest after a jump, None if nowhere. `SingleContact` finds the lines of the only contact
+of a scene, by search outwards from its apex; its `tip` is the least distance of a line from the
+apex, 0 if lines get there. `one_contact` is whether a scene has never more than one contact; under
+a `pattern` of adhesion D jumps at its edges. `resolve` samples the profile; `hidden` are places of
+features that the samples have missed, and `complete` profiles have none. `free_surface_lines` are
+the lines of both tails, ((-inf, left), (right, inf)).
+
+`ContactLines.rests` gives the depths D at which lines rest, its `size` the largest depth that
+occurs; TIE is the part of it that is rounding, TOLERANCE what certificates tolerate. `opening` are
+forces that would open the contact, `penetration` is how far the profile is inside the free
+surfaces, `gradual` whether lines never jump, and `surfaces.stored` the energies and forces of free
+surfaces at depths. `Integrals.contact(x, depths, w)` are three rows: the energy of contact from a
+fixed place to x, the size of its terms, and its derivative by the depth. l = √(γ₁/k) is
+`elastocapillary_length`, and `opened` is the scene with the work of adhesion of contacts that open.
+`DIFFERENCES.least_radius`, of l, is so near to the apex that lines are looked for by logarithms.
+`Contacts` and `certify` give the certificate, whose `demand` raises NotCertifiedError if it fails.
 """
 
 from __future__ import annotations

@@ -14,6 +14,10 @@ Where the events are others, errors are of first order: 3/2 |Q - Q_c|/(c - 1), w
 
 Both paths are a `History` of the same values of the control, step by step; quantities are those of
 its columns, named in COLUMNS. Steps are numbered from 0; `Event.step` is the step after the event.
+
+An `Event` has a `kind`, the value of the `control`, the states `before` and `after` it, and
+`energy_released`, what is lost in it. `History.friction` is what lines lose as they move under
+adhesion hysteresis, and `dissipated` the sum of both. EPSILON is 2⁻⁵².
 """
 
 import math

@@ -22,6 +22,22 @@ surfaces (m + 1, k, 2) at k depths. `NotRefined` is raised where it cannot be re
 depth of the failure. A `Refinement` belongs to nodes of one closeness, whose spacing is the usual
 one divided by CLOSER[level]; its `nodes.margin` is how much depths of events on nodes may be off.
 Contacts on nodes are pairs of first and last nodes (row.Contacts).
+
+`Refinement.of` has, with its nodes, the `equations` of lines at rest and the `totals`, of which
+`of_surfaces` are U and P that each free surface accounts for (2, n). Its `touched()` gives the
+contacts at first touch, the depth at which they rest on nodes, and their lines; `follow(contacts,
+on_nodes, lines, start, goal)` the stretches to a depth. `Route.next_cut` is the first depth ahead
+at which a line becomes pinned or free, `work` is ∫P dd, and `lines_of_routes` are the lines on
+parts of many routes at once. `settle` takes lines to rest from nearby, with `at_rest` for each
+surface. `known_lines` are the lines of surfaces, ValueError if one has left the known profile. A
+`Judge` certifies many states at once (`certificates`); `ok` is whether one passes, and `demand`
+raises NotCertifiedError if not. Routes end ASIDE margins before a depth of failure.
+
+`LatticeBranch.nearest` are numbers of the nodes nearest to lines, and `row.lattice.spacing` is
+their distance. Of the indenter, `corners` and `knots` are where f' or a higher derivative jumps,
+for measured profiles the samples; `noise_slope` is the rms slope of their noise, None without
+samples. `hysteretic` scenes hold lines over a range of depths, by two works of adhesion; `opened`
+is the scene with that of contacts that open.
 """
 
 from __future__ import annotations

@@ -6,6 +6,11 @@ one; a line is at rest where D = d, and D grows outwards, in the direction of it
 `SingleContact.rest_depth(side, x, beside)` is D, at corners just outwards (beside 1) or inwards
 (-1) of x; `find(side, depth)` is the place where a line rests; `lowest` is the innermost place
 where one may rest, and D there: the depth at which contact is lost.
+
+`SingleContact.pointed(x)` is whether a contact of the one point x stands for one that is too narrow
+for doubles, and `solve` the free surface beside a line, ValueError where it would turn over. TIE is
+what is rounding of depths over their size, `crossings` finds zeros of many functions between
+brackets. `corners` are where the slope of the profile jumps.
 """
 
 import math

@@ -17,6 +17,12 @@ direction · (D - d) < 0, and it stops where this is not negative.
 
 Joints of the profile are its corners, the edges of a pattern of adhesion, and the ends of the
 window in which it is known: D may jump there, and there only.
+
+`RestDepths.one_sided(side, x, facing, aside, direction)` is D, with the positions of the lines that
+are faced, infinite for none; its `size` is the largest depth that occurs, of which TIE is what is
+rounding. `crossings` finds zeros of many functions between brackets, `bracketed` one zero between
+two places of different signs, `bracketed_minimum` where a function is least between two places, and
+its value. `unknown(depth, x)` is the error of a line at the end of the known profile.
 """
 
 from __future__ import annotations
@@ -189,7 +195,7 @@ class SingleLine:
     def _ahead(self, x: float, direction: int) -> Array:
         """Samples of the profile ahead of a line up to the next joint, in the order of the motion.
 
-        None if there is no joint ahead: the line is at the end of the known profile.
+        Empty if there is no joint ahead: the line is at the end of the known profile.
         """
         profile = self.rests.profile
         towards = self.side * direction

@@ -20,6 +20,15 @@ with w of what is in contact.
 
 `Resolved` is the profile with samples, whose local extremes and corners are among them;
 `SmallSurfaces` stands for the free surfaces, which do not exist without tension.
+
+`Branch.holding_range` is δ₀ of opening, `critical_separation` that of the scene. `refined` are the
+energy and the force of contacts with their errors (`Interval`, with what heights are off by in
+`rounding`), its `of_state` the entries of an `Equilibrium`; `estimated` are relative errors, from
+how far lines may be off. `Certificate` has five violations over their scales: penetration,
+stationarity, opening, neighbours, force; `undeformed` is that of a surface without contact, and
+`detached` its state. `walls` are the ends of the profile at which the body itself ends: lines there
+are pinned. `crossings` finds zeros of many functions between brackets; `worst` is its argument, but
+0 if that is negative. ROUNDING is 16 times 2⁻⁵².
 """
 
 from __future__ import annotations
