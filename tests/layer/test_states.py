@@ -217,6 +217,33 @@ def test_corners_a_rounding_away_from_where_they_are_looked_for():
     assert abs(one.energy - other.energy) <= 1e-12 * one.scales["energy"]
 
 
+@pytest.mark.parametrize("at", [0.0, 50.0, 3e4])
+def test_elements_are_graded_towards_powers_of_no_integer_only(at):
+    """Neither a further power of a profile nor the rounding of a far position counts as one."""
+    cubic = Profile(
+        lambda x: 0.2 * (x - at) ** 2 + 0.1 * np.abs(x - at) ** 3,
+        lambda x: 0.4 * (x - at) + 0.3 * (x - at) * np.abs(x - at),
+        extent=(at - 20, at + 20),
+        convex=True,
+    )
+    for smooth in (cubic, Parabola(3.0).shifted(at)):
+        assert Body(scene_of(smooth, 0.3)).kinks == []
+    for power in (1 + 1e-4, 1.5, 2 + 1e-4):
+        assert Body(scene_of(PowerLaw(0.2, power).shifted(at), 0.3)).kinks == [0.0]
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_a_power_next_to_1_is_as_good_as_a_wedge(geometry):
+    """Its slope has a jump in all but name."""
+    wedge = Wedge(math.atan(0.2))
+    states = [
+        minimise(scene_of(body, 0.3, 0.3, 0.0, geometry), 0.3, rtol=1e-8)
+        for body in (wedge, PowerLaw(0.2, 1 + 1e-10))
+    ]
+    assert states[0].half_width > 0
+    assert (off(*states) <= 1e-8).all()
+
+
 @pytest.mark.parametrize("nu", [0.3, 0.5])
 def test_a_steep_wedge_touches_with_its_tip(nu):
     """As a line force on the surface."""
