@@ -78,6 +78,13 @@ REFUSED = [
         Sampled(R + 1e-5, R**2),
         Profile(np.exp, np.exp),
         Profile(np.square, lambda x: 2 * x, extent=(-1e-3, np.inf)),
+        # Nothing beyond a place on the right alone; and nothing beyond one on each side.
+        Profile(lambda x: np.where(np.asarray(x) > 1e-3, np.inf, np.square(x)), lambda x: 2 * x),
+        Profile(
+            lambda x: np.where(np.abs(x) > 1e-3, np.inf, np.square(x) + x),
+            lambda x: 2 * x + 1,
+            extent=(-2e-3, 2e-3),
+        ),
     )
 ]
 
