@@ -23,6 +23,12 @@ paths/      states followed in depth, load or the position of a machine
 
 The certificate (certificate.py) and the result (equilibrium.py) are the same for all of them. A new
 minimiser returns a contact set or contact lines; what judges those judges it unchanged.
+
+`load_path` gives a `History` of states and of each `Event`, with a `Snapshot` before and after it
+and the `PullOff`; `minimise` gives an `Equilibrium`, `minimise_many` `Equilibria`, which are
+arrays. A `Lattice` is a row of nodes, `NodalEnergy` the energy of their displacements. A state that
+fails its certificate raises NotCertifiedError, and an accuracy that is not reached is an
+AccuracyWarning.
 """
 
 from importlib.util import find_spec

@@ -10,6 +10,15 @@ Depths and displacements u are positive downwards, and the picture's axis points
 the indenter are positive upwards, so that its surface is at d - f. A state of the path is a
 `Snapshot` with `depth`, `force`, `lines` (both ends of each contact from left to right; radii about
 an axis) and `left`, the first of them, nan without contact.
+
+Of the scene, l = √(γ₁/k) is `elastocapillary_length`, over which free surfaces decay, h the
+thickness of the layer, `extent` are the ends of the known profile, and `layer.exact` says that the
+layer has its exact response, whose state `on_layer` finds again at the depth, to the accuracy
+`rtol` of the path. Else `surfaces_of` are the free surfaces of the scene: their `shape(x, left,
+right, depth)` is u, and du/dx, between two `LinePosition`s (x and the height f there), None for a
+line that does not exist. `plots.legs` are the parts of the path, each with its kind ("loading",
+"unloading", "jump" or "free" of contact) and its states. `prefixed` gives the `Unit` that suits
+some numbers, whose `size` they are divided by to be drawn.
 """
 
 from __future__ import annotations
@@ -200,8 +209,9 @@ def _frames(history: Any, x: Array, count: int) -> list[Frame]:
             continue
         along = length(states)
         steps = max(2, round(count * along[-1] / total))
-        # The states at or after even steps of the length, which rounding must not take beyond the
-        # last one; each of them once.
+        # The states at or after even steps of the length, each of them once. Rounding must not take
+        # a step beyond the last state: 1e-12 is more than the rounding of a sum over thousands of
+        # states, and less than any step between them that can be seen.
         chosen = np.searchsorted(along, np.linspace(0, along[-1], steps) * (1 - 1e-12))
         for i in dict.fromkeys(chosen.tolist()):
             state = states[i]
@@ -248,9 +258,30 @@ class Picture:
         All that will be drawn, for the limits of the axes.
     si : bool
         Whether numbers have SI units, which are then written at the axes.
+
+    Attributes
+    ----------
+    canvas : FigureCanvasAgg
+        The picture as colours of its pixels.
+    unit : str
+        Of lengths, "" for plain numbers.
+    force : tuple of Unit
+        The units in which depth and force are drawn.
+    size : float
+        The length by which displacements and heights are divided to be drawn.
+    top, bottom : float
+        The least and the largest displacement that is shown, so divided.
+    x, height : ndarray (n,)
+        Positions and heights of the indenter, divided by their units.
+    layer, body, line, level, words, point : Artist
+        What moves: both filled areas, the surface, the level of the undeformed surface, which only
+        has to be drawn over them, the title, and the point on P(d). Together they are `moving`.
+    still
+        The picture without these.
     """
 
     def __init__(self, history: Any, x: Array, frames: list[Frame], si: bool) -> None:
+        """Draw what stands still, and keep it."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         figure, (left, right) = plots.canvas(8.4, 3.6, 1, 2)
@@ -265,6 +296,7 @@ class Picture:
         height = np.asarray(history.scene.indenter.height(x), float)
         shown = np.array([frame.surface for frame in frames])
         span = float(np.ptp(shown)) or history.scene.layer.h
+        # Above the surface, where u is less, there is room for the indenter; below it the layer.
         ends = [float(shown.min()) - 0.7 * span, float(shown.max()) + 0.4 * span]
         across = prefixed(x, self.unit)
         up = prefixed(ends, self.unit)

@@ -10,6 +10,15 @@ line in the columns; about an axis these are radii, and the left end of a contac
 0 and no line. A `LinePosition` has the position `x` of a line and the height `f` there. `surfaces`
 knows the free surfaces by the method shape(x, left, right, depth): u and du/dx at places between
 two lines, of which None is infinitely far away.
+
+`Scene.path_dependent` is whether lines rest at places that depend on the path, `one_contact`
+whether a scene never has more than one contact, and `spring(u)` the energy of the springs, whose
+first derivative is the pressure. `slope_beside(x, side)` is df/dx just on the right (1) or left
+(-1) of x, or at x (0). In readings.py, `parts_of` has the parts of energy and force, by the names
+STORED and ACTING, `deformation` the largest depths and slopes of a state (its `indentation` is d
+less the least height in contact), `of_nodes` what its nodes assume, `angle_error` the error of θ,
+`violated` what an `Assumption` that fails says, and `state_row`, `state_line`, `state_text` and
+`html` are what is shown; `plot_state`, of plots.py, is the figure.
 """
 
 from __future__ import annotations

@@ -6,6 +6,20 @@ in energy at once. Every step is cut at the events it meets, each located by roo
 Depths d are positive downwards, forces if the indenter is pressed. A `Control` is what is imposed,
 "depth", "force" or "drive" of a machine: control.value(d, P) is its value C at which a state is in
 equilibrium, and `control.stiffness` is None under an imposed depth, 0 under a dead load, else K.
+
+A `LoadPath` follows the programme: `go` records a `Point` (the contacts at a depth) for every
+value, `resume` continues a path from its last state, and `History.extended` adds what was recorded.
+`branch_of` chooses what has the states at imposed depths, whose `certify` raises NotCertifiedError
+for a point that is no equilibrium. `usable_on_path` is whether nodes follow it, ValueError if
+nothing can; `chosen_spacing` is the distance of the nodes where none is given. `resolution` and
+`warn_coarse` are for nodes further apart than l. `History.unresolved` is a sentence on a pull-off
+force that nodes do not resolve, "" if they do, and of its `validity`, one has the name "parts on
+nodes" if a part could not be refined, with what follows, its `consequence`. `on_the_way_to` adds
+the values that were given to errors on profiles that are not known far enough. `array` checks
+numbers, `described` and `alike` compare scenes. `resolve(scene, depth)` is the profile with samples
+`x` and heights `f`, as far as contact is possible at the depth; `measure(x)` is 1, about an axis
+2πx; δ₀ = √(2w/k) is `critical_separation`, for contacts that open that of `opened`, and l is
+`elastocapillary_length`.
 """
 
 import math

@@ -3,6 +3,18 @@
 What is computed with is flat: n states, the elements of the broadcast arguments in their order
 (`States` with `depth`, `work` w, `gamma1` and `stiffness` k, each (n,)). Messages name a state by
 its place in the shape of the result.
+
+The depth d is positive down into the layer, the force if the indenter is pressed, as in
+`Equilibria`. A `SingleContact` has the scene's apex, where the contact begins, its height, and the
+free surfaces (`surfaces_of`); `lowest_point` finds the apex of a convex profile that does not say
+it, from a length of the scene on: l, δ₀ (`critical_separation`) or h, the first that is not 0.
+`solved` gives the `ManyStates` of all states, `put` fills a part of them in, `detached` are states
+without contact; `lost` marks those whose contact leaves the profile or whose surface turns over,
+and `off_half_width`, `off_force`, `off_energy` are absolute errors, by the names in QUANTITIES. A
+residual above TOLERANCE is no equilibrium. `usable` and `vectorised` raise ValueError for scenes
+that are not served; `on_one_contact` and `on_springs` find one state, for its message alone.
+`finite`, `not_negative` and `positive` raise ValueError unless a number is that, or if it is beyond
+LARGEST = 1e60 or, but for 0, below its inverse.
 """
 
 from __future__ import annotations
@@ -71,6 +83,7 @@ class Equilibria:
     uncertainty: dict[str, Array]
 
     def __repr__(self) -> str:
+        """The shape of the arguments, and how many of the states are in contact."""
         return f"Equilibria(shape={self.force.shape}, in contact: {int(self.in_contact.sum())})"
 
 

@@ -1,4 +1,20 @@
-"""The equilibrium of a scene at a depth, by the cheapest method that supports it."""
+"""The equilibrium of a scene at a depth, by the cheapest method that supports it.
+
+Conventions
+-----------
+The depth d is positive down into the layer, forces if the indenter is pressed. `usable` checks the
+arguments and returns the spacing, None for the fitted mesh; `route` names the solver of a scene:
+"one contact", "refined contacts" (found on nodes), "several contacts" or "springs" on the mesh,
+"layer" for a layer with its exact response, and "plane" for a plane without end, whose nodes all
+have the same state, so that any spacing does: l, δ₀ (`critical_separation`) or h, the first that is
+not 0. Methods in LOWEST search for the lowest contacts on nodes. What solvers find is certified, or
+they raise NotCertifiedError: `on_one_contact`, `on_refined_nodes`, `on_several` and `on_springs` on
+the mesh; on nodes `on_lattice`, and `on_lattice_warning`, which warns of features between the
+nodes; of layers `on_layer` and `on_layer_nodes`. `error_estimate` are their relative errors by
+name. `resolution` and `warn_coarse` are for nodes further apart than l; `on_the_way_to` adds the
+depth that was given to errors on profiles that are not known far enough; `option` raises ValueError
+for a word that is not known.
+"""
 
 import warnings
 

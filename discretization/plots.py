@@ -11,6 +11,13 @@ of a path has `depth`, `force`, `half_width` and `left`, its outermost line on t
 contact; `history.parts` are lists of them along which nothing happens, and between these events,
 each with its `kind` and the snapshots `before` and `after`. A `Unit` has a `size`, by which numbers
 are divided to be drawn in it, and a `symbol`, "" for plain numbers.
+
+An `Assumption` of the model, of which `validity` has several, has a name, a `value` and the `limit`
+that it must not exceed. `state.displacement(x)` is u, `angle_deficits` are π - θ [rad] of the left
+and right lines (columns) of contacts (rows). `prefixed(values, unit)` is the `Unit` with the prefix
+that suits the largest of them. What is drawn beside a contact is measured in l,
+`elastocapillary_length`, or without tension in the thickness h. `per_length` is "/m" for a line
+contact, "" about an axis.
 """
 
 from __future__ import annotations
@@ -146,6 +153,7 @@ def _window(state: Any) -> tuple[float, float]:
     lo = float(ends.min())
     hi = float(ends.max())
     lo = -hi if scene.axisymmetric else lo
+    # At 5 l beside a line e⁻⁵ = 0.7 % of its displacement is left.
     margin = max(5 * scene.elastocapillary_length, 0.25 * (hi - lo)) or scene.layer.h
     return lo - margin, hi + margin
 
@@ -154,13 +162,15 @@ def _surface(
     axes: Any, state: Any, lo: float, hi: float, origin: float = 0.0, unit: str = "m"
 ) -> None:
     """Draw the deformed layer and the indenter from x = lo to hi, x counted from the origin."""
-    x = np.linspace(lo, hi, 2001)
+    x = np.linspace(lo, hi, 2001)  # some four to a pixel of each half of the figure
     u = state.displacement(x)
     body = state.depth - state.scene.indenter.height(x)  # the indenter's surface, as u
     lowest = np.sort(body[np.isfinite(body)])[-1:]
     levels = np.concatenate([u, [0.0], lowest])
     span = float(np.ptp(levels)) or state.scene.layer.h
-    top = float(levels.min()) - 0.9 * span  # the least u that is shown, at the top
+    # The least u that is shown is at the top, with room for the indenter and the legend above the
+    # surface, and for some of the layer below it.
+    top = float(levels.min()) - 0.9 * span
     bottom = float(levels.max()) + 0.5 * span
     scale = prefixed([lo - origin, hi - origin], unit)
     height = prefixed([top, bottom], unit)
@@ -188,6 +198,7 @@ def _contact_line(axes: Any, state: Any, unit: str) -> None:
         return
     line = float(state.contacts[-1, 1])
     near = state.scene.elastocapillary_length or state.scene.layer.h
+    # More of the free side, over which the surface decays to e⁻⁵ = 0.7 %.
     _surface(axes, state, line - 3 * near, line + 5 * near, line, unit)
     axes.axvline(0, color=GREY, lw=0.8, ls=":")
     place = "radius r" if state.scene.axisymmetric else "position x"
@@ -298,6 +309,7 @@ def _arrow(axes: Any, x: Array, y: Array, colour: str, at: float) -> None:
     """
     steps = np.hypot(np.diff(x) / (np.ptp(x) or 1.0), np.diff(y) / (np.ptp(y) or 1.0))
     length = np.append(0.0, np.cumsum(steps))
+    # The arrow stands along a twentieth of the line: so short that it is straight.
     ends = np.array([at - 0.025, at + 0.025]) * length[-1]
     tail, head = zip(np.interp(ends, length, x), np.interp(ends, length, y), strict=True)
     style = {"arrowstyle": "-|>", "color": colour, "mutation_scale": 14, "shrinkA": 0, "shrinkB": 0}

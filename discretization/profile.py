@@ -19,6 +19,13 @@ profile is known, `walls` those ends of it where the body ends, too, `corners` w
 `breaks()` the corners, knots and apex; `complete` says that it is smooth in between. `scene.opened`
 is the scene with the work of adhesion of a contact that opens, the larger one if there are two: its
 critical separation δ₀ = √(2w/k) is how far springs are pulled up at most.
+
+`Radial` is the half r >= 0 of a symmetric profile, with a wall at the axis. `slope_beside(x, side)`
+is f' just on the right (1) or left (-1) of x, or at x (0). `minima` of a function that is known by
+values and slopes at samples have, each, the ends `lo` and `hi` of where it is, equal at a corner,
+its place `at`, and its second derivative `bend`. `crossings` finds zeros of many functions between
+brackets. A length to begin with is l (`elastocapillary_length`), δ₀ or the thickness h, the first
+that is not 0.
 """
 
 from __future__ import annotations
@@ -547,12 +554,14 @@ class UnknownProfile(ValueError):
     """
 
     def __init__(self, depth: float, x: float, before: str = "") -> None:
+        """The error of a contact at this depth; without `before` it names that depth."""
         super().__init__(depth, x, before)
         self.depth = depth
         self.x = x
         self.before = before or f"depth = {depth!r}"
 
     def __str__(self) -> str:
+        """What has happened where, and what to try."""
         return (
             f"{self.before} spreads the contact to x = {self.x!r}, where the profile is not known "
             "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends "

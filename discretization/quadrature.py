@@ -29,6 +29,12 @@ Contacts are rows (m, 2), from left to right; about an axis the first may begin 
 A `Free` surface has its `energy` F, `pulls` S at both lines, and `area` k∫u dx over it. A profile
 that is `Resolved` has its samples `x` with heights `f`, increasing, and `touch`, the depth of first
 touch, its least height.
+
+EPSILON is 2⁻⁵², ROUNDING 16 times that. `terms.contact` is the energy γ₁ψ(f') - w s(f') per length,
+`Scene.spring(g)` the energy of the springs per area with its derivatives; `hookean` is whether it
+is k g²/2. `height_and_slope` are f and f' at once. `measure(x)` is 1, about an axis 2πx. l =
+√(γ₁/k) is `elastocapillary_length`: free surfaces of the length l on both sides feel rounding of
+the height at lines, too.
 """
 
 from __future__ import annotations

@@ -21,6 +21,17 @@ and the left and right line in the columns; `at_axis` marks ends that are the ax
 profile rises, and the surface sinks, away from the contact; `angle_deficits` are π - θ. An
 `Assumption` has a name, a value, the limit that it must not exceed, and what follows if it does;
 `in_contact` gives the parts over the contacts, adhesion as a positive number.
+
+`terms.surface` is the energy of a surface of given slope per length, `Scene.spring(u)` that of the
+springs; `measure(x)` is 1, about an axis 2πx. l = √(γ₁/k) is `elastocapillary_length`.
+`free_surfaces` are the lines (left, right) of every free surface, None for none, and
+`surfaces.shape(x, left, right, depth)` is u and du/dx on one. `summed` integrates over panels until
+that changes nothing; its `sums` are the integrals of each. `contact_area` is the length, or area,
+in contact; `breaks()` of an indenter are the places between which it is smooth. `uncertainty` are
+absolute errors, `scales` the sums of the sizes of the terms of force and energy. A path has its
+`control` ("depth", "force" or "drive"), `events` with a `kind` and `energy_released`, `dissipated`,
+the energy lost in all, `inner`, the lines between the outermost ones, and `on_nodes`, depths
+between which its states are those of nodes alone.
 """
 
 import math

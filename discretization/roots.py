@@ -3,6 +3,8 @@
 Those that do many at once take arrays with one element for each function. As they leave out those
 that are done, a function of them is called with places (k,) and the numbers (k,) of the functions
 that are meant, which count from 0 in the order of the arrays.
+
+EPSILON is 2⁻⁵², the rounding of a double.
 """
 
 import math

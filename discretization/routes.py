@@ -6,6 +6,12 @@ lowest contacts by a method of its own, and the load "path"; each is for the fit
 What is not supported stands in three lists of `Unsupported`: of scenes on springs, of layers with
 their exact response (`scene.layer.exact`), and of `minimise_many`. The first of a list that applies
 makes the error. Their conditions are functions of a `Question`, whose properties are said there.
+
+`Scene.hookean` is whether the springs are linear; `mirror` is x about which the profile is its own
+mirror image, None if there is none: without one the contact on a layer is not symmetric, and is not
+supported. `opening` are the surface energies of contacts that open, where they are others. `option`
+raises ValueError for a word that is not known, `positive` and `finite` for a number that is not. A
+plane is endless; a `FlatPunch` is one with edges, a `Circle` an arc, and a `PowerLaw` c |x|ⁿ.
 """
 
 from collections.abc import Callable, Sequence
