@@ -127,16 +127,21 @@ class State:
         pulled = self._pulled(in_contact, noise)
         before = in_contact[pulled]
         after = in_contact[pulled + 2]
-        opens = self._inner_that_open(pulled[before & after])
+        opens = self._inner_that_open(pulled[before & after], noise)
         if lattice.gamma1:
             opens = self._lone_that_open(pulled[~(before | after)]) + opens
         return float((-forces[opens] / model.cells[opens]).max(initial=0.0)) * lattice.cell
 
-    @property
-    def _opening_ratio(self) -> float:
-        """The work of adhesion of a contact that opens over that of one that closes."""
-        closing, opening = self.row.works
-        return opening / closing if closing else 1.0
+    def _opening_adhesion(self, at: Indices) -> Array:
+        """Adhesion of links of a contact, or without tension of its nodes, by the work of opening.
+
+        at: numbers of the links, or nodes, in the model; all within contacts, and so in the row.
+        """
+        opening = self.row.works[1]
+        if not self.model.lattice.gamma1:
+            return np.asarray(opening * self.model.cells[at])
+        links = at + self.model.first - self.row.first
+        return np.asarray(opening * self.row.bonds[links])
 
     @property
     def _two_links(self) -> float:
@@ -158,9 +163,10 @@ class State:
         model = self.model
         lattice = model.lattice
         forces = self.balance.forces
-        work = 0.0 if self.row.scene.pattern else lattice.w  # the least of a pattern is not known
+        # The least of a pattern is not known.
+        work = 0.0 if self.row.scene.pattern else self.row.works[1]
         stiffness = lattice.k + 2 * self._two_links
-        strength = math.sqrt(2 * stiffness * self._opening_ratio * work)
+        strength = math.sqrt(2 * stiffness * work)
         hard = forces < lattice.sizes(model.first, forces.size, -strength)
         is_inner = in_contact[2:] & in_contact[:-2]
         nodes = np.flatnonzero(model.contact & (hard | ~is_inner))
@@ -180,20 +186,23 @@ class State:
         strength *= 1 + lattice.spring_stiffness / lattice.link_stiffness
         return list(nodes[self.balance.forces[nodes] < -strength].tolist())
 
-    def _inner_that_open(self, nodes: Indices) -> list[int]:
+    def _inner_that_open(self, nodes: Indices, noise: float) -> list[int]:
         """Nodes between contact links whose opening alone, others as they are, lowers the energy.
 
-        They are relaxed one by one where the square of the force over the least stiffness exceeds
-        the adhesion.
+        A node that is pulled by F and opens moves by F/S and gains F²/2S, where it loses the
+        adhesion W of both its links, of itself without tension. So it may open if F² > 2 S W with
+        the least stiffness S, F less the rounding of a force; whether it does is found by relaxing
+        these nodes one by one. At the depth of an event a node is on the verge of it.
         """
         model = self.model
         lattice = model.lattice
-        bonds = model.bonds(nodes)
-        if lattice.gamma1:
-            bonds = bonds + model.bonds(nodes - 1)
+        adhesion = self._opening_adhesion(nodes)
+        if lattice.gamma1:  # link i is the one after node i
+            adhesion = adhesion + self._opening_adhesion(nodes - 1)
         both_links = model.links[nodes] + model.links[nodes - 1]
         stiffness = lattice.k * model.cells[nodes] + self._two_links * both_links
-        suspects = self.balance.forces[nodes] ** 2 > 2 * stiffness * self._opening_ratio * bonds
+        pulls = -self.balance.forces[nodes] - noise * model.cells[nodes] / lattice.cell
+        suspects = pulls**2 > 2 * stiffness * adhesion
         return [i for i in nodes[suspects].tolist() if self._opening_pays(i)]
 
     def _opening_pays(self, node: int) -> bool:
@@ -202,7 +211,7 @@ class State:
         Judged by the energy of these three nodes alone.
         """
         u = self.u[node - 1 : node + 2]
-        bonds = self._opening_ratio * self.model.bonds(slice(node - 1, node + 1))
+        bonds = self._opening_adhesion(np.array([node - 1, node]))
         first = self.model.first + node - 1
         no_tails = (False, False)
         lattice = self.model.lattice

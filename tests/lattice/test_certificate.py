@@ -209,11 +209,13 @@ def test_the_last_node_of_a_gap_closes_with_two_links(bonds, failures):
 APART = [[0, 12], [17, 29]]
 
 
-@pytest.mark.parametrize(("share", "failures"), [(0.99, set()), (1.01, {"opening"})])
+@pytest.mark.parametrize(
+    ("share", "failures"), [(0.99, set()), (1 + 2e-14, set()), (1.01, {"opening"})]
+)
 @pytest.mark.parametrize("factor", [None, 1.0, 0.2, 0.0])
 @pytest.mark.parametrize("ends", [APART, APART[:1]])
 def test_largest_pull_on_a_node_in_contact(share, factor, failures, ends):
-    """A node in contact is pulled by no more than its links hold."""
+    """A node in contact is pulled by no more than its links hold, but for rounding."""
     lattice = Lattice(1.0, 0.0, 2.0, 50.0, 1e-4)
     g = 0.01 * np.ones(30)
     g[13:17] = -1.0
@@ -222,6 +224,25 @@ def test_largest_pull_on_a_node_in_contact(share, factor, failures, ends):
     pull = share * held if held else (share - 1) * lattice.spring_stiffness * 1e-3
     g[6] -= (pull + lattice.spring_stiffness * g[6]) / stiffness
     contacts = of_heights(lattice, g[: ends[-1][1] + 1], ends, factor=factor)
+    assert set(contacts.certificate.failures) == failures
+
+
+@pytest.mark.parametrize(("share", "failures"), [(0.99, set()), (1.01, {"opening"})])
+@pytest.mark.parametrize("closing", [0.0, 3e-5])
+def test_links_hold_by_the_work_of_opening(share, closing, failures):
+    """Also where closing gains nothing."""
+    opening = 1e-4
+    lattice = Lattice(1.0, 0.0, 2.0, 50.0, closing)
+    g = 0.01 * np.ones(30)
+    stiffness = lattice.spring_stiffness + 2 * lattice.link_stiffness
+    pull = share * math.sqrt(4 * stiffness * opening)
+    g[6] -= (pull + lattice.spring_stiffness * g[6]) / stiffness
+    alike = of_heights(lattice, g, [[0, 29]])
+    assert alike.certificate.failures == ("opening",)
+    scene = replace(alike.row.scene, opening=SurfaceEnergies.from_work(lattice.gamma1, opening))
+    row = replace(alike.row, scene=scene)
+    vars(row)["f"] = alike.row.f
+    contacts = on_row(row, alike.nodes, alike.depth)
     assert set(contacts.certificate.failures) == failures
 
 
