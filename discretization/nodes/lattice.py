@@ -30,6 +30,13 @@ Three letters stand for what free surfaces do (`shares`, `free_node_response`,
 and B those of the free node next to a contact line, A of its own line and B of the line that it
 faces; S is the stiffness of that node: a force F on it moves it by F/S. What is returned is always
 B and 1 - A - B, which keep all digits where A is next to 1.
+
+Of an indenter, `extent` is (low, high), between which its profile is known, ±∞ without an end;
+`walls` are those of its ends at which the body itself ends, also called its edges; `corners` are x
+at which f' jumps, increasing; `apex` is x of the lowest point, None where that is not known.
+`Radial(indenter)` is the half r >= 0 of a profile that is mirror-symmetric about r = 0, with the
+axis as an end. `Scene.spring(u)` is what springs store per area with its first and second
+derivative by u, a `Density`; so is `terms.spring`, k u²/2.
 """
 
 from __future__ import annotations
@@ -93,7 +100,14 @@ def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True)
 class LatticeTail:
-    """Free nodes beyond a contact: u decays by exp(-rate) per length, Eq. (6) on the lattice."""
+    """Free nodes beyond a contact: u decays by exp(-rate) per length, Eq. (6) on the lattice.
+
+    Attributes
+    ----------
+    rate : float
+        μ/Δx [1/length]; ∞ without tension, where u is 0 beyond a contact and states ask for no
+        shape, as its slope there would be nan.
+    """
 
     rate: float
 
@@ -142,9 +156,11 @@ class RadialTail(LatticeTail):
     """The free surface outside a contact as a function of r, in between the nodes, too."""
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
-        """u_a K₀(r/l)/K₀(a/l) and du/dr outside a line at r = a; 0 without a line on the left.
+        """u_a K₀(r/l)/K₀(a/l) and du/dr = -(u_a/l) K₁(r/l)/K₀(a/l) outside a line at r = a.
 
-        `rate` stands for 1/l. With K₀(x) = exp(-x) k0e(x), and K₁ likewise, nothing underflows.
+        u_a = d - f(a). Both are 0 without a line on the left, inside a contact around the axis.
+        `rate` stands for 1/l. With K₀(x) = exp(-x) k0e(x), and K₁(x) = exp(-x) k1e(x), the
+        quotients do not underflow.
         """
         if left is None:
             return np.zeros_like(z), np.zeros_like(z)
@@ -178,8 +194,8 @@ class Lattice:
     slopes : {"small", "finite"}
         Those of U.
     stored : callable, optional
-        What springs store per area and its derivatives, as `Scene.spring`; by default they are
-        linear.
+        What springs store per area, and its derivatives, as a function of u: `Scene.spring`. By
+        default that of linear springs, k u²/2.
 
     Examples
     --------
@@ -199,6 +215,7 @@ class Lattice:
     stored: Any = None
 
     def __post_init__(self) -> None:
+        """Linear springs, unless other ones are given."""
         if self.stored is None:
             object.__setattr__(self, "stored", functools.partial(terms.spring, k=self.k))
 
@@ -269,7 +286,12 @@ class Lattice:
 
     @functools.cached_property
     def linear(self) -> bool:
-        """Whether free nodes obey k u - γ₁ u'' = 0; else `NodalEnergy` alone knows them."""
+        """Whether free nodes obey k u - γ₁ u'' = 0; else `NodalEnergy` alone knows them.
+
+        `Density.hookean` is whether a density and both its derivatives are k u²/2, k u and k to
+        twelve digits at given u. Two of different size and sign are enough: where the second
+        derivative is constant, the density is one parabola, or at most one for each sign of u.
+        """
         u = self.spacing * np.array([-1.0, 2.0])
         with np.errstate(over="ignore", invalid="ignore"):
             return self.slopes == "small" and bool(self.stored(u).hookean(u, self.k))
@@ -384,7 +406,11 @@ class Lattice:
 
     @property
     def deepest_contact(self) -> float:
-        """D [length]: no contact of lowest energy has a larger drop than this; line contacts only.
+        """D [length]: no contact of lowest energy has a larger drop than this.
+
+        For line contacts with linear springs and small slopes: only these are searched for their
+        lowest energy (lowest.py). For others D is no bound, but just how far the profile rises at
+        both ends of the window in which a lowest node is looked for (`region` in row.py).
 
         The drop v of a node is by how much it is higher than the surface of the same scene without
         adhesion, ū - u. Let v be largest in contact node j, and replace it by the free surface
@@ -430,6 +456,7 @@ class RadialLattice(Lattice):
     axis: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
+        """As of a line contact. ValueError unless node 0 is on the axis, origin = 0."""
         super().__post_init__()
         if self.origin:
             raise ValueError(f"origin = {self.origin!r}: with rotational symmetry it is the axis")
@@ -446,11 +473,20 @@ class RadialLattice(Lattice):
 
     @property
     def tail(self) -> LatticeTail:
-        """The free surface outside the contact."""
+        """The free surface outside the contact.
+
+        Of nodes on circles there is no closed form in between. K₀ with μ/Δr in place of 1/l, as far
+        out they decay per node by exp(-μ), is nearer to them than K₀(r/l): for l = 8Δr it is off by
+        2e-4 of u_a from a line at r = l, and by 1e-5 at 4 l, where K₀(r/l) is by 4e-4 and 2e-4. All
+        these fall with Δr².
+        """
         return RadialTail(self.log_decay / self.spacing)
 
     def scene_on_nodes(self, scene: Scene) -> Scene:
-        """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
+        """The scene with r >= 0 only, as if it were a line contact that ends at the axis.
+
+        Its profile is `Radial` of the indenter's.
+        """
         return replace(scene, indenter=Radial(scene.indenter), geometry="line")
 
     def weight(self, at: Any) -> Any:
@@ -468,6 +504,8 @@ class RadialLattice(Lattice):
         """
         if not self.gamma1:
             return 0.0, np.zeros(np.shape(node))
+        # outer_pull(κ, m) is σ_m of radial.py: what the surface outside of node m pulls with, over
+        # 2πγ₁ u_m.
         pull = self.link_stiffness * outer_pull(self.spring_stiffness / self.link_stiffness, node)
         return 0.0, np.where(side < 0, 0.0, pull)
 
@@ -479,6 +517,12 @@ def _placed(scene: Scene, spacing: float) -> tuple[float, float]:
     fit between these, an odd number, so that one is in the middle: no farther apart than given.
     Without tension a contact reaches half a node beyond its last one, and nodes stop half a spacing
     before the edges.
+
+    If the tip is a corner and only one of the two has a node there, that one is chosen; else the
+    one with more corners in their places, and with as many the one from edge to edge. The place of
+    a corner is on a node, so that every link is under one smooth piece of the profile; without
+    tension it is half way between two nodes, so that every cell, a spacing wide around its node, is
+    under one.
     """
     body = scene.indenter
     low, high = body.extent
@@ -493,7 +537,10 @@ def _placed(scene: Scene, spacing: float) -> tuple[float, float]:
     first = 0.0 if scene.axisymmetric else low + half_cells * closer / 2
 
     def on_nodes(chosen: tuple[float, float]) -> tuple[bool, int]:
-        """Whether the tip is on a node, if it is a corner; and how many corners are."""
+        """Whether the tip is on a node, if it is a corner; and how many corners are in place.
+
+        chosen: the spacing and the origin of the nodes.
+        """
         off = (np.append(tip, body.corners) - chosen[1]) / chosen[0]
         off[1:] -= half_cells / 2
         on = np.abs(off - np.rint(off)) < ON_NODE
