@@ -26,8 +26,20 @@ sign. `side` is 1 if the surface is outside its line, at larger radii, and -1 if
 around the axis. F and S are per length of the line; s F and s S, per radian, are what `Surfaces`
 wants. Surfaces on meshes are rows: nodes and elements from the line on, neighbouring elements share
 a node. The family (`Family` of network.py) has a "kind" for each side and range of φ: `side` for
-inclinations up to 60°, twice `side` for steeper ones. `leading_order(side, s)` is u₀/S of small
-slopes to leading order, and `stiffness(side, s)` S/u₀ exactly.
+inclinations up to 60°, twice `side` for steeper ones.
+
+Of rings.py: `leading_order(side, s)` is u₀/S of small slopes to leading order, `stiffness(side, s)`
+S/u₀, and `far_stiffness(side, r)` the same by Bessel functions; `decayed(side, start, r)` are u and
+its slope away from a line at `start` that is displaced by 1. `AXIS_RADIUS` = 2⁻⁴⁰ l is the radius
+that a line at the axis is given. Of protocol.py: `ANY` stands for the displacement of a line that
+rests at any depth, and `Free` is a surface with its energy, the pulls of its lines, ∫u and the
+mismatch of its balance. Of network.py: `gauss_lobatto(degree)` has degree + 1 points on [-1, 1],
+their weights, and the matrix that differentiates values there; `chebyshev(t, n)` are the first n
+Chebyshev polynomials at t, a column each; `band` sums matrices of elements in a row into LAPACK's
+lower banded form, which `dpbsv` solves; `on_elements(ends, u, x)` is a function and its slope at x
+from nodal values, a `Shape`; `shipped` has the numbers of the pieces of a family that are in its
+file. `crossings(f, low, high, guess, slope, ...)` are zeros of many functions that grow, one in
+each interval. `scene.elastocapillary_length` is l.
 """
 
 from __future__ import annotations
