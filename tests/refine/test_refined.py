@@ -386,3 +386,17 @@ def test_contacts_without_adhesion_begin_as_points_that_are_refined():
     path = load_path(scene, depths=[0.0613, 0.36])
     assert [event.kind for event in path.events] == ["touch", "nucleation", "nucleation"]
     assert not path.on_nodes
+
+
+def test_a_line_stands_at_an_edge_until_it_is_pushed():
+    """With two works of adhesion a line at an edge of the body stays while it would only recede."""
+    scene = path_case("load_edges", 97169).scene
+    assert scene.hysteretic
+    edge = float(scene.indenter.walls[1])
+    equations = equations_of(scene, 2e-5)
+    stands = free_surfaces((-edge, edge))[1:]
+    pressed = np.ones(1)
+    found = settle(equations, stands, np.array([-1.2e-5]), pressed, kept=stands)
+    alone = settle(equations, stands, np.array([-1.2e-5]), pressed)
+    assert found.at_rest.all() and found.lines[0, 0] == edge
+    assert alone.lines[0, 0] < 0.9 * edge  # where it would recede to
