@@ -264,8 +264,8 @@ def _one_round(
     pinned = joints.pinned
     if rows.kept is not None:
         # Where it stands a line moves in the direction of its path or not at all: pressed it may
-        # only advance (F < 0), retracted only recede (F > 0). One that stands at a joint, such as an
-        # edge of the body, is read a few roundings beside it.
+        # only advance (F < 0), retracted only recede (F > 0). One that stands at a joint, such as
+        # an edge of the body, is read a few roundings beside it.
         stands = rows.has_line & (equations.snapped(rows.lines) == rows.kept)
         pinned |= stands & (rows.directions[:, None] * values > 0)
     free = rows.has_line & ~pinned
