@@ -28,6 +28,13 @@ Displacements u and depths are positive downwards, the height f of the profile u
 u = d - f. x is the distance from the lowest point of the profile, or the axis; f', v' and slopes
 are by x, outwards. `Body.power` is 1 about an axis, else 0: the power of x in m, and
 `Body.symmetry_factor` is c; energies and forces are per length of a line contact, or all around.
+`grid` gives the ends of elements, by their distances from the line over a, and `elements` makes
+them: their `x` are the places of the nodes over a, their `mass` the weights of the nodes in
+integrals ∫ dm over a contact of half-width 1, `half` half their lengths. `gauss_lobatto(DEGREE)`,
+DEGREE = 12, has 13 points on [-1, 1], and its `derivative` is the matrix that differentiates values
+there. `Fields` has, of each pole, the force own V - given that holds its field at V at the line,
+and `total` the sum of the fields at the nodes, weighted.
+
 The poles (`Poles` of poles.py): `still` is k₀, `flow` k₁, `first` τ₁, and `tau` and `c` belong to
 the n - 2 others, `decays` are the n values of λ. τ and fields are counted from the first pole on,
 n - 1 of them. e is the number of elements, each with 13 nodes.
@@ -124,7 +131,10 @@ def decayed(power: int, decays: Complex, a: float, distance: Array) -> Complex:
 
 
 def _scaled_bessel(order: int, z: Complex) -> Complex:
-    """K(z) exp(z) of order 0 or 1, for complex z with positive real parts, of any shape."""
+    """K(z) exp(z) of order 0 or 1, for complex z with positive real parts, of any shape.
+
+    scipy has k0e and k1e for real z, ten times as fast, and kve for complex z.
+    """
     found = np.empty_like(z)
     real = z.imag == 0
     near = ~real & (np.abs(z) <= _LARGEST_ARGUMENT)
@@ -175,6 +185,7 @@ class Contact:
     """
 
     def __init__(self, body: Body, a: float, tolerance: float, first: float = 0.5) -> None:
+        """Solve for the fields inside, and match those outside to them at the line."""
         scene = body.scene
         self.body = body
         self.a = a

@@ -17,6 +17,10 @@ axis of complex arrays is the poles.
 The first of the poles is the flow sideways, of which the field is ψ, with two loads: one for each
 part of the surface displacement u, that which is u(a) and that which is the profile's (contact.py).
 All other poles have fields v_j, one load by the profile alone, and none by u(a).
+
+`gauss_lobatto(DEGREE)` has the 13 nodes of an element on [-1, 1], their weights, and the matrix
+that differentiates values at them. Of a `Body`, `breaks` and `kinks` are distances [length] at
+which elements have to end (`grid`).
 """
 
 import functools
@@ -164,6 +168,7 @@ class Elements:
     """
 
     def __init__(self, power: int, ends: tuple[float, ...]) -> None:
+        """Integrate K and M by the Gauss-Lobatto rule, and find the modes of the inner nodes."""
         points, weights, derivative = gauss_lobatto(DEGREE)
         far = np.array(ends[:-1])[:, None]  # distances of the left ends from the line
         near = np.array(ends[1:])[:, None]
@@ -229,6 +234,7 @@ class Fields:
     """
 
     def __init__(self, elements: Elements, tau: Complex, loads: Array) -> None:
+        """Eliminate the elements from 0 to the line, one after the other."""
         self.elements = elements
         self.share = 1 / (elements.values[:, :, None] + tau)
         self.forced = loads[..., 1:-1] @ elements.modes

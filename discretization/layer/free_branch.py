@@ -9,7 +9,15 @@ contacts are σ, s₀, P', P₀, U₀: the line is pulled by γ₁ (σ u(a) + s�
 D = f + (f' - s₀ - √(2w/γ₁))/σ, with f and f' the height and slope of the profile there
 (`Body.rest_depth`), and P = P₀ + P'u(a), u(a) = D - f (`at_depth`). √(2w/γ₁) is
 `small_slope_deficit`. The branch goes from where D is least, where a contact about an axis is lost
-as it opens, or from a = 0, to the depth asked for.
+as it opens, or from a = 0, to the depth that is given.
+
+`spread_evenly` chooses so many half-widths that √(D - D₀) is about evenly spaced, D₀ the least D,
+and returns them with D, or None where it cannot. A `FreeBranch` has a, D and P (n,), all by
+increasing a. `Layer(depth, contact)` is the state whose `certificate` says by how much it violates
+the conditions of equilibrium, over sizes of the terms; its `demand` raises where that is more than
+its tolerance, `TOLERANCE` = 1e-9, or the tolerance of the poles if that is more. Of a scene,
+`opening` are surface energies of a contact that opens, and `pattern` a factor on adhesion along the
+surface, both None if there are none.
 """
 
 from __future__ import annotations

@@ -19,7 +19,16 @@ point alone, `edge` where the known profile ends, `corners` the places that may 
 
 `Contact.coefficients` are σ, s₀, P', P₀, U₀ of a contact of half-width a in this order: the line
 pulls γ₁ (σ u + s₀) if it is displaced by u, and the force is P₀ + P' u. Of these σ and s₀, the
-`reaction`, give D = f + (f' - s₀ - √(2w/γ₁))/σ.
+`reaction`, give D = f + (f' - s₀ - √(2w/γ₁))/σ. Of a scene, `elastocapillary_length` is l,
+`shear_modulus` of its layer G, `opened` the same scene with the work of adhesion of a contact that
+opens, and `small_slope_deficit` of its surfaces √(2w/γ₁). `Body.apex` is the position from which a
+counts.
+
+`bracketed` finds a zero between a place where a function is <= 0 and one where it is > 0,
+`bracketed_minimum` the least value between two places, or the first one found that is low enough.
+`unknown(depth, x)` is the error of a contact that spreads to x, the end of the known profile.
+`gauss_lobatto(degree)` begins with degree + 1 points on [-1, 1], and `to_legendre` is the matrix
+from rows of values there to rows of Legendre coefficients.
 """
 
 import functools
@@ -433,6 +442,7 @@ class Table:
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
+        """Begin without panels."""
         self.body = body
         self.tolerance = tolerance
         self.breaks = [math.log2(x) for x in (*body.breaks, body.edge)]

@@ -27,7 +27,15 @@ there. One force belongs to the pair of nodes at -x and x, or to the whole ring 
 and energies are per length of a line contact, or all around. A_n = 2x_n or πx_n² is the contact
 area, w A_n is `Body.bound(x_n)`. `Body.power` is 1 about an axis, else 0; `Body.edge` is where the
 known profile ends, and `Body.walled` whether the body does, too; `Body.touch` is the depth of first
-touch. Node 0 is the innermost; link i lies between the nodes i and i + 1.
+touch, `Body.apex` the position of the lowest point, `Body.symmetry_factor` 2 or 2π, by which
+integrals over x > 0 count. Node 0 is the innermost; link i lies between the nodes i and i + 1.
+
+Of a layer, `shear_modulus` is G, `nu` ν, and `stiffness_at(q)` k(q) [stress/length].
+`SurfaceEnergies.from_work(γ₁, w)` are surfaces of this tension and adhesion. `FreeSurface` gives
+the shape of a free surface from `displaced`. `certified` makes the `Equilibrium` of what was found
+and raises where its `Certificate` fails; `worst` is the largest violation, 0 if none is positive,
+nan if one is nan. `bracketed` finds a zero between a place where a function is <= 0 and one where
+it is > 0. `UNRESOLVED` are infinite errors by the names of `QUANTITIES`: half-width, force, energy.
 """
 
 from __future__ import annotations
@@ -164,6 +172,7 @@ class Nodes(FreeSurface):
     """
 
     def __init__(self, body: Body, depth: float, spacing: float, x: Array) -> None:
+        """Compute and factorise the compliance between the nodes, in contact or not."""
         self.body = body
         self.depth = depth
         self.spacing = spacing

@@ -2,8 +2,16 @@
 
 Displacements u and depths are positive downwards. The contact is mirror-symmetric or lies around an
 axis; its half-width a and places on the free surface are distances. `Body.ends(a)` are the
-positions of both ends of a contact, the first that of the axis if there is one. The members that an
+positions of both ends of a contact, the first that of the axis if there is one; `Body.power` is 1
+about an axis, which no line can pass, so that the first end counts as pinned. The members that an
 `Equilibrium` takes for its `surfaces` are those of `OneContact` and `FreeSurface.shape`.
+
+A `LinePosition` has the position x of a line and the height f of the profile there; `only_line` is
+that one of the left and the right line of a surface that is not None. A `Certificate` has by how
+much a state violates each condition of equilibrium, over sizes of the terms, and `tolerance`, up to
+which it passes; `penetration` is how far the surface is inside the indenter, `undeformed()` the
+certificate of a surface without forces, and `demand` raises where a condition fails. `detached` is
+the `Equilibrium` without contact, whose flat surface is given as `SmallSurfaces`.
 """
 
 import math

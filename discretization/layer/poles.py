@@ -17,10 +17,11 @@ displacement has a kink, and nothing of the layer may compete with γ₁u'².
 Conventions
 -----------
 k is pressure over displacement of a surface wave cos(qx), both positive downwards, q its wave
-number, h the thickness, G the shear modulus, ν Poisson's ratio; `relative_stiffness(ν, qh)` is
-k h/G. The poles are at s = -τ, τ real and positive, or complex in pairs of conjugates, of which
-"pairs" have the one with Im τ > 0. While they are sought lengths are in h and stiffnesses in G/h;
-`Poles` has the units of the layer.
+number, h the thickness, G the shear modulus (`shear_modulus` of a layer), ν Poisson's ratio;
+`relative_stiffness(ν, qh)` is k h/G. `bracketed` finds a zero between a place where a function is
+<= 0 and one where it is > 0. The poles are at s = -τ, τ real and positive, or complex in pairs of
+conjugates, of which "pairs" have the one with Im τ > 0. While they are sought lengths are in h and
+stiffnesses in G/h; `Poles` has the units of the layer.
 """
 
 import functools

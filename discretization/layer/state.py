@@ -12,7 +12,24 @@ its `reaction` (σ, s₀) gives what the line pulls, γ₁ (σ u(a) + s₀), and
 or inside, -1, counts); its `coefficients` are (σ, s₀, P', P₀, U₀) with P = P₀ + P'u and
 U + w·area = U₀ + P₀u + P'u²/2. `small_slope_deficit` is √(2w/γ₁), and `scene.opened` the same scene
 with the work of adhesion of a contact that opens. `Body.tip` is the half-width that counts as a
-contact of the lowest point alone, and `Body.touch` the depth of first touch.
+contact of the lowest point alone, `Body.touch` the depth of first touch, `Body.apex` the position
+of the lowest point, `Body.bound(a)` w·area, `Body.power` 1 about an axis and else 0, and
+`Body.symmetry_factor` 2 or 2π, by which integrals over x > 0 count.
+
+Of a `Contact`, `slopes` and `weights` (e, 13) are f' at the nodes of its e elements and their
+weights in integrals over the contact, half of the `quadratic_form` (2, 2) of (u(a), 1) is what it
+stores but for the energy `stretched` of its surface, `lines` (2,) are the pull of its lines.
+`poles.decays` are the n λ of exp(-λx) outside, complex ones with their conjugates, `amplitudes`
+(n, 2) those by u(a) and 1, and `decayed` these functions with their slopes (2, n, k).
+`at_depth(coefficients, u)` are P and U + w·area. `Lines.settled(depth)` is where the line rests, as
+(a, D, how): it "rests", is stopped at a "corner", or the contact is "lost".
+
+A `Certificate` has by how much a state violates each condition of equilibrium; that without forces
+is `undeformed()`; `worst` is the largest violation, 0 if none is positive, nan if one is nan.
+`certified` makes the `Equilibrium`, and raises where that fails; it takes `outermost` for the
+distance of the outermost node. `FreeSurface` gives the shape of a free surface from `displaced`.
+`on_elements(ends, values, x)` are a function and its slope at x from nodal values. `EPSILON` is
+2⁻⁵², `ROUNDING` 16 of that, of sums of a dozen terms; `DECAYED` is 40: e⁻⁴⁰ is less than rounding.
 """
 
 import functools
@@ -156,6 +173,7 @@ class Layer(FreeSurface):
     """
 
     def __init__(self, depth: float, contact: Contact, rate: float = math.inf) -> None:
+        """Take the contact as it is at this depth."""
         self.depth = depth
         self.contact = contact
         self.rate = rate

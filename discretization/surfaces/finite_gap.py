@@ -32,6 +32,11 @@ nodal values (n, nodes) from the left line to the right one. All gaps of one cal
 τ/T, that of the longest (`mesh_of`). Callers name the lines first and other instead of left and
 right, as a surface and its mirror image are alike. `DECAYED` = 40: e^-40 is less than rounding, so
 that lines over 40 l apart do not feel each other, and a tail is a surface of this range.
+
+`gauss_lobatto(degree)` has degree + 1 points on [-1, 1], their weights, and the matrix that
+differentiates values there; `on_elements(ends, values, x)` are a function and its slope at x from
+nodal values. `newton_crossings(f, low, high, guess, slope, enough)` are zeros of many functions at
+once, f(x, numbers) their values and slopes, one zero in each interval, up to |f| = enough.
 """
 
 import bisect

@@ -15,8 +15,13 @@ surface extends from its first line, on `side`, to the other one at the distance
 for a tail), which is displaced by u + rise; line contacts are alike on both sides. φ and β are
 inclinations outwards of the contact, positive upwards: -du/dx = tan φ at the first line, x the
 distance from it. In finite_gap.py p = 2 sin(angle/2) of the angle with tan(angle) = +du/dx, so that
-p = -2 sin(φ/2) at the first line. `Gaps.pulls` are the reactions ∂F/∂u, (2, n), at the first and
-the other line; `Gaps.upright` is whether a surface turned over and was cut where it is vertical.
+p = -2 sin(φ/2) at the first line. `surfaces(u, rise, width)` are n gaps or tails, parameters in
+columns (n, 1), and `single` is one, kept: `Gaps` with `energy` (n,), ∫u dx as `area` (n,), `pulls`
+(2, n), the reactions ∂F/∂u at the first and the other line, `residual`, the imbalance of forces at
+the nodes of the first surface, over u and S, and `upright`, whether a surface turned over and was
+cut where it is vertical.
+`rest_displacement(p, rise, width)` is u of the first line. A `Shape` is u and du/dx (n,) each.
+`DECAYED` = 40: e⁻⁴⁰ is less than rounding.
 """
 
 import math

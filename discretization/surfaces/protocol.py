@@ -28,6 +28,10 @@ u > 0 there.
 Callers see lengths and forces in the units of the scene (forces per length of a line contact; of
 all around an axis). The methods that subclasses define have lengths in l, forces in γ₁ and energies
 in γ₁l, or about an axis, per radian, in γ₁l and γ₁l².
+
+Of a scene, `elastocapillary_length` is l, `axisymmetric` whether it is turned about the axis, and
+`measure(l)` the length of a line at the radius l, 2πl, or 1 for a line contact. A `Shape` is u and
+du/dx at the same places.
 """
 
 import math

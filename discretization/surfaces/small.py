@@ -23,7 +23,14 @@ Lengths are in l and forces in γ₁; u is positive downwards. `side` is 1 if th
 its first line, at s, to the right (outwards about an axis), -1 if to the left; the other line is at
 a distance `width`, infinite if there is none, and displaced by u + rise. f' is the slope of the
 indenter outwards of its contact. A `Network` holds σ of the first line as `left`, τ as `tie`, and σ
-of the other line as `right`; its E = [left u² + right u_other² + tie (u - u_other)²]/2.
+of the other line as `right`; its E = [left u² + right u_other² + tie (u - u_other)²]/2 is `energy`
+and ∂E/∂u, ∂E/∂u_other are its `pulls`, both from u, u_other and u - u_other. `Line(degree)` and
+`Axis()` make them from (side, s, width); their `shape` is u and du/dx at places, a `Shape`.
+
+Of protocol.py, `ANY` stands for the displacement of a line that rests at any depth, `NARROWEST` is
+the least width of a gap, and `Surfaces` turns what is defined here into units of the scene; a
+`Free` surface has its energy, pulls, ∫u and mismatch. `AXIS_RADIUS` = 2⁻⁴⁰ l is the radius that a
+line at the axis is given. `axisymmetric` means rotational symmetry.
 """
 
 import functools

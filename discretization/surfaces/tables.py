@@ -5,6 +5,11 @@
 from the top level of a clone, after a change of what the families are or how they are solved for.
 It takes ten seconds. Nothing in the pieces depends on a scene or on units; solving for one where it
 is needed costs .1 s, and a first load path with finite slopes needs a dozen.
+
+`rings` and `menisci` have a `FAMILY` each: free surfaces with small slopes, and with finite ones.
+`Family.shipped` has, by kind (1 outside the line, -1 inside; twice that for steep menisci), the
+numbers of the pieces in the file; `fitted(kind, number)` solves for the coefficients of one, and
+`key(kind)` is the name of a kind in the file. `TABLES` is the path of the file.
 """
 
 import numpy as np
