@@ -9,15 +9,23 @@ the displacements of a state, and by single moves away from it:
                   that node alone, the others as they are, must not lower the energy; a lone
                   node has no adhesion, unless on a path it stands for a contact narrower than a
                   link, both lines of which pull with √(2wγ₁) at most
-    neighbours    no line gains energy by one link in or out, after which the surface stays above
-                  the indenter, as a fraction of the terms of that change
+    neighbours    no line gains energy by one link in or out, after which the surface stays clear
+                  of the indenter, as a fraction of the terms of that change
     force         dU/dd (sum of nodal forces on the contacts) against kΔx Σ u_i over the whole line
 
-δ is the largest of |d|, |u| at the lines and δ₀, so that no unit enters. Not counted is what double
-precision leaves in a nodal force, 32 ε (kΔx + 4t) δ, in their sum, and in a gap,
-32 ε δ; for these |u| at the lowest node counts for δ, too. In the sum of the forces every link's
-tension T enters twice, 4 ε √ΣT²; that of links beside a contact enters once, and is a difference of
-displacements, 2 ε t |u| each.
+δ is the largest of |d|, |u| at the two outermost lines and δ₀ = √(2w/k), so that no unit enters.
+Other lines are not looked at: with a smaller δ the conditions are only stricter.
+
+Not counted is what double precision leaves in a nodal force, 32 ε (kΔx + 4t) δ, as t is taken
+1 + 2 + 1 times in t (u_{i-1} - 2u_i + u_{i+1}), in the sum of these forces, and in the gap at a
+node that a line closes or opens, 32 ε δ; for these |u| at the lowest node counts for δ, too. A
+penetration is compared with its tolerance as it is, since 32 ε is far less.
+
+In the sum of the forces over the contacts the tension T of every link enters at both its ends.
+Either is rounded by 2 ε T at most (a difference, a quotient, a product and a sum, ε/2 each), at
+random from link to link: 4 ε √ΣT² together. The tension of the few links beside a contact does not
+cancel, and is known to the rounding of both displacements that it is the difference of, ε t |u|
+for either, which may be alike in all of them: these are added, 2 ε t |u| each.
 
 Conventions
 -----------
@@ -28,7 +36,21 @@ of the row (`Row`); arrays (n,) are over the nodes that are looked at, which beg
 the second, .... `Advances` has arrays (1, 2m, 6): of one state, its lines, and the links j = -3
 ... 2 beside them, `LINKS`; the line closes link 0 next and opens link -1. `row.works` are the works
 of adhesion of closing and of opening, `row.bonds` lengths or areas of links times the factor of the
-pattern, `NodalEnergy.bonds` the adhesion of links of a contact [energy/length].
+pattern. δ₀ and weights of nodes are those of `row.lattice`: its `spring_stiffness` is kΔx, its
+`link_stiffness` t, and its `cell` the length or area of a node of weight 1.
+
+What `State.model`, a `NodalEnergy`, has of the nodes that are looked at: `first`, the lattice's
+number of the first of them; `contact`, which are in contact; `cells` and `links`, the lengths or
+areas of nodes and of the links after them; `value(u)`, the energy, and `relaxed(u)`, the
+displacements of least energy with those of contact nodes as they are in u. Its fourth and fifth
+argument are the adhesion of each link of contact nodes, positive [energy/length], and whether
+there is a tail on the left and on the right. Of `Balance`, `forces` are ∂U/∂u_i; `force` is
+kΔx Σ u_i over the whole line, those under the tails among them; `sizes` is the same sum of absolute
+values, to which a mismatch of the forces is relative; `tension` is √ΣT².
+
+Of `Advances`, `gap` is v, how far the free surface is below the indenter at the node beyond a link
+while that is open, u - g, less than 0 in the indenter; `stored` is S v²/2, what the surface stores
+when the link is closed, and `bonds` are those of the link.
 """
 
 import functools
@@ -49,7 +71,7 @@ from energy.arrays import Array, Indices, Mask
 # Half or twice as much changes no result (`python -m tests.sensitivity
 # discretization.lattice.certificate _ROUNDINGS`).
 _ROUNDINGS = 32 * EPSILON
-_TINY = float(np.finfo(float).tiny)  # divided by in place of 0
+_TINY = float(np.finfo(float).tiny)  # added to what is divided by, so that 0/0 is 0
 _CLOSING = -LINKS[0]  # place among LINKS of link 0, which a line closes next,
 _OPENING = _CLOSING - 1  # and of link -1, which it opens next
 
@@ -93,19 +115,21 @@ class State:
 
     @functools.cached_property
     def balance(self) -> Balance:
-        """Energy and forces."""
+        """Energy and forces of the model at u; the module says which."""
         return self.model.balance(self.u)
 
     @functools.cached_property
     def size(self) -> float:
-        """δ: the largest of |d|, |u| at the lines and δ₀."""
+        """δ [length]: the largest of |d|, |u| at the two outermost lines and δ₀."""
         outermost = [self.nodes[0][0], self.nodes[-1][1]]
         lines = self.depth - self.row.f[outermost]
         delta0 = math.sqrt(2 * max(self.row.works) / self.row.lattice.k)
         return max(abs(self.depth), float(np.abs(lines).max()), delta0)
 
     def pull(self, noise: float) -> float:
-        """The largest pull on nodes whose opening lowers the energy; 0 if there is none.
+        """The largest pull, -∂U/∂u_i, on nodes whose opening lowers the energy; 0 if there is none.
+
+        It is that over the weight of the node, so that nodes about an axis compare.
 
         The outermost nodes of contacts are not opened here, as these are moves of a line; a lone
         node has no adhesion, unless it is a spring without tension.
@@ -118,7 +142,7 @@ class State:
         Returns
         -------
         float
-            Of a node of weight 1 [force/length]. The noise is not subtracted.
+            As of a node of weight 1 [force/length]. The noise is not subtracted.
         """
         model = self.model
         lattice = model.lattice
@@ -147,7 +171,9 @@ class State:
     def _two_links(self) -> float:
         """Half the least stiffness of the links on both sides of a node, per area of it.
 
-        γ₁/Δx², by u of the node. A steep link has hardly any: 0 with finite slopes.
+        That is γ₁/Δx², what one link adds to the stiffness against u of the node, its tension
+        γ₁ (u_{i+1} - u_i)/Δx over u_i and Δx. With finite slopes a steep link has hardly any, so
+        that the least is 0.
         """
         lattice = self.model.lattice
         return lattice.gamma1 / lattice.spacing**2 * (lattice.slopes == "small")
@@ -158,7 +184,8 @@ class State:
         An inner node opens if its force squared exceeds 2 S W, S its stiffness and W the adhesion
         of both its links: here first S and W at their least, W of one link, in one pass over all.
 
-        in_contact (n + 2,): one more node, which is free, on either side.
+        in_contact (n + 2,): one more node, which is free, on either side. `Lattice.sizes(first, n,
+        unit)` are the areas of n nodes times the unit.
         """
         model = self.model
         lattice = model.lattice
@@ -175,9 +202,12 @@ class State:
     def _lone_that_open(self, nodes: Indices) -> list[int]:
         """Lone nodes that open: all, but for those that stand for a contact narrower than a link.
 
-        These are held as long as they are pulled by no more than both lines may pull, each √(2wγ₁).
-        Of a node that is √(1 + κ/4) < 1 + κ times as much, κ = kΔx/t: its spring and both tails
-        have the stiffness 2t sinh μ, those of the continuum 2√(kγ₁).
+        These are held as long as they are pulled by no more than both lines may pull, each √(2wγ₁),
+        as the surface turns by √(2w/γ₁) there. Of a node that is √(1 + κ/4) times as much,
+        κ = kΔx/t = (Δx/l)²: its spring and both tails have the stiffness 2t sinh μ, those of the
+        continuum 2√(kγ₁). Allowed is 1 + κ, as the lines of the contact meet beside the node, at
+        less height: that, too, is of the order of (Δx/l)². Only line contacts have such nodes:
+        around an axis there is no second line.
         """
         if not self.narrow:
             return list(nodes.tolist())
@@ -208,7 +238,8 @@ class State:
     def _opening_pays(self, node: int) -> bool:
         """Whether the energy is less with this node free, and both beside it as they are.
 
-        Judged by the energy of these three nodes alone.
+        Judged by the energy of these three nodes and the two links between them alone, in which the
+        free node comes to rest between both others. What is beyond these does not change.
         """
         u = self.u[node - 1 : node + 2]
         bonds = self._opening_adhesion(np.array([node - 1, node]))
@@ -221,7 +252,12 @@ class State:
 
     @functools.cached_property
     def certificate(self) -> Certificate:
-        """The violations of the conditions of the module."""
+        """The violations of the conditions of the module.
+
+        `worst` is the largest of its arguments and 0, nan if one is nan. Without adhesion `size` is
+        0 where d = 0 and both outermost lines are at height 0. Contacts in between may be pressed:
+        |u| at the lowest node is the size then.
+        """
         delta = self.size or self._size_of_rounding
         if delta == 0:  # touching, nothing deformed
             return Certificate.undeformed()
@@ -229,7 +265,7 @@ class State:
         unit = lattice.spring_stiffness * delta  # of forces
         noise = (lattice.spring_stiffness + 4 * lattice.link_stiffness) * self._unknown_gap
         free = np.flatnonzero(~self.model.contact)
-        # The nodes beside the contact need not be among those that are looked at.
+        # The nodes beside the contact need not be among those that are looked at; g - u there.
         beside = -self._next_link(_CLOSING).gap
         penetrations = np.append(self.g[free] - self.u[free], beside)
         forces = np.abs(self.balance.forces[free]) / self.model.cells[free] * lattice.cell
@@ -243,7 +279,7 @@ class State:
 
     @property
     def _size_of_rounding(self) -> float:
-        """δ with |u| at the lowest node."""
+        """δ with |u| = |d - f| at the lowest node, of which f in the contacts is a difference."""
         return max(self.size, abs(self.depth - self.row.lowest))
 
     @property
@@ -254,7 +290,8 @@ class State:
     def _next_link(self, link: int) -> Advances:
         """Changes (2m,) as each line passes the link at this place among LINKS.
 
-        Of the link that it would close the gap is nan where it may not; see `closes`.
+        link: _CLOSING or _OPENING. Of the link that a line would close the gap is nan where it may
+        not; see `closes`.
         """
         found = Advances(*(part[0, :, link] for part in self.passed))
         if link == _OPENING:
@@ -265,7 +302,8 @@ class State:
         """The largest gain of energy by closing or opening a link, over the terms of that change.
 
         Closing stores S v²/2 and gains the adhesion, opening the reverse. The gap v is known up to
-        rounding: it is taken as large when closing, and as small when opening, as it may be.
+        rounding: it is taken as large when closing, and as small when opening, as it may be. nan,
+        where there is no such link or it may not close, counts as no gain.
         """
         unknown = self._unknown_gap
         works = self.row.works
@@ -284,7 +322,11 @@ class State:
         return float(np.fmax.reduce([by_closing, by_opening], axis=None, initial=0.0))
 
     def _mismatch_of_forces(self, free: Indices) -> float:
-        """|dU/dd - k∫u| beyond rounding, the first the forces on the nodes in contact."""
+        """|dU/dd - kΔx Σ u_i| beyond rounding; dU/dd is the sum of forces on the contact nodes.
+
+        free: the nodes that are not in contact. Of both ends of a link beside a contact, one of
+        which is free, the right one stands for both: they are alike in size where nodes resolve l.
+        """
         balance = self.balance
         model = self.model
         lattice = model.lattice
@@ -333,7 +375,11 @@ def on_row(row: Row, nodes: Contacts, depth: float, *, narrow: bool = False) -> 
 
 
 def _free_surface(row: Row, nodes: Contacts, depth: float) -> Array:
-    """Displacements of all nodes of a row, of which only those that are free are right."""
+    """Displacements of all nodes of a row (n,), of which only those that are free are right.
+
+    `surface` of nodes/obstacle.py is that through given nodes, here those at the lines, in between
+    and beyond, as if all others were free.
+    """
     lines = np.unique(nodes)
     every = row.first + np.arange(row.size)
     return surface(row.lattice, row.first + lines, depth - row.f[lines], every)
@@ -342,7 +388,10 @@ def _free_surface(row: Row, nodes: Contacts, depth: float) -> Array:
 def _clear_beyond(row: Row, lines: list[int], depth: float) -> Mask:
     """Which lines (2m,) leave the surface nowhere in the indenter when they close another link.
 
-    lines: contact nodes at all lines, from left to right.
+    lines: contact nodes at all lines, from left to right. `row.thresholds` are those of contacts
+    that close and of contacts that open; `Thresholds.clears(left, right, depth)` is whether the
+    free surface between two contact nodes is out of the indenter, None where there is none on that
+    side. If a line meets the one that it faces no free node is left, and the surface is clear.
     """
     ends: list[Any] = [None, *lines, None]
     found = np.full(len(lines), True)
@@ -357,7 +406,8 @@ def _clear_beyond(row: Row, lines: list[int], depth: float) -> Mask:
 def _close_last_links_together(passed: Advances, lines: Array) -> None:
     """Count the bonds of both links where two are left between lines, which close at once.
 
-    Changed in `passed`; lines (2m,) are the nodes of all lines.
+    The only free node between them is in contact then. Changed in `passed`; lines (2m,) are the
+    nodes of all lines, and each of both lines closes both links.
     """
     two_left = np.repeat(lines[2::2] - lines[1:-1:2] == 2, 2)
     inner = passed.bonds[0, 1:-1]
