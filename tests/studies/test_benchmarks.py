@@ -360,3 +360,22 @@ def test_benchmark_rows_and_changed_digits(tmp_path, capsys, monkeypatch):
     few["wrong"] = lambda: numbers, lambda: numbers * [1 + 1e-11, 1, 1]
     assert skipping.main([*command, str(tmp_path)]) == 1
     assert "these change a digit: wrong." in capsys.readouterr().out
+
+
+def test_each_shape_is_tried_in_all_units_and_at_all_ratios_of_poisson():
+    tried = [(shape, work.args[0].layer) for shape, _, _, work in stress.fitted(stress.QUICK)]
+    scales = {round(math.log10(layer.h)) for _, layer in tried}
+    for shape in stress.SHAPES:
+        own = [layer for name, layer in tried if name == shape]
+        assert {round(math.log10(layer.h)) for layer in own} == scales
+        assert {layer.nu for layer in own} == set(stress.POISSON)
+    assert len(scales) == len(stress.UNITS)
+
+
+def test_detachment_is_approached_from_both_sides_of_the_same_depth():
+    points = list(stress.edge(stress.QUICK))
+    for (shape, j, side, before), (_, _, _, beyond) in zip(points[::2], points[1::2], strict=True):
+        scene, depth = before.args
+        assert side == 1
+        apart = (depth - beyond.args[1]) / scene.critical_separation
+        assert apart == pytest.approx(2 * 10.0**-j, rel=1e-12, abs=4e-16), shape

@@ -19,7 +19,7 @@ PANELS = {  # title, x, y
         "side of detachment",
     ),
     "profiles": (
-        "profiles with several contacts",
+        "odd profiles",
         "log₁₀ unit of length in m",
         "profile, at two depths",
     ),

@@ -36,6 +36,15 @@ over their estimates, a CSV, the list of
 what was lost or failed. Exit status 1 if anything was.
 """
 
+# Conventions: depths d are positive into the layer, l = √(γ₁/k), δ₀ = √(2w/k); at the depth -δ₀
+# a flat face detaches. a, P and U are half-width, force and energy, in this order wherever
+# there are three numbers: digits, errors, conditions. A `Judgement` is (digits, excess, verdict,
+# note), `Work` a function without arguments that returns one, and `judged` makes a `Trial` of it:
+# digits kept (NaN where nothing is compared: NO_DIGITS), the verdict, which BAD lists if it fails,
+# and `excess`, the largest error: over ε (1 + c), or in the grids SCATTERED, `random` and `nodes`,
+# over its own estimate. KEPT is 12 digits. A random `Case` is a scene at a depth with its closed
+# form; `in_turn(rng, i)` draws number i. `show` and `command.say` take a line of text.
+
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -66,9 +75,28 @@ from studies.shared.batches import Show, each, silent
 from studies.shared.random_cases import Case, in_turn
 from studies.shared.table import Table
 
-UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre
+UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # of length, so many in a metre
 POISSON = (0.0, 0.3, 0.49, 0.4999, -0.9)  # from auxetic to nearly incompressible
 SHAPES = ("parabola", "x1", "x3", "x4", "flat")
+# The scenes of the grids. Results depend on ratios alone, so that these three may have any values;
+# they are those of a soft layer.
+_E = 2e4  # Young's modulus [Pa]
+_ELL = 1e-6  # l [m]
+_THICKNESS = 3e-6  # h [m]
+# Slope of the profile at the line over α = √(2w/γ₁), where the surface is at u(a) = l (f'(a) - α):
+# pulled up by 0.4 δ₀, and level.
+_RISES = (0.6, 1.0)
+_STEEPEST = 0.7  # 35°, in place of α where that is no slope any more, with w near γ₁
+_PULLED = -0.7  # of δ₀: the depth of a flat face, between touch at 0 and detachment at -1
+# Of grids in which these do not vary: both springs and tension matter, and slopes are some degrees,
+# so that nothing here costs digits.
+_WIDTH = 3.0  # a/l
+_WORK = 1e-2  # w/γ₁
+# Of P and U of a given set of nodes: the sum of the powers, at most 8, by which k, γ₁, w, d and 1/R
+# enter a term of U, and two more.
+_CONDITION_ON_NODES = 10.0
+_DEPTHS_OF_PROFILES = (0.5, -0.05)  # pressed, and pulled by a quarter of δ₀ = 0.2
+_NODES_PER_L = (2, 400)  # coarser, hardly an estimate is given; finer is what `profiles` has
 Point = tuple[str, float, float, Work]  # shape, x, y, and what is judged there
 
 
@@ -81,13 +109,14 @@ class Parameters:
     stride : int
         Decades between two points of a grid.
     nodes : int
-        The most in contact on the lattice.
+        The most in contact on the lattice: with 2e6 no state takes more than 2 s, and the whole
+        grid 8 s.
     scenes : int
-        Random ones on the mesh, at rtol from 1e-2 to 1e-12.
+        Random ones on the mesh, at rtol from 1e-2 to 1e-12: 500 take 8 s.
     lattices : int
-        Random ones on nodes.
+        Random ones on nodes: 2000, the most work of all, take one to some minutes.
     seed : int
-        Of both.
+        Of both; any.
     """
 
     stride: int = 1
@@ -97,7 +126,8 @@ class Parameters:
     seed: int = 3
 
 
-QUICK = Parameters(stride=3, nodes=10**4, scenes=100, lattices=20)  # about a ninth of each grid
+# About a ninth of each grid, and random scenes as many as are done in the same few seconds.
+QUICK = Parameters(stride=3, nodes=10**4, scenes=100, lattices=20)
 
 
 def scene_at(
@@ -112,28 +142,29 @@ def scene_at(
     width, work : float
         a/l and w/γ₁.
     shape : str
+        One of SHAPES; "xn" is f = c|x|ⁿ.
     slopes : {"small", "finite"}
 
     Returns
     -------
     scene : Scene
     depth : float
-        Where the contact is this wide.
+        Where the contact is this wide, d = f(a) + l (f'(a) - α) (16); with finite slopes nearly.
     """
-    unit = UNITS[number % len(UNITS)]
-    nu = POISSON[number // 2 % len(POISSON)]
-    ell = 1e-6 * unit
-    h = 3e-6 * unit
-    layer = ElasticLayer(2e4, nu, h)
+    turn = number // len(SHAPES)  # so that each shape, which changes fastest, has all of them
+    unit = UNITS[turn % len(UNITS)]
+    nu = POISSON[(turn + turn // len(UNITS)) % len(POISSON)]
+    ell = _ELL * unit
+    layer = ElasticLayer(_E, nu, _THICKNESS * unit)
     gamma1 = layer.stiffness * ell * ell
     alpha = math.sqrt(2 * work)
     a = width * ell
     surfaces = SurfaceEnergies.from_work(gamma1, work * gamma1)
-    rise = (0.6, 1.0)[number % 2] * (min(alpha, 0.7) if slopes == "finite" else alpha)
+    rise = _RISES[number % 2] * (min(alpha, _STEEPEST) if slopes == "finite" else alpha)
     body: Indenter
     if shape == "flat":
         body = FlatPunch(a)
-        depth = -0.7 * alpha * ell
+        depth = _PULLED * alpha * ell  # δ₀ = α l
     elif shape == "parabola":
         body = Parabola(a / rise)
         depth = rise * (a / 2 + ell) - alpha * ell
@@ -145,7 +176,7 @@ def scene_at(
 
 
 def fitted(params: Parameters) -> Iterator[Point]:
-    """a/l against w/γ₁, small slopes."""
+    """a/l against w/γ₁, small slopes: surface alone and springs alone by a factor 10³ and more."""
     decades = range(-3, 7, params.stride), range(-12, 7, params.stride)
     for number, (x, y, shape) in enumerate(product(*decades, SHAPES)):
         scene, depth = scene_at(number, 10.0**x, 10.0**y, shape)
@@ -154,6 +185,7 @@ def fitted(params: Parameters) -> Iterator[Point]:
 
 def finite(params: Parameters) -> Iterator[Point]:
     """a/l against w/γ₁ up to 2, finite slopes."""
+    # up to 2, beyond which no contact angle exists
     works = (*range(-12, 0, params.stride), math.log10(0.5), 0.0, math.log10(1.99))
     for number, (x, y) in enumerate(product(range(-3, 7, params.stride), works)):
         scene, depth = scene_at(number, 10.0**x, 10.0**y, "parabola", "finite")
@@ -163,9 +195,10 @@ def finite(params: Parameters) -> Iterator[Point]:
 def lattice(params: Parameters) -> Iterator[Point]:
     """l/Δx against a/l: energy, force and place of the line on the same lattice."""
     decades = product(range(-3, 10, params.stride), range(-3, 7, params.stride))
+    # from one link in contact, 2a = Δx, up to as many nodes as are wanted
     held = ((x, y) for x, y in decades if 0.5 <= 10.0 ** (x + y) <= params.nodes / 2)
     for number, (x, y) in enumerate(held):
-        scene, depth = scene_at(number, 10.0**y, 1e-2, "parabola")
+        scene, depth = scene_at(number, 10.0**y, _WORK, "parabola")
         spacing = scene.elastocapillary_length / 10.0**x
         yield "parabola", x, y, partial(on_nodes, scene, depth, spacing)
 
@@ -173,24 +206,33 @@ def lattice(params: Parameters) -> Iterator[Point]:
 def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
     """Energy, force and place of the line on a lattice, against 60 digits.
 
+    The state must have passed the last link of its contact and not the next: `reference.resistance`
+    of a link is the gap there over that which adhesion closes, less 1, at most 0 where the line
+    advances. By how much either is missed is the error of the line. Force and energy are computed
+    in floats of the same contact nodes as in 60 digits.
+
     Parameters
     ----------
     scene : Scene
+        With a parabola.
     depth, spacing : float
 
     Returns
     -------
     Judgement
+        "wrong" also where `untrusted` names an error of more than ten times its estimate.
     """
     state = minimise(scene, depth, method="lattice", spacing=spacing)
     if not state.contacts.size:
         return NO_DIGITS, 0.0, "refused", "no contact node"
-    last = round(float(state.nodes[0, 1]) / spacing)
+    last = round(
+        float(state.nodes[0, 1]) / spacing
+    )  # of the contact nodes -last..last, placed at x
     lattice = Lattice.of(scene, spacing)
     node = np.arange(-last, last + 1)
     nodal = NodalEnergy(lattice, np.ones(node.size, bool), -last)
     g = depth - scene.indenter.height(lattice.x(node))
-    tails = float(nodal.pulls @ g[[0, -1]])
+    tails = float(nodal.pulls @ g[[0, -1]])  # forces of both tails: stiffness times u at the line
     given = reference.inputs(scene, depth)
     force, energy = reference.on_nodes(given, spacing, last)
     passed = reference.resistance(given, spacing, last - 1)
@@ -199,28 +241,41 @@ def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
     of_force = abs(Decimal(own_force) - force) / Decimal(state.scales["force"])
     of_energy = abs(Decimal(nodal.value(g)) - energy) / Decimal(state.scales["energy"])
     errors = [max(0.0, passed, -not_passed), float(of_force), float(of_energy)]
-    found = verdict(errors, (max(1.0, last), 10.0, 10.0), True)
+    # A link's gap is a difference of heights that are `last` times as large. `minimise` returns
+    # no state without a certificate.
+    conditions = max(1.0, last), _CONDITION_ON_NODES, _CONDITION_ON_NODES
+    found = verdict(errors, conditions, certified=True)
     doubted = untrusted(scene, depth, state)
     return (*found[:2], "wrong", doubted) if doubted else found
 
 
 def edge(params: Parameters) -> Iterator[Point]:
-    """Depths ever closer to detachment, from both sides."""
-    steps = range(1, 16, max(1, params.stride - 1))
-    for number, (shape, j, side) in enumerate(product(SHAPES, steps, (1, -1))):
-        scene, _ = scene_at(number, 3.0, 1e-2, shape)
-        last = -scene.critical_separation
+    """Depths ever closer to detachment, from both sides: side 1 still has the contact.
+
+    It detaches at -δ₀, where the tip of a profile would be the line: u = -δ₀ there. A wedge, whose
+    slope at the tip is that of its flank, detaches already at -δ₀ + l f' (16).
+    """
+    steps = range(1, 16, max(1, params.stride - 1))  # the quick preset has every second one of 15
+    for number, (shape, j) in enumerate(product(SHAPES, steps)):
+        scene, _ = scene_at(number, _WIDTH, _WORK, shape)
+        delta0 = scene.critical_separation
+        last = -delta0
         if shape == "x1":
             last += scene.elastocapillary_length * float(scene.indenter.slope(1.0))
-        depth = last * (1 - side * 10.0**-j)
-        yield shape, j, side, partial(against_reference, scene, depth)
+        for side in (1, -1):
+            depth = last + side * 10.0**-j * delta0
+            yield shape, j, side, partial(against_reference, scene, depth)
 
 
 def profiles(params: Parameters) -> Iterator[Point]:
-    """Odd profiles in all units, and lattice against the default method."""
+    """Odd profiles in all units, and lattice against the default method.
+
+    `verdicts.compare` solves each at a depth in the unit 1, of l, on the mesh and on nodes, and on
+    the mesh again in another unit, and compares contacts, force and energy.
+    """
     units = range(-9, 10, 3 * params.stride)
     names = enumerate(verdicts.NAMES)
-    for (number, name), unit, depth in product(names, units, (0.5, -0.3)):
+    for (number, name), unit, depth in product(names, units, _DEPTHS_OF_PROFILES):
         work = partial(verdicts.compare, name, depth, 10.0**unit)
         yield name, unit, number + depth / 2, work
 
@@ -230,7 +285,7 @@ def random(params: Parameters) -> Iterator[Point]:
     rng = np.random.default_rng(params.seed)
     for i in range(params.scenes):
         case = in_turn(rng, i)
-        x = -rng.uniform(2, 12)
+        x = -rng.uniform(2, 12)  # log₁₀ rtol, down to what the default method promises
         yield *_named(case, x), partial(verdicts.random_mesh, case, 10**x)
 
 
@@ -239,8 +294,8 @@ def nodes(params: Parameters) -> Iterator[Point]:
     rng = np.random.default_rng(params.seed)
     for i in range(params.lattices):
         case = in_turn(rng, i)
-        x = rng.uniform(math.log10(2), math.log10(400))
-        offset = float(rng.choice([0.0, rng.uniform(-0.5, 0.5)]))
+        x = rng.uniform(*np.log10(_NODES_PER_L))
+        offset = float(rng.choice([0.0, rng.uniform(-0.5, 0.5)]))  # of the profile, in spacings
         yield *_named(case, x), partial(verdicts.random_nodes, case, 10**x, offset)
 
 
@@ -289,7 +344,7 @@ def _judged(case: tuple[str, str, float, float, Work]) -> Trial:
 
 
 def exact(trials: Sequence[Trial]) -> list[Trial]:
-    """Those with an answer of which all digits are asked for."""
+    """Those that have a reference to the last digit, and passed: of no random scene."""
     own = (t for t in trials if t.grid not in SCATTERED)
     return [t for t in own if t.verdict == "ok" and not math.isnan(t.digits[0])]
 
@@ -305,13 +360,13 @@ def summary(name: str, trials: Sequence[Trial]) -> str:
     if not known:
         return f"{name:9s} {counts}"
     fewest = [min(column) for column in zip(*(t.digits for t in known), strict=True)]
-    told = ", ".join(f"{q} {d:.1f}" for q, d in zip("aPU", fewest, strict=True))
+    fewest_text = ", ".join(f"{q} {d:.1f}" for q, d in zip("aPU", fewest, strict=True))
     few = [t for t in known if min(t.digits) < KEPT]
     allowed = f"{len(known) - len(few)} of {len(known)} keep 12"
     if few:
         worst = max(t.excess for t in few)
         allowed += f", the other {len(few)} lose at most {worst:.1g} ε (1 + condition)"
-    return f"{name:9s} {counts}; fewest digits of {told}; {allowed}"
+    return f"{name:9s} {counts}; fewest digits of {fewest_text}; {allowed}"
 
 
 def table(trials: Sequence[Trial]) -> Table:
@@ -341,11 +396,11 @@ def answer(trials: Sequence[Trial], bad: int) -> str:
     known = exact(trials)
     drawn = [t for t in trials if t.grid in SCATTERED]
     kept = sum(min(t.digits) >= KEPT for t in known)
-    told = (
+    text = (
         f"{KEPT:g} or more at {kept} of {len(known)} points with an answer, fewer where the "
         f"problem itself loses them; of all {len(trials)} points {bad} are lost or failed"
     )
     if drawn:
         good = sum(t.verdict not in BAD for t in drawn)
-        told += f". rtol and error_estimate can be trusted in {good} of {len(drawn)} random scenes"
-    return f"{told}."
+        text += f". rtol and error_estimate can be trusted in {good} of {len(drawn)} random scenes"
+    return f"{text}."
