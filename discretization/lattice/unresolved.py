@@ -53,7 +53,18 @@ around the axis has an inner end at 0, which is no line: only the outer one is j
 `Resolved` has samples of the profile as close as its own features ask for (profile.py), with each
 corner twice; `Lattice.tail.shape(x, left, right, depth)` gives u and du/dx of the free surface
 between two lines, None for one infinitely far away; `Lattice.stored(u).value` is the energy of the
-springs per area.
+springs per area. Of a lattice, `origin` is x of node 0, `weight(i)` that of node i or, at i + ½, of
+link i: 1, or about an axis the radius over Δr; `cell` is the length or area of a link of weight 1,
+`tail_stiffness(node, side)` what the tail beyond a contact node pulls with over u, and `axis` 0
+about an axis, else nan. `numbers(lattice, (low, high))` are the numbers of the first and the last
+node between two places.
+
+Of a scene, `elastocapillary_length` is l = √(γ₁/k), `critical_separation` δ₀ = √(2w/k) and
+`work_of_adhesion` w, both of closing; `opened` is the scene with w of opening for that; `pattern`
+multiplies w by `factor(x)`, or is None. Of an indenter, `extent` is (low, high), where its profile
+is known; `walls` are those of its ends at which the body ends, where lines are pinned; `apex` is x
+of the lowest point if it falls nowhere on the way outwards, else None; `slope_beside(x, side)` is
+f' on one side of x; `breaks()` are x of all corners, jumps of higher derivatives, and the apex.
 """
 
 from __future__ import annotations
@@ -262,7 +273,11 @@ class _Samples(NamedTuple):
         return np.asarray(np.abs(chord - self.f))
 
     def turned(self) -> Array:
-        """By how much the slope turns within the link of each sample, back and forth (n,)."""
+        """By how much the slope turns within the link of each sample, back and forth (n,).
+
+        The sum of |f' of a sample less f' of the one before| over the samples of one link: at a
+        corner, which stands twice, that is the jump.
+        """
         number = (self.link - self.link[:1]).astype(int)
         same_link = number[1:] == number[:-1]
         turns = np.abs(np.diff(self.slope)) * same_link
@@ -319,7 +334,7 @@ def unseen(scene: Scene, depth: float, lattice: Lattice, *, anywhere: bool = Fal
     profile = resolve(scene, depth)
     low = profile.lowest
     if anywhere:
-        touch = np.array([profile.touch])
+        touch = np.array([profile.touch])  # the height of the lowest point
         return Unseen(np.array([low]), touch, np.array([_TINY]), np.array([False]), low)
     samples = _Samples.of(scene, profile, lattice)
     rounding = _BETWEEN.rounding * np.abs(samples.nodes).max(initial=0.0)
@@ -485,13 +500,14 @@ def lowest_within(scene: Scene, lattice: Lattice, left: float, right: float) -> 
     end = min(right + lattice.spacing, high)
     breaks = scene.indenter.breaks()
     inner = breaks[(breaks > start) & (breaks < end)]
+    # Of 2 to 4 links there are 264 samples, 66 in each at least, besides where f' jumps.
     x = np.append(inner, np.linspace(start, end, 8 * _NARROW.samples))
     return float(x[np.argmin(scene.indenter.height(x))])
 
 
 def _warn(scene: Scene, lattice: Lattice, x: float, problem: str, stacklevel: int) -> None:
     """AccuracyWarning of a problem at x, with the spacing that would do."""
-    closer = resolving_spacing(scene, lattice, x)
+    closer = resolving_spacing(scene, lattice, x)  # [length]
     warnings.warn(
         f"at x = {x!r}, between nodes {lattice.spacing!r} apart: {problem}; a feature or contact "
         f"narrower than the spacing may be missed; give a spacing of {closer!r}, or "
@@ -639,7 +655,7 @@ class _Rows(NamedTuple):
         return x, found
 
     def _moved(self, offset: Array) -> Array:
-        """Positions moved by an offset, within the limits."""
+        """x of all lines moved by an offset (2, n, c), inwards and outwards, within the limits."""
         low, high = self.limits
         return np.asarray(np.minimum(np.maximum(self.x + offset, low), high))
 
@@ -647,8 +663,8 @@ class _Rows(NamedTuple):
 def _aside(scene: Scene) -> float:
     """How well nodes place a line, in links.
 
-    A whole link without adhesion: there r is zero at the line, and so is ∂P/∂x, which is γ₁ r times
-    a derivative of r, so that P hardly depends on the place.
+    A quarter of one; a whole link without adhesion: there r is zero at the line, and so is ∂P/∂x,
+    which is γ₁ r times a derivative of r, so that P hardly depends on the place.
     """
     return _ON_NODES.place if scene.work_of_adhesion else 1.0
 
@@ -805,7 +821,11 @@ def _one_contact_rests(
 
 
 def _room(lines: Array) -> Array:
-    """How far lines (n, 2m) may be moved inwards and outwards (2, n, 2m): half way to the next."""
+    """How far lines (n, 2m) may be moved inwards and outwards (2, n, 2m) [length].
+
+    That is half way to the next line: inwards to the other one of the contact, outwards to the one
+    beyond the gap. ∞ outwards of the outermost lines.
+    """
     half = np.repeat(lines[:, 1::2] - lines[:, ::2], 2, axis=1) / 2
     room = np.array([half, np.full(half.shape, math.inf)])
     if lines.shape[1] > 2:
@@ -872,7 +892,10 @@ def lost_too_early(
 
 
 def _lowest_point(scene: Scene, lattice: Lattice, depth: float, known: float | None) -> float:
-    """x of the lowest point of the profile, which is resolved if it is not known."""
+    """x of the lowest point of the profile [length]: the axis, the apex, or `known`.
+
+    Where neither is known, None, the profile is sampled down to its features (`resolve`).
+    """
     if lattice.axis == 0:
         return 0.0
     point = scene.indenter.apex if scene.indenter.convex else known
@@ -911,7 +934,8 @@ def resolving_spacing(scene: Scene, lattice: Lattice, x: float) -> float:
     indenter = scene.indenter
     kink = math.sqrt(2 * scene.opened.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
     links = np.linspace(-1, 1, 2 * _BETWEEN.samples + 1)
-    # Two rows of nodes about x, as it may be anywhere in its link.
+    # Two rows of nodes about x, in links, as x may be anywhere in its own: 0.4 and 0.6 of a link
+    # from its left end. That makes three chords, of its link and of both next ones.
     rows = np.array([[-1.4, -0.4, 0.6, 1.6], [-1.6, -0.6, 0.4, 1.4]])
     spacing = lattice.spacing / 2
     for _ in range(_NARROW.halvings):

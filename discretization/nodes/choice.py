@@ -7,7 +7,14 @@ contact that begins at a lowest point of curvature 1/R, whose lines rest where t
 
 Depths are positive down into the layer, heights f of the profile upwards: at a depth d the indenter
 is in the surface where f < d, and adheres at most where f < d + δ₀. `Resolved` has samples of the
-profile at increasing x, a corner twice, with the slope on its left and then on its right.
+profile at increasing x, a corner twice, with the slope on its left and then on its right; its
+`touch` is the least height, the depth of first touch. `resolve(scene, depth)` takes as many as
+show all that may be in contact at that depth.
+
+Of a scene, `elastocapillary_length` is l = √(γ₁/k), and `critical_separation` δ₀ = √(2w/k), of a
+contact that closes; `opened` is the scene with the surface energies of contacts that open. `extent`
+of an indenter is (low, high), where its profile is known, and `walls` are those of its ends at
+which the body itself ends. A `pattern` has the x of its `edges`, or is None.
 """
 
 import warnings
@@ -120,7 +127,8 @@ def _half_waves(profile: Resolved, level: float, slight: float) -> Array:
 def _first_contacts(scene: Scene, profile: Resolved, level: float) -> Array:
     """δ₀R/l of the local minima no higher than `level` (n,); none without adhesion, and at corners.
 
-    1/R by the slopes of the samples on both sides of a minimum.
+    From the minimum of a parabola x²/2R the slope rises to δ₀/l, which is that of the free surface
+    at a line, within δ₀R/l. 1/R is found by the slopes of the samples on both sides of a minimum.
     """
     angle = scene.critical_separation / scene.elastocapillary_length
     if not angle:

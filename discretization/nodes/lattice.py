@@ -33,7 +33,8 @@ B and 1 - A - B, which keep all digits where A is next to 1.
 
 Of an indenter, `extent` is (low, high), between which its profile is known, ±∞ without an end;
 `walls` are those of its ends at which the body itself ends, also called its edges; `corners` are x
-at which f' jumps, increasing; `apex` is x of the lowest point, None where that is not known.
+at which f' jumps, increasing; `apex` is x of the lowest point if the profile falls nowhere on the
+way outwards from it, else None.
 `Radial(indenter)` is the half r >= 0 of a profile that is mirror-symmetric about r = 0, with the
 axis as an end. `Scene.spring(u)` is what springs store per area with its first and second
 derivative by u, a `Density`; so is `terms.spring`, k u²/2.

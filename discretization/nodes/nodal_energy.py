@@ -13,8 +13,10 @@ there is a tail, of stiffness `pulls` over u, or nothing. Energies are per lengt
 contact; about an axis energies and forces are those of the whole contact, and sizes are areas.
 
 `Lattice.stored(u)` is the energy of the springs per area with its first and second derivative by u,
-`terms.surface(u')` that of the free surface with those by u', `Lattice.sizes` lengths or areas of
-nodes and links.
+`terms.surface(u')` that of the free surface with those by u'. `Lattice.sizes(first, n, unit)` are
+lengths or areas of n nodes or links times a unit, from the node `first`, or the link whose middle
+`first` is, on; `spacing` is Δx, `gamma1` γ₁, and `tail_stiffness(node, side)` what the tail beyond
+that node pulls with over its u. PIECE nodes are worked on at a time, so that arrays stay small.
 """
 
 import math
@@ -139,6 +141,7 @@ class NodalEnergy:
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
     ) -> None:
+        """Stiffnesses of tails, sizes and adhesion of nodes and links; see the class."""
         self.lattice = lattice
         self.first = first
         self.contact = np.asarray(contact, bool)

@@ -25,7 +25,7 @@ multiplier is the force with which the indenter presses on a contact node, posit
 are numbered from 0 in the row of g, from left to right; line contacts only. `Lattice.log_decay` is
 μ, by which a free tail decays per link; `shares` are the parts of both ends in the displacement
 between them, `Lattice.surface_stiffnesses` what a free surface does to its ends as springs: one
-that ties them, and one from each of them to the ground.
+that ties them, and one from each of them to the ground; `Lattice.spring_stiffness` is kΔx.
 """
 
 import math
@@ -55,7 +55,7 @@ def pressed(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
     nodes : ndarray of int
         Those in contact; those with g = 0 if none is higher.
     forces : ndarray
-        What holds them down, their multipliers [force/length].
+        What holds them down, their multipliers, 0 or more [force/length].
     """
     if g.max() <= 0:
         touching = np.flatnonzero(g == 0)

@@ -32,6 +32,7 @@ Conventions
 Nodes are numbered outwards from the axis, node m at r = mΔr; link m is between m and m + 1, with
 its middle at r_{m+½}. u is positive down into the layer, and the outer surface of contact node m
 pulls it up with 2πγ₁ σ_m u_m [force], u > 0; the energy of that surface is 2πγ₁ σ_m u_m²/2.
+DECAYED is 40: after so many decay lengths what is left, e⁻⁴⁰ = 4e-18, is less than rounding.
 """
 
 import functools
@@ -85,6 +86,7 @@ def outer_pull(kappa: float, nodes: Any) -> Array:
         In units of 2πγ₁.
     """
     nodes = np.asarray(nodes)
+    # Nodes outside of those that are kept take the outermost; it is replaced below.
     found = _near(kappa).take(np.asarray(nodes, np.int64), mode="clip")
     far = nodes > _OUTER.kept
     if far.any():

@@ -18,6 +18,21 @@ an axis the radius over Δr.
 
 A contact is (first node, last node), a lone node (i, i). Arrays of s states with m contacts each
 have the shape (s, 2m): first and last node of the first contact, then of the second, ....
+
+Of a lattice, `spacing` is Δx, `origin` x of node 0, `w` the work of adhesion of closing, `cell` the
+length or area of a link of weight 1, `spring_stiffness` kΔx and `link_stiffness` t = γ₁/Δx, both of
+weight 1; `sizes(first, n, unit)` are lengths or areas of n nodes or links times a unit;
+`tail_stiffness(node, side)` is what the tail beyond a contact node pulls with over u;
+`free_node_response(node, side)` has B = 0, 1 - A and S of the node next to a line, see
+lattice.py; `deepest_contact` is how far above the depth a node may adhere. Both of the latter
+take the lattice's numbers. A place counts as on a node within ON_NODE, in spacings, and PIECE nodes
+are worked on at a time.
+
+Of an indenter, `extent` is (low, high), where its profile is known, ±∞ without an end; `walls` are
+those of its ends at which the body itself ends; `corners` are x at which f' jumps; `apex` is x of
+the lowest point if the profile falls nowhere on the way outwards, else None. `Scene.opening` has
+the surface energies of contacts that open, or is None, as of those that close. A pattern multiplies
+w by `factors`, one for each stripe from left to right, between its `edges`.
 """
 
 from __future__ import annotations
@@ -280,7 +295,7 @@ class Row:
 
     @functools.cached_property
     def f(self) -> Array:
-        """Heights of all nodes (n,) [length]. ValueError if these are too many."""
+        """Heights of all nodes (n,) [length]. ValueError if these are more than MOST."""
         if self.size > MOST:
             many = f"spacing = {self.lattice.spacing!r} puts more than {MOST} nodes in contact"
             raise ValueError(many + "; give a larger spacing")
@@ -323,7 +338,7 @@ class Row:
 
     @functools.cached_property
     def thresholds(self) -> tuple[Thresholds, Thresholds]:
-        """The thresholds of contacts that close, and of those that open."""
+        """The thresholds of contacts that close, and of those that open; one object if alike."""
         closing, opening = self.works
         first = Thresholds(self.lattice, self.f, self.adhesion(closing), self.clear, self.first)
         if opening == closing:
@@ -372,6 +387,7 @@ class Row:
         last = nodes[-1][1]
         for node, limit, end in ((first, 0, low), (last, self.size - 1, high)):
             if node == limit and end not in self.scene.indenter.walls:
+                # `profile.unknown` makes the ValueError, with the depth and x of the node.
                 raise profile.unknown(depth, self.lattice.x(self.first + node))
 
     def totals(self, nodes: Nodes, depth: Array) -> Array:

@@ -7,7 +7,8 @@ no functions but roots.
 A surface of T links is between two contact nodes T apart, and has T - 1 free nodes; these stand in
 arrays from left to right. Its letters are those of nodes/lattice.py: a and b are the shares of the
 left and the right end in the displacement of a free node, A and B those in that of the node beside
-a line, A of this line and B of the other one, S the stiffness of that node.
+a line, A of this line and B of the other one, S the stiffness of that node. μ is
+`Lattice.log_decay`: a tail decays by exp(-μ) per node.
 """
 
 import functools

@@ -35,7 +35,11 @@ Each threshold is one depth for both directions: a link closes, or a node touche
 large, and the same link opens, from the contact with this link back to the one without, once d is
 less. ∞ stands for what never closes, -∞ for what never opens. A, B and S are those of
 `Lattice.free_node_response`, C and G are `tie` and `ground` of `Lattice.surface_stiffnesses`, a and
-b are `shares`.
+b are `shares`; c is `Lattice.spring_stiffness`, t `Lattice.link_stiffness`, and `log_decay` μ, by
+which a tail decays per link. `Spans` has these responses of gaps from tables, by their number of
+links T: `far[T]` is B, `remainder[T]` 1 - A - B, `stiffness[T]` S, `tie[T]` and `ground[T]` C and
+G, for T < `count`; `tail` is (B, 1 - A - B, S) of a tail, `decays` are λᵖ and λᵖ - 1 of its p-th
+node, and `shares(T)` are a, b and 1 - a - b of all free nodes of a gap, for T <= LONGEST.
 """
 
 import functools
@@ -50,8 +54,9 @@ from discretization.nodes.lattice import Lattice, shares
 from discretization.nodes.spans import LONGEST, Spans
 from energy.arrays import Array, Nodes
 
-# Rounding of sums of some dozen terms; a tenth or ten times of neither changes a result (`python -m
-# tests.sensitivity discretization.nodes.thresholds`).
+# Rounding of sums of some dozen terms, EPSILON = 2⁻⁵² being that of a number of size 1. A tenth or
+# ten times of neither changes a result (`python -m tests.sensitivity
+# discretization.nodes.thresholds`).
 _ROUNDING = 256 * EPSILON  # of heights: a node that has touched stays in contact so much higher up
 _TIE = 64 * EPSILON  # of depths at which something happens
 
@@ -180,7 +185,10 @@ class Thresholds:
 
     @functools.cached_property
     def open(self) -> Array:
-        """Depths (n,) below which a node between two contact links opens; -∞ at both ends."""
+        """Depths (n,) below which a node between two contact links opens; -∞ at both ends.
+
+        Of all nodes 1 ... n - 2 of the row, as if each had contact nodes on both sides.
+        """
         # There the force t (u₋ - 2u + u₊) - c u, which pulls the node off, is √(2 W S), S = c + 2t.
         f = self.f
         spring = self.lattice.spring_stiffness
@@ -226,7 +234,10 @@ class Thresholds:
         return own + (rise - gap) / spans.remainder[distance]
 
     def _advance_outwards(self, node: int, side: int) -> float:
-        """`advance` of an outermost line; ∞ at the end of the row."""
+        """`advance` of an outermost line; ∞ at the end of the row, beyond which there is no node.
+
+        By plain numbers, but for rows that are convex or about an axis.
+        """
         if not 0 <= node + side < self.f.size:
             return math.inf
         if self.clear or self.lattice.axis == 0:
@@ -239,7 +250,7 @@ class Thresholds:
 
     @functools.cached_property
     def heights(self) -> list[float]:
-        """Heights of the nodes as plain numbers."""
+        """Heights of the nodes as plain numbers, which are faster one by one than arrays."""
         return [*map(float, self.f.tolist())]
 
     @functools.cached_property
