@@ -52,7 +52,8 @@ def noise_slope(x: Array, z: Array) -> float:
     >>> from energy.noise import noise_slope
     >>> x, noise = np.linspace(-1, 1, 201), np.random.default_rng(0).normal(size=201)
     >>> smooth, noisy = (noise_slope(x, x**2 + size * noise) for size in (0.0, 1e-3))
-    >>> print(f"{smooth:.1e}, {noisy / (2**0.5 * 1e-3 / 0.01):.1f} of what it is")
+    >>> print(f"{smooth:.6f}; {noisy / (2**0.5 * 1e-3 / 0.01):.1f} of the slope of this noise")
+    0.000000; 0.8 of the slope of this noise
     """
     if x.size < FEWEST:
         return 0.0
