@@ -93,7 +93,8 @@ def array(name: str, values: Any) -> Array:
     numbers: Array | None = None
     with contextlib.suppress(TypeError, ValueError):
         raw = np.asarray(values)
-        if raw.dtype.kind in "iufO":  # integers, unsigned ones, floats, objects
+        # A letter for the kind of number: integers, unsigned ones, floats, objects.
+        if raw.dtype.kind in "iufO":
             numbers = raw.astype(float)
     if numbers is None:
         raise ValueError(f"{name} = {values!r} must be a sequence of real numbers")
@@ -214,6 +215,7 @@ def nearest(value: object, known: Iterable[str]) -> str:
         return ""
 
     def likeness(word: str) -> float:
+        """Share of letters in common and in order, from 0 to 1."""
         return difflib.SequenceMatcher(None, word, given).ratio()
 
     best = likeness(close[0])

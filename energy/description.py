@@ -1,4 +1,11 @@
-"""A scene as plain data and back, so that a file can say what it belongs to."""
+"""A scene as plain data and back, so that a file can say what it belongs to.
+
+A description names a class and what it was made with. `Profile` is a profile of two functions;
+`Shifted`, `Tilted`, `Sum` and `Mirrored` (f(|x|), about an axis) are composed of others; `Circle`,
+`FlatPunch`, `Parabola`, `Plane`, `PowerLaw`, `Wedge` and `Sampled` (measured heights) are shapes;
+`Patches` is a factor on adhesion along the surface. `SurfaceEnergies` are given by three energies,
+or by γ₁ and w (`from_work`), and `given` are those numbers by name.
+"""
 
 from dataclasses import fields, is_dataclass
 from typing import Any

@@ -20,6 +20,10 @@ rotational symmetry x is a radius. Where there is no profile the height is inf a
 
 Built-in shapes stand in indenters.py, measured ones in sampled.py; this file holds what they share:
 the base class and the ways to compose profiles.
+
+`finite`, `array` and `not_a_class` check an argument, whose name comes first: the first two return
+it as a float or an array of floats, NaN and infinities allowed in an array alone; the last one
+refuses a class.
 """
 
 from __future__ import annotations
@@ -231,6 +235,7 @@ class Profile(Indenter):
     knots: Sequence[float] = ()
 
     def __post_init__(self) -> None:
+        """Check that the functions take arrays, and that the places increase."""
         for name in ("height", "slope"):
             if not callable(getattr(self, name)):
                 raise ValueError(f"{name} = {getattr(self, name)!r} must be a function of x")
@@ -299,6 +304,7 @@ class Shifted(Indenter):
     x0: float
 
     def __post_init__(self) -> None:
+        """Move the places of the base; promises stay as they are."""
         move = self.x0
         apex = self.base.apex
         extent = self.base.extent
@@ -312,12 +318,15 @@ class Shifted(Indenter):
 
     @property
     def noise_slope(self) -> float | None:
+        """That of the base: a shift does not change it."""
         return self.base.noise_slope
 
     def height(self, x: ArrayLike) -> Array:
+        """f(x - x0) [length], of the shape of x."""
         return self.base.height(self._own(x))
 
     def slope(self, x: ArrayLike) -> Array:
+        """f'(x - x0), of the shape of x."""
         return self.base.slope(self._own(x))
 
     def _own(self, x: ArrayLike) -> Array:
@@ -339,17 +348,21 @@ class Tilted(Indenter):
     tilt: float
 
     def __post_init__(self) -> None:
+        """Take over what a tilt leaves as it is; the lowest point and the symmetry it does not."""
         for name in ("corners", "knots", "extent", "walls", "convex", "complete"):
             object.__setattr__(self, name, getattr(self.base, name))
 
     @property
     def noise_slope(self) -> float | None:
+        """That of the base: neighbours are tilted alike."""
         return self.base.noise_slope
 
     def height(self, x: ArrayLike) -> Array:
+        """f(x) + tilt·x [length], of the shape of x."""
         return self.base.height(x) + self.tilt * np.asarray(x, float)
 
     def slope(self, x: ArrayLike) -> Array:
+        """f'(x) + tilt, of the shape of x."""
         return self.base.slope(x) + self.tilt
 
 
@@ -361,6 +374,7 @@ class Sum(Indenter):
     second: Indenter
 
     def __post_init__(self) -> None:
+        """Join the places of both inside the common extent; ValueError where there is none."""
         one = self.first
         two = self.second
         lo = max(one.extent[0], two.extent[0])
@@ -388,7 +402,9 @@ class Sum(Indenter):
         return math.hypot(*slopes) if slopes else None
 
     def height(self, x: ArrayLike) -> Array:
+        """f₁(x) + f₂(x) [length], of the shape of x."""
         return self.first.height(x) + self.second.height(x)
 
     def slope(self, x: ArrayLike) -> Array:
+        """f₁'(x) + f₂'(x), of the shape of x."""
         return self.first.slope(x) + self.second.slope(x)

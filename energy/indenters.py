@@ -2,6 +2,13 @@
 
 A new indenter is a frozen dataclass here with `height` and `slope`, a `Bowl` if it is convex and
 its own mirror image; what else it may say stands in energy.indenter, where to name it in README.md.
+
+Heights f are positive upwards [length], inf where there is no profile, slopes are df/dx, NaN there;
+both have the shape of x. Of an `Indenter`, `apex` is the x of the lowest point, `symmetric` that f
+is its own mirror image about it, `corners` are x at which the slope jumps, `knots` those at which a
+higher derivative does, `extent` is where the profile is known, and `walls` are the ends of that at
+which the body itself ends. `real`, `finite` and `positive` check an argument, whose name comes
+first, and return it as a float; `real` allows any size.
 """
 
 from __future__ import annotations
@@ -40,13 +47,16 @@ class Plane(Bowl):
     """
 
     def shifted(self, x0: float) -> Plane:
+        """The same plane, wherever it is moved to."""
         finite("x0", x0)
         return self
 
     def height(self, x: ArrayLike) -> Array:
+        """0 everywhere."""
         return np.zeros_like(np.asarray(x, float))
 
     def slope(self, x: ArrayLike) -> Array:
+        """0 everywhere."""
         return np.zeros_like(np.asarray(x, float))
 
 
@@ -69,22 +79,27 @@ class FlatPunch(Bowl):
     half_width: float
 
     def __post_init__(self) -> None:
+        """ValueError unless the half-width is positive."""
         positive("half_width", self.half_width)
 
     @property
     def corners(self) -> tuple[float, ...]:  # type: ignore[override]
+        """Its two edges."""
         return (-self.half_width, self.half_width)
 
     @property
     def extent(self) -> tuple[float, float]:  # type: ignore[override]
+        """From edge to edge."""
         return (-self.half_width, self.half_width)
 
     walls = corners
 
     def height(self, x: ArrayLike) -> Array:
+        """0 on the face, inf beyond."""
         return np.where(np.abs(np.asarray(x, float)) <= self.half_width, 0.0, math.inf)
 
     def slope(self, x: ArrayLike) -> Array:
+        """0 on the face, NaN beyond."""
         return np.where(np.abs(np.asarray(x, float)) <= self.half_width, 0.0, math.nan)
 
 
@@ -109,13 +124,16 @@ class Wedge(Bowl):
     corners = (0.0,)
 
     def __post_init__(self) -> None:
+        """ValueError unless the angle is between 0 and π/2."""
         if not 0 < finite("delta", self.delta) < math.pi / 2:
             raise ValueError(f"delta = {self.delta!r} is outside (0, π/2); give the angle in rad")
 
     def height(self, x: ArrayLike) -> Array:
+        """|x| tan δ."""
         return np.abs(np.asarray(x, float)) * math.tan(self.delta)
 
     def slope(self, x: ArrayLike) -> Array:
+        """± tan δ, and 0 at the tip, the mean of both sides."""
         return np.sign(np.asarray(x, float)) * math.tan(self.delta)
 
 
@@ -138,13 +156,16 @@ class Parabola(Bowl):
     R: float
 
     def __post_init__(self) -> None:
+        """ValueError unless the radius is positive."""
         positive("R", self.R)
 
     def height(self, x: ArrayLike) -> Array:
+        """x²/(2R)."""
         x = np.asarray(x, float)
         return x * x / (2 * self.R)
 
     def slope(self, x: ArrayLike) -> Array:
+        """x/R."""
         return np.asarray(x, float) / self.R
 
 
@@ -174,13 +195,16 @@ class Circle(Bowl):
     R: float
 
     def __post_init__(self) -> None:
+        """ValueError unless the radius is positive."""
         positive("R", self.R)
 
     @property
     def extent(self) -> tuple[float, float]:  # type: ignore[override]
+        """Where the body turns over; what is beyond is no function f(x)."""
         return (-self.R, self.R)
 
     def height(self, x: ArrayLike) -> Array:
+        """R - √(R² - x²), inf for |x| > R."""
         x = np.asarray(x, float)
         chord2 = (self.R - x) * (self.R + x)
         with np.errstate(invalid="ignore"):
@@ -188,6 +212,7 @@ class Circle(Bowl):
         return np.where(chord2 >= 0, arc, math.inf)[()]
 
     def slope(self, x: ArrayLike) -> Array:
+        """x/√(R² - x²), ±inf at |x| = R, NaN beyond."""
         x = np.asarray(x, float)
         with np.errstate(invalid="ignore", divide="ignore"):
             return x / np.sqrt((self.R - x) * (self.R + x))
@@ -216,6 +241,7 @@ class PowerLaw(Bowl):
     knots = (0.0,)
 
     def __post_init__(self) -> None:
+        """ValueError unless c > 0 and 1 <= n <= 300."""
         if not real("c", self.c) > 0:
             raise ValueError(f"c = {self.c!r} must be positive; give a value > 0")
         if finite("n", self.n) < 1:
@@ -225,11 +251,14 @@ class PowerLaw(Bowl):
 
     @property
     def corners(self) -> tuple[float, ...]:  # type: ignore[override]
+        """The tip of a wedge, n = 1; with n > 1 the slope does not jump."""
         return (0.0,) if self.n == 1 else ()
 
     def height(self, x: ArrayLike) -> Array:
+        """c |x|ⁿ."""
         return self.c * np.abs(np.asarray(x, float)) ** self.n
 
     def slope(self, x: ArrayLike) -> Array:
+        """± n c |x|ⁿ⁻¹, and 0 at x = 0."""
         x = np.asarray(x, float)
         return self.c * self.n * np.sign(x) * np.abs(x) ** (self.n - 1)

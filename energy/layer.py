@@ -1,4 +1,8 @@
-"""The elastic layer: a bed of independent springs, Eqs. (2) and (3), or its exact response."""
+"""The elastic layer: a bed of independent springs, Eqs. (2) and (3), or its exact response.
+
+`finite` and `positive` check an argument, whose name comes first, and return it as a float;
+`option` refuses a word that is not among those that are known.
+"""
 
 import math
 from dataclasses import dataclass
@@ -66,6 +70,7 @@ class ElasticLayer:
     response: str = "springs"
 
     def __post_init__(self) -> None:
+        """ValueError for numbers outside their ranges, and an unknown response."""
         positive("E", self.E)
         if self.h == np.inf:
             raise ValueError(

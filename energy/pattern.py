@@ -39,6 +39,7 @@ class Patches:
     factors: Sequence[float]
 
     def __post_init__(self) -> None:
+        """Check edges and factors, and keep them as tuples of floats."""
         edges = array("edges", self.edges)
         factors = array("factors", self.factors)
         if edges.ndim != 1 or not np.isfinite(edges).all() or (np.diff(edges) <= 0).any():

@@ -5,7 +5,9 @@ layer, all lengths have one unit. n samples have n - 1 intervals; interval i lie
 and i + 1. Outside of the samples the height is inf and the slope NaN, which says that no profile is
 known there. The attributes `corners`, `knots`, `extent`, `convex`, `apex` and `complete` are those
 of `energy.indenter.Indenter`: at corners the slope jumps, at knots a higher derivative does, and
-`complete` promises that f is smooth between them.
+`complete` promises that f is smooth between them. `array` makes floats of what was given, `option`
+refuses an unknown word, `positive` what is not > 0; `gaussian_filter.filtered(x, z, cutoff)` are
+evenly spaced x and z without shorter waves.
 """
 
 from __future__ import annotations
@@ -98,6 +100,7 @@ class Sampled(Indenter):
         def __init__(self, x: ArrayLike, z: ArrayLike, kind: str = "linear") -> None: ...
 
     def __post_init__(self) -> None:
+        """Check the samples, find the slopes of the interpolation, and keep all read-only."""
         option("kind", self.kind, ("linear", "smooth"))
         x = array("x", self.x)
         z = array("z", self.z)
@@ -152,14 +155,17 @@ class Sampled(Indenter):
 
     @property
     def extent(self) -> tuple[float, float]:  # type: ignore[override]
+        """From the first sample to the last one."""
         return (float(self.x[0]), float(self.x[-1]))
 
     @property
     def corners(self) -> Array:  # type: ignore[override]
+        """All samples but both ends if they are joined by straight lines, none if smoothly."""
         return self.x[1:-1] if self.kind == "linear" else self.x[:0]
 
     @property
     def knots(self) -> Array:  # type: ignore[override]
+        """All samples but both ends of a spline, whose third derivative jumps; none of lines."""
         return self.x[1:-1] if self.kind == "smooth" else self.x[:0]
 
     @functools.cached_property
@@ -204,12 +210,15 @@ class Sampled(Indenter):
         return noise_slope(self.x, self.z)
 
     def height(self, x: ArrayLike | float) -> Array:
+        """f(x) [length], of the shape of x; inf outside of the samples."""
         return self._evaluated(self._located(x), self._height_coefficients, math.inf)
 
     def slope(self, x: ArrayLike | float) -> Array:
+        """f'(x), of the shape of x, at a corner that on its right; NaN outside of the samples."""
         return self._evaluated(self._located(x), self._slope_coefficients, math.nan)
 
     def height_and_slope(self, x: ArrayLike | float) -> tuple[Array, Array]:
+        """Both, with the positions looked up once."""
         there = self._located(x)
         height = self._evaluated(there, self._height_coefficients, math.inf)
         return height, self._evaluated(there, self._slope_coefficients, math.nan)

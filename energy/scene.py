@@ -1,4 +1,12 @@
-"""A scene: layer, surfaces and indenter."""
+"""A scene: layer, surfaces and indenter.
+
+`as_indenter` makes an `Indenter` of anything with height(x) and slope(x). About an axis,
+`about_axis` gives the mirror-symmetric profile f(|x|), from a half as well, and `check_rings`
+refuses a pattern that is not symmetric; `difference(indenter, centre, length)` is a message that
+says where a profile is not its mirror image about the centre, "" if it is. `GEOMETRIES` and
+`SLOPES` are the words that are known, which `option` checks; `not_a_class` refuses a class.
+`surfaces.doubt` ends a message about w > 10 γ₁ with the question whether the two were swapped.
+"""
 
 from __future__ import annotations
 
@@ -70,6 +78,7 @@ class Scene:
     geometry: str = "line"
 
     def __post_init__(self) -> None:
+        """Check what was given, and take any profile as an `Indenter`."""
         for name in ("layer", "surfaces", "opening", "pattern"):
             not_a_class(name, getattr(self, name))
         for name, kind in (("layer", ElasticLayer), ("surfaces", SurfaceEnergies)):

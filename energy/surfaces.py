@@ -1,4 +1,7 @@
-"""The three surface energies, the work of adhesion (1) and Young's angle (8)."""
+"""The three surface energies, the work of adhesion (1) and Young's angle (8).
+
+`finite` and `not_negative` check an argument, whose name comes first, and return it as a float.
+"""
 
 from __future__ import annotations
 
@@ -52,6 +55,7 @@ class SurfaceEnergies:
     given_by_work: bool = field(default=False, init=False, compare=False)
 
     def __post_init__(self) -> None:
+        """ValueError for a negative tension or work of adhesion."""
         not_negative("gamma1", self.gamma1)
         finite("gamma2", self.gamma2)
         finite("gamma12", self.gamma12)
@@ -100,6 +104,7 @@ class SurfaceEnergies:
         return {"gamma1": self.gamma1, "gamma2": self.gamma2, "gamma12": self.gamma12}
 
     def __repr__(self) -> str:
+        """As it was made: from γ₁ and w, or from three energies."""
         maker = "SurfaceEnergies.from_work" if self.given_by_work else "SurfaceEnergies"
         return f"{maker}({', '.join(f'{name}={value!r}' for name, value in self.given.items())})"
 

@@ -10,7 +10,10 @@ The free surface varies over l, so that c₂(h/l)² and h/l tell what the spring
 h is the thickness of the layer, a the half-width or radius of its narrowest contact, d the depth
 below first touch, u the displacement, l = √(γ₁/k), δ₀ = √(2w/k). `scene.opened` has the work of
 adhesion of a contact that opens, the larger one; `surfaces.doubt` ends a message about w > 10 γ₁
-with the question whether the two were swapped.
+with the question whether the two were swapped. Of a scene, `gamma1` is γ₁, `work_of_adhesion` w of
+a contact that closes, `elastocapillary_length` l and `critical_separation` δ₀;
+`indenter.noise_slope` is the rms slope that noise makes between neighbouring samples, None without
+samples. `relative_stiffness(ν, qh)` is k(q) h/G with the shear modulus G, `second_order(ν)` c₂.
 """
 
 from __future__ import annotations
@@ -90,6 +93,7 @@ class Assumption(NamedTuple):
         return self.value <= self.limit
 
     def __str__(self) -> str:
+        """A line with the measure, its limit and the verdict."""
         verdict = "holds" if self.holds else f"VIOLATED: {self.consequence}"
         return f"{self.name} = {self.value:.3g} (limit {self.limit:g}): {verdict}"
 
@@ -241,6 +245,7 @@ def springs_error(nu: float, ratio: float) -> tuple[float, float]:
     """
 
     def interpolated(table: tuple[tuple[float, ...], ...]) -> float:
+        """The entry of a table, rows of ν and columns of l/h, between those that it has."""
         of_nu = [np.interp(math.log(ratio), np.log(_RATIOS), row) for row in table]
         return float(np.interp(nu, _NU, of_nu))
 

@@ -42,6 +42,9 @@ Any consistent units do. Positions, depths and half-widths come first, parameter
 all broadcast (the exponent n of a power law is one number). Arguments outside the range of a
 formula raise ValueError. Depths and forces belong to the *metastable* contact, the one that
 touched and then moved to its depth; cards of the lowest energy of all say `global`.
+
+`Jump` (force, depth, half-width and energy released) and `PullOff` (the first three) are what cards
+of instabilities return.
 """
 
 from energy.cards import (

@@ -27,6 +27,16 @@ its end d_e: with P_s(d) = P − K (d' − d) the straight line of the spring th
     U(d_e) + ∫_{d_e}^{d} (P(d') − P_s(d')) dd' ;
 
 after that the spring relaxes from the force P_s(d_e), and loses P_s(d_e)²/(2K).
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `wedge_slope(delta)` is tan δ. `refuse(name, value, bad, remedy)` raises ValueError
+where `bad` is true. `not_zero` puts 1 in place of 0, for divisors of terms that are 0 there.
+`positive` and `non_negative` check an argument, whose name comes first, and return it as float64.
+
+Of the cards, `half_width(d)` is a on the branch at the depth d, `depth(a)` the depth there and
+`force_of_width(a)` the force; `parabola.energy_released` is 2wl, what both free surfaces lose where
+the branch ends. A `Jump` has the force, depth and half-width of the contact and `energy_released`,
+>= 0.
 """
 
 from typing import Any, NamedTuple

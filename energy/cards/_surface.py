@@ -1,6 +1,8 @@
 """The whole surface: what the indenter prescribes in contact, the decaying tail outside.
 
 Displacements are positive downwards, into the layer.
+
+Imported: `unwrap` makes a number of an array without axes.
 """
 
 import numpy as np

@@ -7,6 +7,13 @@ condition that the energy be stationary in the half-width. Section 6 of the pape
 Conventions: the contact is on the left of its line at x = a > 0. Heights f are positive upwards,
 the depth d of the level f = 0 and displacements u downwards, so that u_a = d − f(a) at the line. θ
 is the angle in the outer medium, π where the surface is smooth. l = √(γ₁/k), δ₀ = √(2w/k).
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `slope_at_line(u_a)` is the slope −u_a/l of the free surface. `Values` is a float for
+numbers, an array for arrays. `excess(name, value, bound, remedy)` is value − bound, 0 where it is
+negative by rounding, and an error below. `refuse(name, value, bad, remedy)` raises ValueError where
+`bad` is true. `unwrap` makes a number of an array without axes. `finite`, `positive` and
+`non_negative` check an argument, whose name comes first, and return it as float64.
 """
 
 import numpy as np

@@ -14,6 +14,17 @@ branch itself is traversed both ways, whatever the largest depth.
 A flat punch touches with its whole face and is pinned at the edges. A sharp wedge, tan δ > α, is
 pinned at its tip for 0 < d < l tan δ − δ₀, never pulls, and has neither jump nor loop.
 γ₁ = 0: springs attach one by one on touching, without a jump-in; `two_works` with w_closing = 0.
+
+Imported: `elastocapillary_length(k, gamma1)` is l = √(γ₁/k). `wedge_slope(delta)` is tan δ.
+`tail_energy(u_a)` is ½ √(kγ₁) u_a² of one free surface. `with_tension` refuses γ₁ = 0.
+`touched(a, c, n)` is the jump of f = c|x|ⁿ at d = 0 to the half-width a. `Values` is a float for
+numbers, an array for arrays. `positive` and `non_negative` check an argument, whose name comes
+first, and return it as float64.
+
+A `Jump` has the force, depth and half-width (`half_width`) of the contact, just after a jump-in or
+just before a detachment, and `energy_released`, >= 0; a `PullOff` the first three. Of the cards of
+one body, `force(d)` is P of the adhered branch, `half_width(d)` a; `flat_punch.force_at_detachment`
+is P at −δ₀, and `flat_punch.global_pull_off_depth` the depth at which U = 0.
 """
 
 import numpy as np

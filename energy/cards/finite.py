@@ -10,6 +10,11 @@ Young's angle θ of Eq. (8), and u = d − f(a), (16) becomes
 Range: surfaces that are graphs, |φ| < π/2, that is |u(a)| < √2 l; w <= 2γ₁. Heights f are positive
 upwards, depths d downwards, forces where they press the indenter up. Positions are on the right of
 a contact whose lines are at ±a. `angle_deficit(w, gamma1)` is π − θ.
+
+Imported: `elastocapillary_length(k, gamma1)` is l = √(γ₁/k). `Values` is a float for numbers, an
+array for arrays. `refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `unwrap`
+makes a number of an array without axes. `finite`, `positive` and `non_negative` check an argument,
+whose name comes first, and return it as float64.
 """
 
 import numpy as np

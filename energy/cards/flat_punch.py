@@ -7,6 +7,13 @@ has the lower energy already at the shallower `global_pull_off_depth`.
 Conventions: the depth d of the face and displacements u are positive into the layer, forces P per
 length where the punch is pressed; l = √(γ₁/k), δ₀ = √(2w/k), and `critical_depth` is −δ₀.
 Arguments out of range raise ValueError.
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `joined(x, a, inside, u_a, l)` is `inside` where |x| <= a, and beyond the surface that
+decays from u_a. `Values` is a float for numbers, an array for arrays.
+`excess(name, value, bound, remedy)` is value − bound, 0 where it is negative by rounding, and an
+error below. `finite`, `positive` and `non_negative` check an argument, whose name comes first, and
+return it as float64.
 """
 
 import numpy as np

@@ -3,6 +3,9 @@
 Conventions: the contact reaches from -a to a. Heights f are positive upwards, the depth d of the
 level f = 0 and displacements u downwards, so that u = d - f in contact; forces are per length and
 positive where they press against the indenter. u_a is u at the lines, l = √(γ₁/k).
+
+Imported: `Values` is a float for numbers, an array for arrays. `finite`, `positive` and
+`non_negative` check an argument, whose name comes first, and return it as float64.
 """
 
 import functools

@@ -1,4 +1,9 @@
-"""The thin layer as a foundation of independent springs, Eqs. (2)-(3)."""
+"""The thin layer as a foundation of independent springs, Eqs. (2)-(3).
+
+Imported: `Values` is a float for numbers, an array for arrays. `refuse(name, value, bad, remedy)`
+raises ValueError where `bad` is true. `finite` and `positive` check an argument, whose name comes
+first, and return it as float64.
+"""
 
 from numpy.typing import ArrayLike
 

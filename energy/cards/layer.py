@@ -17,6 +17,12 @@ profiles f are positive upwards, the depth d of their lowest point and the displ
 contact downwards; p is the pressure on the layer, p' = dp/dr, and P the force on the indenter,
 positive pressed. l = √(γ₁/k) with the stiffness k of the springs (`stiffness`), δ₀ = √(2w/k), and
 c₂ is that of k(q) = k (1 - c₂q²h² + ...) of the layer (`second_order`).
+
+Imported: `elastocapillary_length(k, gamma1)` is l = √(γ₁/k). `_depth(f_a, slope_a)` is the depth
+f(a) + l f'(a) − δ₀ of Eq. (16). `Values` is a float for numbers, an array for arrays.
+`refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `unwrap` makes a number of
+an array without axes. `finite`, `positive` and `non_negative` check an argument, whose name comes
+first, and return it as float64.
 """
 
 import numpy as np

@@ -19,6 +19,15 @@ starts and ends detached, P being the load. The largest load drops out.
 
 γ₁ = 0 has no jump-in (`two_works`); its detachment is that of a contact that was pressed wider than
 the half-width at which it lets go.
+
+Imported: `wedge_touched(K)` and `parabola_touched(K)` are the jumps on touching under a machine of
+stiffness K. `wedge_detached(K)` and `parabola_detached(K)` are the detachments, each a `jump` and
+the force that is left in the spring. `Values` is a float for numbers, an array for arrays.
+
+A `Jump` has the force, depth and half-width (`half_width`) of the contact, just after a jump-in or
+just before a detachment, and `energy_released`, >= 0. The flat punch jumps as under
+`displacement_control`, and has its cards: `flat_punch_jump_in`, `flat_punch_detachment` and
+`flat_punch_loop_area`.
 """
 
 import numpy as np

@@ -19,6 +19,15 @@ while P²/(2K), the work of a dead load on an indenter that flies off, grows wit
 
 The most tensile force does not depend on K: wedge and parabola meet their `pull_off` before they
 become unstable, the flat punch its own at −δ₀.
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `wedge_touched(K)` and `parabola_touched(K)` are the jumps on touching under a machine
+of stiffness K. `wedge_detached(K)` and `parabola_detached(K)` are the detachments, each a `jump`
+and the force that is left in the spring. `Values` is a float for numbers, an array for arrays.
+
+A `Jump` has the force, depth and half-width (`half_width`) of the contact, just after a jump-in or
+just before a detachment, and `energy_released`, >= 0. The flat punch jumps in as under displacement
+control (`flat_punch_jump_in`); `wedge.half_width(d)` is a on the branch.
 """
 
 import numpy as np

@@ -6,6 +6,13 @@ f(0) = 0), and the tension makes it narrower and stiffer.
 Conventions: heights f are positive upwards, the depth d of the level f = 0 and displacements u
 downwards, forces P per length where the indenter is pressed. The lines are at ±a, u_a = d − f(a) is
 the displacement there, l = √(γ₁/k), and C = −u_a exp(a/l) is the constant of Eq. (13).
+
+Imported: `elastocapillary_length(k, gamma1)` is l = √(γ₁/k). `slope_at_line(u_a)` is the slope
+−u_a/l of the free surface. `_line_residual` is f(a) + l f'(a) − d − δ₀ of Eq. (16). `Values` is a
+float for numbers, an array for arrays. `excess(name, value, bound, remedy)` is value − bound, 0
+where it is negative by rounding, and an error below. `not_zero` puts 1 in place of 0, for divisors
+of terms that are 0 there. `finite`, `positive` and `non_negative` check an argument, whose name
+comes first, and return it as float64.
 """
 
 import numpy as np

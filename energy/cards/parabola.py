@@ -8,6 +8,13 @@ downwards, forces P per length where the indenter is pressed. The lines are at �
 displacement u_a = d − f(a) there; l = √(γ₁/k) (`elastocapillary_length`), δ₀ = √(2w/k)
 (`critical_separation`), and `critical_depth` is −δ₀. Arguments broadcast, and raise ValueError
 where they are out of range.
+
+Imported: `joined(x, a, inside, u_a, l)` is `inside` where |x| <= a, and beyond the surface that
+decays from u_a. `Values` is a float for numbers, an array for arrays.
+`excess(name, value, bound, remedy)` is value − bound, 0 where it is negative by rounding, and an
+error below. `not_zero` puts 1 in place of 0, for divisors of terms that are 0 there. `unwrap` makes
+a number of an array without axes. `finite`, `positive` and `non_negative` check an argument, whose
+name comes first, and return it as float64.
 """
 
 from typing import NamedTuple

@@ -2,6 +2,9 @@
 
 A depth d is positive into the layer; a separation is positive where the plane is lifted above the
 flat surface.
+
+Imported: `Values` is a float for numbers, an array for arrays. `positive` and `non_negative` check
+an argument, whose name comes first, and return it as float64.
 """
 
 import numpy as np

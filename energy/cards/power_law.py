@@ -8,6 +8,14 @@ Conventions: the depth d of the lowest point and displacements u are positive in
 P per length where the indenter is pressed. The lines are at ±a, with the displacement
 u_a = d − c aⁿ there; l = √(γ₁/k) (`elastocapillary_length`), δ₀ = √(2w/k) (`critical_separation`),
 both in m; q = lc − δ₀ for n = 1. All arguments but n broadcast.
+
+Imported: `joined(x, a, inside, u_a, l)` is `inside` where |x| <= a, and beyond the surface that
+decays from u_a. `Values` is a float for numbers, an array for arrays.
+`excess(name, value, bound, remedy)` is value − bound, 0 where it is negative by rounding, and an
+error below. `refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `not_zero`
+puts 1 in place of 0, for divisors of terms that are 0 there. `unwrap` makes a number of an array
+without axes. `finite`, `positive` and `non_negative` check an argument, whose name comes first, and
+return it as float64.
 """
 
 from typing import NamedTuple

@@ -5,6 +5,12 @@ length l and is fixed by its value u_a at the contact line.
 
 Conventions: displacements u are positive downwards, into the layer; the lines are at ±a, and
 slopes are those on the right, u'(a + 0). Arguments broadcast.
+
+Imported: `joined(x, a, inside, u_a, l)` is `inside` where |x| <= a, and beyond the surface that
+decays from u_a. `Values` is a float for numbers, an array for arrays.
+`excess(name, value, bound, remedy)` is value − bound, 0 where it is negative by rounding, and an
+error below. `refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `finite`,
+`positive` and `non_negative` check an argument, whose name comes first, and return it as float64.
 """
 
 import numpy as np

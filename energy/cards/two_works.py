@@ -17,6 +17,14 @@ receding one, so ∮P dd = −∮ ∂V/∂a da and every length that is closed a
 on top of what jumps release. w = w_closing is `displacement_control`. γ₁ = 0 demands w_closing = 0:
 springs without tension attach on touching, at f(a) = d, and let go at f(a) = d + δ₀. A flat punch
 is pinned at its edges under both works: its loop area is 2w (a + l) for every w_closing.
+
+Imported: `tail_energy(u_a)` is ½ √(kγ₁) u_a² of one free surface. `touched(a, c, n)` is the jump of
+f = c|x|ⁿ at d = 0 to the half-width a. `Values` is a float for numbers, an array for arrays.
+`excess(name, value, bound, remedy)` is value − bound, 0 where it is negative by rounding, and an
+error below. `refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `finite` and
+`non_negative` check an argument, whose name comes first, and return it as float64.
+
+`half_width(d)` of a card is a on its branch, and `energy_released` of a `Jump` what is lost, >= 0.
 """
 
 from typing import Any, NamedTuple

@@ -9,6 +9,12 @@ Conventions: the depth d of the tip and displacements u are positive into the la
 length where the wedge is pressed. The lines are at ±a, with the displacement u_a = d − a tan δ
 there; l = √(γ₁/k) (`elastocapillary_length`), δ₀ = √(2w/k) (`critical_separation`). Arguments
 broadcast, and raise ValueError where they are out of range; `wedge_slope` is tan δ.
+
+Imported: `joined(x, a, inside, u_a, l)` is `inside` where |x| <= a, and beyond the surface that
+decays from u_a. `Values` is a float for numbers, an array for arrays.
+`excess(name, value, bound, remedy)` is value − bound, 0 where it is negative by rounding, and an
+error below. `refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `finite`,
+`positive` and `non_negative` check an argument, whose name comes first, and return it as float64.
 """
 
 from typing import NamedTuple

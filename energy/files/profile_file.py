@@ -2,7 +2,14 @@
 
 Conventions: x are positions along the scan, z heights, positive upwards from the layer once a scan
 is turned over; both in metres. A `TextTable` has the columns of a text file: `place` finds one by
-name or number, `unit` is its unit, "" if the file states none, and `numbers` its values as written.
+name or number, `unit` is its unit, "" if the file states none, `numbers` its values as written, and
+`description()` says in words which columns there are. `read_table(path, layout)` reads one.
+`units.size(unit, kind)` is a unit of length in metres, None if it is none. `positive` and `option`
+check an argument, whose name comes first.
+
+The library SurfaceTopography, which reads the files of instruments, is imported where one is given.
+Of its scans, `dim` is 1 for a line and 2 for an area, `unit` the unit of lengths or None, `to_unit`
+the scan in another one, and `positions_and_heights()` x and z of a line, or x, y and z of an area.
 """
 
 import importlib

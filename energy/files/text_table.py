@@ -9,7 +9,11 @@ Conventions: a `Row` is a line that is not empty, with its number in the file fr
 whether it is a comment; a `Pattern` says which cells of a row of data are numbers, and with which
 decimal mark. Columns have places from 0 in the code, and numbers from 1 for the user. `refuse`
 raises ValueError with file, line and reason; `missing` is whether a cell stands for no number;
-`units.named` splits a header into name and unit, "" if there is none.
+`units.named` splits a header into name and unit, "" if there is none. `decoded(path, encoding)` is
+the text of a file, and `rows_of` its rows, their pattern and delimiter. `DELIMITERS` has the known
+delimiters by name, `NUMBER` the pattern of a number by decimal mark. Of a `Pattern`, `numeric` says
+of each cell whether it is a number, `fits(row)` whether a row has this pattern, `is_number(cell)`
+whether a cell is one with its mark. `units.any_kind(unit)` is whether it is a known unit.
 """
 
 import codecs
@@ -69,6 +73,7 @@ class Layout:
     skip: int = 0
 
     def __post_init__(self) -> None:
+        """ValueError for a delimiter, mark, encoding or number of lines that does not exist."""
         known = {"delimiter": tuple(DELIMITERS), "decimal": tuple(NUMBER)}
         for name, options in known.items():
             value = getattr(self, name)

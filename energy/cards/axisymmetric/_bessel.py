@@ -9,6 +9,8 @@ where the three terms of q' cancel but for 1/(2s²); the coefficients follow fro
 Conventions: radii r are >= 0 and l is the elastocapillary length; u_a and u_b are the displacements
 at an outer line of radius a and at the inner line, of radius b, of a ring, positive into the layer;
 slopes are du/dr. Without tension l = 0 and s = ∞, where q = p = 1.
+
+Imported: `unwrap` makes a number of an array without axes.
 """
 
 import numpy as np

@@ -1,4 +1,7 @@
-"""Where an increasing function of a radius passes zero."""
+"""Where an increasing function of a radius passes zero.
+
+Imported: `unwrap` makes a number of an array without axes.
+"""
 
 from collections.abc import Callable
 

@@ -1,6 +1,9 @@
 """The whole surface: what the indenter prescribes in contact, the decaying surface outside.
 
 Displacements are positive downwards, into the layer; x is a distance from the axis, of either sign.
+
+Imported: `scaled(a, l)` is s = a/l, and ∞ where l = 0. `unwrap` makes a number of an array without
+axes.
 """
 
 import numpy as np

@@ -10,6 +10,11 @@ into the layer, forces P where the cone is pressed. l = √(γ₁/k), δ₀ = �
 s = a/l, `decay(s)` is q = K₀(s)/K₁(s) and `growth(s)` is s² q'(s), between 0 and ½. The surface is
 displaced by −D q at the line. Arguments broadcast, and raise ValueError where out of range; those
 of `power_law` are the cards of f = c rⁿ.
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `scaled(a, l)` is s = a/l, and ∞ where l = 0. `crossing(function, lower, upper)` is
+where a function of a radius becomes positive. `wedge_slope(delta)` is tan δ. `Values` is a float
+for numbers, an array for arrays. `unwrap` makes a number of an array without axes.
 """
 
 from typing import Any, NamedTuple

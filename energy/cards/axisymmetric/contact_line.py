@@ -6,6 +6,11 @@ Conventions: f is positive upwards, the depth d of the level f = 0 and displacem
 slopes are d/dr. An outer line, at r = a, has the contact on its inner side; the inner line of a
 ring, at r = b, has it on its outer side, where the angle law is −f' − u' = α. l = √(γ₁/k),
 δ₀ = √(2w/k), α = δ₀/l; `decay(s)` is K₀(s)/K₁(s), `disc(s)` is I₁(s)/I₀(s).
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `scaled(a, l)` is s = a/l, and ∞ where l = 0. `Values` is a float for numbers, an array
+for arrays. `unwrap` makes a number of an array without axes. `finite` and `positive` check an
+argument, whose name comes first, and return it as float64.
 """
 
 from numpy.typing import ArrayLike

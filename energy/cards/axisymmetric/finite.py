@@ -3,6 +3,11 @@
 γ₁ times twice the mean curvature is k u: the surface of a liquid under gravity, with k for ρg and l
 for its capillary length. It has no first integral; these are its limits, with the inclination φ of
 the surface at the line. The height is counted from the flat surface, |u_a|.
+
+Imported: `elastocapillary_length(k, gamma1)` is l = √(γ₁/k). `Values` is a float for numbers, an
+array for arrays. `refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `unwrap`
+makes a number of an array without axes. `finite` and `positive` check an argument, whose name comes
+first, and return it as float64.
 """
 
 import numpy as np

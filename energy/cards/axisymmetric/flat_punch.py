@@ -7,6 +7,13 @@ Conventions: the depth d of the face and displacements u are positive into the l
 the cylinder is pressed. l = √(γ₁/k), δ₀ = √(2w/k), α = √(2w/γ₁); with s = a/l, `decay(s)` is
 q = K₀(s)/K₁(s) and `growth(s)` is s² q'(s) = s² (q² − 1) + sq. Arguments out of range raise
 ValueError.
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `scaled(a, l)` is s = a/l, and ∞ where l = 0. `joined(x, a, inside, u_a, l)` is
+`inside` where |x| <= a, and beyond the surface that decays from u_a. `Values` is a float for
+numbers, an array for arrays. `excess(name, value, bound, remedy)` is value − bound, 0 where it is
+negative by rounding, and an error below. `unwrap` makes a number of an array without axes. `finite`
+and `positive` check an argument, whose name comes first, and return it as float64.
 """
 
 from typing import NamedTuple

@@ -4,6 +4,10 @@ Conventions: the contact is the disc r <= a. Heights f are positive upwards, the
 level f = 0 downwards, so that the surface is displaced by u = d − f in contact; forces are positive
 where they press against the indenter. q = K₀/K₁ of a/l, l = √(γ₁/k); `surface.force` is 2πkal
 u(a)/q.
+
+Imported: `Values` is a float for numbers, an array for arrays. `Profile` is a function f(r) of
+arrays. `unwrap` makes a number of an array without axes. `finite`, `positive` and `non_negative`
+check an argument, whose name comes first, and return it as float64.
 """
 
 import numpy as np

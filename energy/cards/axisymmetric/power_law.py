@@ -13,6 +13,16 @@ P where the indenter is pressed. l = √(γ₁/k), δ₀ = √(2w/k), α = √(2
 is q and `growth(s)` is s² q'(s) = s² (q² − 1) + sq, between 0 and ½. The surface is displaced by −D
 q at the line. All arguments but n broadcast; every card raises ValueError for n < 1, an array n, c
 <= 0, k <= 0, γ₁ < 0 and w < 0. `crossing` finds where a function becomes positive between two ends.
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `scaled(a, l)` is s = a/l, and ∞ where l = 0. `joined(x, a, inside, u_a, l)` is
+`inside` where |x| <= a, and beyond the surface that decays from u_a. `Values` is a float for
+numbers, an array for arrays. `excess(name, value, bound, remedy)` is value − bound, 0 where it is
+negative by rounding, and an error below. `refuse(name, value, bad, remedy)` raises ValueError where
+`bad` is true. `unwrap` makes a number of an array without axes.
+
+A `Jump` has the force, depth and radius of the contact and `energy_released`, >= 0; a `PullOff` the
+first three.
 """
 
 import numpy as np
@@ -55,6 +65,7 @@ class _Shape:
     def __init__(
         self, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
     ) -> None:
+        """Check the arguments, and take l and δ₀ from them."""
         exponent = finite("n", n)
         refuse("n", exponent, exponent < 1.0, "must be >= 1: a cusp has no small slopes")
         if np.ndim(exponent) > 0:

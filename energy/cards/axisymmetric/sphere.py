@@ -11,6 +11,15 @@ line always detaches at a > 0.
 Conventions: a is the radius of the contact. The depth d of the lowest point and displacements u are
 positive into the layer, forces P where the sphere is pressed. `decay` is q. Arguments broadcast,
 and raise ValueError where they are out of range; the cards of `power_law` are those of f = c rⁿ.
+
+Imported: `critical_separation(k, w)` is δ₀ = √(2w/k). `elastocapillary_length(k, gamma1)` is
+l = √(γ₁/k). `scaled(a, l)` is s = a/l, and ∞ where l = 0. `crossing(function, lower, upper)` is
+where a function of a radius becomes positive. `Values` is a float for numbers, an array for arrays.
+`unwrap` makes a number of an array without axes. `positive` and `non_negative` check an argument,
+whose name comes first, and return it as float64.
+
+A `Jump` has the force, depth and radius of the contact and `energy_released`, >= 0; a `PullOff` the
+first three.
 """
 
 from typing import Any, NamedTuple

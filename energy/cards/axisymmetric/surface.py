@@ -7,6 +7,14 @@ Conventions: displacements u are positive downwards, into the layer, and forces 
 indenter up, against its load; slopes are du/dr. l = √(γ₁/k); with s = a/l, `decay(s)` is
 q = K₀(s)/K₁(s) and `disc(s)` is I₁(s)/I₀(s). Arguments broadcast, and raise ValueError where they
 are out of range.
+
+Imported: `elastocapillary_length(k, gamma1)` is l = √(γ₁/k). `scaled(a, l)` is s = a/l, and ∞ where
+l = 0. `joined(x, a, inside, u_a, l)` is `inside` where |x| <= a, and beyond the surface that decays
+from u_a. `Values` is a float for numbers, an array for arrays. `excess(name, value, bound, remedy)`
+is value − bound, 0 where it is negative by rounding, and an error below.
+`refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `unwrap` makes a number of
+an array without axes. `finite`, `positive` and `non_negative` check an argument, whose name comes
+first, and return it as float64.
 """
 
 import numpy as np
