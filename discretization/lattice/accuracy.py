@@ -31,7 +31,16 @@ Conventions
 `closer` or `finer`, is that of the same scene, depth and branch on nodes c Δx apart, coarser if
 c > 1. Of an `Equilibrium`, `contacts` (m, 2) are the ends of m contacts, from left to right
 [length], `nodes` (m, 2) the positions of their outermost nodes, `force_parts` and `energy_parts`
-P and U again by quadrature between the lines, `scales` the sums of the sizes of their terms.
+P and U again by quadrature between the lines, `scales` the sums of the sizes of their terms,
+`pinned` (m, 2) which ends are at corners or ends of the body. QUANTITIES are "half_width" (a, that
+of all contacts together), "force" (P) and "energy" (U).
+
+Of an indenter, `apex` is x of its lowest point if the profile falls nowhere on the way outwards,
+else None; `walls` are the ends of its known profile at which the body itself ends; `corners` are x
+at which f' jumps, `within(low, high)` is the part of it between two places.
+`lost_too_early(scene, lattice, depth, branch)` is half the width of a contact that the profile
+holds and the nodes do not, 0 if there is none. NotCertifiedError is raised by a solver that finds
+no state. EPSILON is 2⁻⁵².
 """
 
 import math

@@ -19,7 +19,14 @@ which a line at x rests that has its free surface up to another line at q: `Cont
 `side` is 1 if that surface is on the right of the line, -1 if it is on its left. The contact that
 is lost has the line q on its left and p on its right, each None where there is none; its own left
 line has side -1 and its right one side 1, while q, a right line, has side 1, and p side -1.
-`Thresholds.pulled` is the depth below which a lone node is pulled upwards.
+`Thresholds.pulled` is the depth below which a lone node is pulled upwards, and `Thresholds.work`
+the adhesion of each link, of opening here.
+
+Of a row, `breaks` are the places of corners of profile and pattern in numbers of nodes, and
+`scene.hysteretic` is whether opening takes another work of adhesion than closing, so that lines
+stay over a range of depths. Of a lattice, `spring_stiffness` is kΔx, `link_stiffness` t,
+`end_stiffness` t(1 - λ) that of a tail, `log_decay` μ = -ln λ, `w` the work of adhesion of closing,
+and `axis` 0 about an axis, else nan.
 """
 
 import functools

@@ -59,6 +59,14 @@ than newer ones. Nodes that may end a free surface are the entries of `_Ends`, a
 `which`, `start` or `first` and `stop` (exclusive) count these entries, not the nodes. Two entries
 follow those of the m nodes: number m is the tail that follows the last contact, number m + 1, the
 last one, is nothing that precedes the first contact.
+
+`pressed(lattice, g)` has the contact nodes of ū and the forces, positive downwards, that hold them
+there; `surface(lattice, nodes, g, at)` the displacements at some nodes of a free surface that is
+held at others. Of a lattice, `spring_stiffness` is kΔx, `link_stiffness` t and `cell` the length or
+area of a link, all for weight 1; `weight` that of nodes, or of links by their middles, i + ½;
+`tail_stiffness(node, side)` what a tail beyond a node pulls with over u, and `deepest_contact` D,
+the largest drop of a node in contact in any minimum. DECAYED is 40 decay lengths, after which a
+tail is less than rounding. `NodalEnergy(lattice, contact).balance(u).terms` are the terms of U.
 """
 
 import math
@@ -142,14 +150,18 @@ def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     inside_certain = zero[:-2] & zero[1:-1] & zero[2:]
     may = (h <= lattice.deepest_contact) & ~inside_certain
     least, contact, _ = _cheapest(lattice, h, may)
+    # What is in contact, and the surface over all of it: a check by the energy of all nodes.
     u = np.where(contact, g, surface(lattice, np.flatnonzero(contact), g[contact], every))
     terms = np.array([*NodalEnergy(lattice, contact).balance(u).terms.values()])
-    bound = float(force @ g[certain]) / 2 + least
+    bound = float(force @ g[certain]) / 2 + least  # U of ū is half the work of its forces
     return runs(contact), Proof(bound, float(terms.sum()), float(abs(terms).sum()))
 
 
 def lowest_rings(lattice: Lattice, g: Array) -> Mask:
-    """The nodes in contact (n,) of lowest energy around an axis, of heights g = d - f."""
+    """The nodes in contact (n,) of lowest energy around an axis, of heights g = d - f (n,).
+
+    All of them may be in contact: `deepest_contact` is a bound for line contacts only.
+    """
     return _cheapest(lattice, -g, np.ones(g.size, bool))[1]
 
 
@@ -217,6 +229,7 @@ class _Ends:
     """
 
     def __init__(self, lattice: Lattice, h: Array, node: Nodes) -> None:
+        """Logarithms at the nodes and, DECAYED lengths beyond them, at the tail; see the class."""
         log_p, minus_log_q, stiffness = _chain(lattice, h.size)
         log_y = minus_log_q[node]
         log_z = (log_p + minus_log_q)[node]
@@ -495,6 +508,7 @@ class _Block:
     """
 
     def __init__(self, ends: _Ends, first: int, stop: int, certain: float, tie: float) -> None:
+        """The nodes of the block in its own units; see the class."""
         self.ends = ends
         self.first = first
         self.stop = stop

@@ -17,7 +17,9 @@ v_i = g_i/G where z_i = 1. No other module may import cvxpy.
 
 u and g = d - f are positive down into the layer, g = -∞ where there is no obstacle. Link i is
 between the nodes i and i + 1. Multipliers are forces with which the indenter presses on nodes,
-negative where adhesion pulls them up, in units of √(kγ₁) G in the programmes.
+negative where adhesion pulls them up, in units of √(kγ₁) G in the programmes. Of a lattice,
+`spacing` is Δx, `spring_stiffness` kΔx, `link_stiffness` t = γ₁/Δx and `end_stiffness` t(1 - λ),
+what a tail pulls with at a node over its u. `NodalEnergy(lattice, contact).value(u)` is U[u].
 """
 
 import math
@@ -84,6 +86,8 @@ def oracle(lattice: Lattice, g: ArrayLike) -> OracleSolution:
     """
     g = np.asarray(g, float)
     _refuse(lattice, g)
+    # U without adhesion of some surface above all heights, and all that adhesion can gain: a node
+    # whose contact costs more is in none of lowest energy.
     free = NodalEnergy(lattice, np.zeros(g.size, bool)).value(np.maximum(g, 0.0))
     gain = free + lattice.w * lattice.spacing * (g.size - 1)
     stiffness = lattice.spring_stiffness + 2 * lattice.end_stiffness
@@ -131,7 +135,11 @@ def _solve(
 
 
 def _pressed(lattice: Lattice, adhering: Mask, floor: Array) -> tuple[Array, Array]:
-    """Displacements above a floor and on it where nodes adhere, and the multipliers of both."""
+    """Displacements (n,) above a floor, on it where nodes adhere, and the multipliers (n,) of both.
+
+    adhering, floor (n,): which nodes adhere, and g in units of G. `dual_value` is what cvxpy calls
+    the multiplier of a constraint.
+    """
     import cvxpy as cp
 
     v = cp.Variable(floor.size)
@@ -142,7 +150,11 @@ def _pressed(lattice: Lattice, adhering: Mask, floor: Array) -> tuple[Array, Arr
 
 
 def _integers(lattice: Lattice, floor: Array, scale: float) -> Mask:
-    """The nodes in contact in the best of all contact sets: a gain per link between two of them."""
+    """The nodes in contact (n,) in the best of all contact sets.
+
+    What adhesion gains is counted per link between two of them.
+    floor (n,): g in units of `scale`, which is G [length].
+    """
     import cvxpy as cp
 
     room = max(0.0, floor.max()) - floor

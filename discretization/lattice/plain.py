@@ -19,8 +19,19 @@ Depths and displacements are positive down into the layer, heights f upwards, g 
 dU/dd, positive if the indenter presses. Nodes are numbered from 0 in the row (`Row`), from left to
 right. A line is at a contact node, with the free surface on its `side`: -1 the left line, 1 the
 right one. It passes, or closes, the link to the node + side. About an axis there is no left line.
-`NodalEnergy` has the energy of nodes with contacts fixed, `relaxed` its minimum over free nodes,
-`balance` terms and forces; `Advances` has what changes as lines pass links.
+`NodalEnergy(lattice, contact, first, tails=...)` is the energy of nodes with contacts fixed,
+`first` the lattice's number of the first of them; `relaxed` are the displacements of least energy
+with those of contact nodes as given, and `balance` has terms of U and nodal forces at some
+displacements.
+`Advances` has what changes as lines pass links, with the links LINKS = -3 ... 2 outwards from a
+line's node as its last axis.
+
+Of a lattice, `cell` is the length or area of a link of weight 1, `weight(i)` that of node i or, at
+i + ½, of link i: 1, or about an axis the radius over Δr; `stored(u)` the energy of the springs per
+area with its first and second derivative by u, `value`, `first` and `second`; `log_decay` μ, by
+which a linear tail decays per node; `overhang` ½ without tension, as a contact then reaches half a
+spacing beyond its last node, else 0. `Row.refuse_unknown` raises a ValueError where a contact
+reaches the end of the known profile. δ₀ = √(2w/k) is `Scene.critical_separation`.
 """
 
 import bisect
@@ -54,7 +65,7 @@ _TIE = 1e-12
 
 
 def far(lattice: Lattice) -> int:
-    """Nodes of a free surface up to where it is linear. ValueError if these are too many."""
+    """Nodes of a free surface up to where it is linear. ValueError if these are more than MOST."""
     count = math.ceil(FAR / lattice.log_decay) + 1
     if count > MOST:
         raise ValueError(
@@ -165,6 +176,9 @@ class Plain:
     def link(self, node: int, side: int) -> LinkPassed:
         """Changes as a line at this node passes the next link.
 
+        Before, the surface `here` begins at the node; after it, `beyond` begins at the next node,
+        and the spring of this node and the link between both are in contact.
+
         What is stored is the difference of energies. Without adhesion a line rests where nothing is
         stored, and that difference would be rounding: there it is half the work of the force over
         the gap, as of a quadratic energy.
@@ -194,7 +208,7 @@ class Plain:
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""
         scene = self.row.scene
-        u = self.g(node)
+        u = self.g(node)  # in contact
         if u > turning(self.row.lattice):
             return False  # it would turn over, into the indenter
         if scene.indenter.convex and -u > (1 + _TIE) * scene.critical_separation:

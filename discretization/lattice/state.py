@@ -2,10 +2,26 @@
 
 A convex profile has a single contact at any depth, which is found without following the path.
 
+Conventions
+-----------
 Depths are positive down into the layer; P is positive if compressive; U is 0 for the flat surface
 without contact. Contacts on nodes are `Contacts`, the first and last node of each in numbers of the
-row; `lines` are x between the nodes [length], the left and the right one of each contact. "Lines
-that resist" stay where they are over a range of depths, as opening takes more than closing.
+row, () if detached; `lines` are x between the nodes [length], the left and the right one of each
+contact. "Lines that resist" stay where they are over a range of depths, as opening takes more than
+closing: `scene.hysteretic`.
+
+`route(scene, kind, nodes=True)` names the solver: "plain" one contact by `on_plain`, "lowest" all
+contact sets by `on_lowest`, or "path" the walk from first touch (`Walk`). LOWEST are the methods
+that ask for the second. `on_row` and `on_plain` make a `State`, contacts with displacements of the
+nodes, None if detached; it has a `balance`, the energy, force and sizes of their terms on nodes, a
+`certificate`, and `passed`, the changes as lines pass links beside them: arrays (1, 2m, 6) of one
+state, 2m lines, and the links j = -3 ... 2 of `subgrid.LINKS`, outwards from the line's node.
+`subgrid.between` has x of the lines, and what they add to U and P beyond the nodes;
+`subgrid.moved` x of lines that resist. `detached` is the equilibrium without contact;
+`refuse_turning` raises a ValueError where a surface of finite slope would turn over, at more than
+the displacement `turning(lattice)`, `overhang` is its message, and `Row.refuse_unknown` does where
+a contact reaches the end of the known profile. `warn_state` and `warn_unresolved` warn where states
+depend on what lies between the nodes; `unseen` are such places.
 """
 
 import functools
@@ -205,7 +221,7 @@ def _neutral(found: State) -> bool:
     passed = found.passed
     inside = np.s_[0, -1, : -subgrid.LINKS[0]]  # of the right line the links j = -3 ... -1
     cost = passed.stored[inside] - row.works[0] * passed.bonds[inside]
-    least = _TIES.link * row.lattice.w * row.lattice.cell
+    least = _TIES.link * row.lattice.w * row.lattice.cell  # wΔx, what a link gains by adhesion
     indifferent = (passed.gap[inside] > 0) & (np.abs(cost) <= least)
     return least > 0 and bool(indifferent.all())
 
@@ -248,7 +264,7 @@ def on_lattice_warning(scene: Scene, depth: float, spacing: float, **options: An
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
     work = lattice.w
-    cost = lattice.k / 2 * depth**2 - work  # of contact, per area
+    cost = lattice.k / 2 * depth**2 - work  # of contact, per area: u = d everywhere
     apart = Certificate.undeformed()
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
     if depth < 0 and cost > _TIES.plane_stays * work:

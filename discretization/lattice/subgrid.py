@@ -44,7 +44,9 @@ v = A g + B u' - g_after is the gap at the node beyond a link, u' the displaceme
 is faced, and S the stiffness at that node: `Lattice.free_node_response` gives B, 1 - A - B and S.
 `row.bonds` has for each link its length or area times the factor of the pattern, so that the
 adhesion of a link is a work of adhesion times it. `row.corners` are x of corners of profile and
-pattern, `row.breaks` the same in numbers of nodes of the row.
+pattern, `row.breaks` the same in numbers of nodes of the row. `row.scene.hysteretic` is whether
+opening takes another work of adhesion than closing, and `is_lost_smoothly(row)` whether contacts
+adhere and have two free lines: then walks keep lone nodes for contacts narrower than a link.
 """
 
 import functools
@@ -332,7 +334,7 @@ def _of_faced(values: Array | Nodes, *, before: float, beyond: float) -> Array:
 
 
 def corners(row: Row, nodes: Nodes) -> Corners:
-    """The corners beside lines at these nodes (s, 2m); none of them is narrow."""
+    """The corners beside lines at these nodes (s, 2m); no contact is taken for narrow here."""
     nowhere = np.full(nodes.shape, False)
     if not row.corners.size:
         return Corners(np.full(nodes.shape, math.nan), ~nowhere, nowhere)
@@ -634,7 +636,7 @@ def _lines_on_path(row: Row, nodes: Nodes, depth: Array) -> tuple[Array, Array]:
 
 
 def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
-    """x of lines (s, 2m) at ζ from their nodes; of those at a corner that of the corner.
+    """x of lines (s, 2m) at ζ from their nodes; of those at a corner that of the corner [length].
 
     As lines that face each other feel each other, one may be more than half a link from its node.
     Where the node has to follow from the position, as a line that stays where it was, the position
@@ -651,7 +653,10 @@ def positions(row: Row, nodes: Nodes, zeta: Array, corner: Corners) -> Array:
 
 
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
-    """ζ of lines at these positions (s, 2m)."""
+    """ζ of lines at these positions (s, 2m), the inverse of `positions`.
+
+    Only with tension, where the overhang is 0.
+    """
     links = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
     zeta = facing_sides(nodes.shape[1]) * links
     return np.where(np.isin(lines, row.corners), zeta, _stretched(zeta, 1 / _LINE.shortened))

@@ -34,6 +34,13 @@ node; `clears` whether a surface is nowhere in the indenter at a depth; `open` h
 which nodes inside a contact open; `pulled` is the depth below which a lone node is pulled upwards.
 A closing happens once d >= its depth, an opening once d < its depth. `row.clear` means that there
 is one contact and that no surface outside of it can touch anything but its next node.
+
+`advance_of_outermost(nodes, side)` is `advance` of outermost lines at many nodes. Of a row, `touch`
+is the node that touches first and `lowest` its height, the depth at which it does; `works` are the
+works of adhesion of closing and of opening, `bonds` lengths or areas of links times the factor of
+the pattern, and `totals(nodes, depths)` has U (row 0) and P (row 1) of states. `lattice.axis` is 0
+about an axis, else nan. `is_lost_smoothly(row)` is whether contacts adhere and have two free lines:
+only then `ContactLoss` has the depths at which contacts narrower than a link are lost.
 """
 
 import functools
@@ -172,6 +179,7 @@ class Walk:
     """
 
     def __init__(self, row: Row, *, narrow: bool = False) -> None:
+        """A walk over a row of nodes, on which nothing has been looked for yet; see the class."""
         self.row = row
         self.closing, self.opening = row.thresholds
         self.loss = ContactLoss(row, self.opening) if narrow and is_lost_smoothly(row) else None
@@ -818,6 +826,7 @@ class Front:
     def __init__(
         self, walk: Walk, nodes: Contacts, direction: int, outermost: tuple[End, End] = (None, None)
     ) -> None:
+        """Ends of all free surfaces, and a heap of their next changes; see the class."""
         self.walk = walk
         self.direction = direction
         self.size = walk.row.size
