@@ -314,7 +314,8 @@ def crossings(
     Returns
     -------
     ndarray (n,)
-        Also done is what moves by one rounding; after 200 steps the last places count.
+        The zeros, in the order of the functions. A search also ends with a step of one rounding,
+        and after 200 steps, where it is then.
     """
 
     def evaluate(x: Array, own: Indices, last: Array, last_value: Array) -> tuple[Array, Array]:

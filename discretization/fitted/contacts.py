@@ -68,6 +68,8 @@ from energy.arrays import Array, Mask
 
 # Of |x|: a line is found to four roundings of its position, as root finders leave it (roots.py).
 _POSITION = ROUNDING / 4
+# Of the sizes of the terms of force and energy: rounding of the integrals and of their sum.
+_SUMMED = 4 * ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,8 +180,8 @@ def estimated(
     force_error += float(push(scene, depth, lines[uncertain]) @ moves[uncertain])
     width = (lines[:, 1] - lines[:, 0]).sum()
     of_width = moves.sum() / width + ROUNDING if width else 0.0
-    of_force = force_error / (found.force_scale or 1.0) + 4 * ROUNDING
-    of_energy = energy_error / (found.energy_scale or 1.0) + 4 * ROUNDING
+    of_force = force_error / (found.force_scale or 1.0) + _SUMMED
+    of_energy = energy_error / (found.energy_scale or 1.0) + _SUMMED
     return dict(zip(QUANTITIES, map(float, (of_width, of_force, of_energy)), strict=True))
 
 

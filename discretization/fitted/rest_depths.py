@@ -577,7 +577,8 @@ class RestDepths:
         furthest = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
         if self.scene.axisymmetric:
             width = np.minimum(width, np.maximum(furthest, DIFFERENCES.least_radius * self.length))
-        # Where l is rounding beside x, a step of a part of l would move nothing.
+        # Where l is rounding beside x, a step of a part of l would move nothing. A step of a
+        # quarter of a gap leaves three quarters of it.
         least = np.minimum(DIFFERENCES.least_ulps * np.spacing(furthest), width / 4)
         return np.asarray(np.maximum(part * np.minimum(width, self.length), least))
 

@@ -149,7 +149,9 @@ class SingleContact:
     apex: float
     touch: float
 
-    profile = None  # it needs no samples
+    # Lines are found by f and f' themselves; others, such as `Contacts`, read samples where there
+    # are any.
+    profile = None
 
     @classmethod
     def of(cls, scene: Scene) -> SingleContact:
@@ -171,7 +173,7 @@ class SingleContact:
         return (1,) if self.scene.axisymmetric else (-1, 1)
 
     def size(self, *depths: float) -> float:
-        """A displacement to measure others by: the largest of these depths, and δ₀."""
+        """A displacement to measure others by: the largest |depth| of these, plus δ₀ [length]."""
         return max(map(abs, depths)) + self.scene.critical_separation
 
     def rest_depth(self, side: Any, x: Any, beside: Any = None, work: Any = None) -> Any:
@@ -599,7 +601,8 @@ class SingleContact:
 def _further(start: float, step: float, limit: float) -> Iterator[Pair]:
     """Intervals (inner end, outer end) that follow each other from a place on, up to a limit.
 
-    Their outer ends are `step`, whose sign is the direction, 4, 16, ... times it from the place.
+    Their outer ends are `step`, whose sign is the direction, 4, 16, ... times it from the place: a
+    million steps away is reached in ten.
     """
     side = math.copysign(1.0, step)
     x = start

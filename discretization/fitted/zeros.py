@@ -109,6 +109,11 @@ class NewtonRules(NamedTuple):
     local : float
         Of the size, and of the gap: after such a step the rates of D are kept, as they have
         changed by about as small a part, by which the next, smaller step is off.
+    kept : float
+        Of the last step: after one that is no longer the rates are kept, so that the method still
+        converges as fast.
+    lenient : float
+        Of `rounded`: by so many times more counts for each step that has shrunk too little.
     even : float
         Of the size of depths, 18 roundings: D - d that is rounding, where a step need not be.
     back : float
@@ -122,6 +127,8 @@ class NewtonRules(NamedTuple):
     still: float = 1e-15
     rounded: float = 1e-12
     local: float = 1e-5
+    kept: float = 1 / 8
+    lenient: float = 4.0
     even: float = 4e-15
     back: float = 1e-7
 
@@ -448,7 +455,7 @@ class _GapNewton:
         width = float(new[1] - new[0])
         # Rates are kept after a step that is small, and so much less than the one before that the
         # method converges without new ones.
-        self.near = step <= min(_NEWTON.local * min(self.size, width), self.last / 8)
+        self.near = step <= min(_NEWTON.local * min(self.size, width), _NEWTON.kept * self.last)
         self.last = step
         self.x = new
         if fails:
@@ -485,7 +492,8 @@ class _GapNewton:
         """
         if step <= _NEWTON.still * self.size:
             return True
-        small = is_rounding or step <= _NEWTON.rounded * self.size * 4.0**self.slow
+        rounded = _NEWTON.rounded * self.size * _NEWTON.lenient**self.slow
+        small = is_rounding or step <= rounded
         if small and self.last / 2 <= step:
             return True
         return math.isfinite(self.last) and step * step <= _NEWTON.still * self.size * self.last

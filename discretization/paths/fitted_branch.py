@@ -107,7 +107,7 @@ class FittedBranch(Branch):
         """
         if not before.lines or not after.lines:
             return 0.0
-        # ∫ of the factor from a fixed place to each line.
+        # ∫ of the factor from a fixed place to each line, the last of the five integrals.
         to_before = self.integrals.at(np.array(before.lines))[4]
         to_after = self.integrals.at(np.array(after.lines))[4]
         if len(before.lines) != len(after.lines):  # nodes do not see a narrow gap

@@ -100,8 +100,10 @@ class History:
         What was imposed, and how: control "depth", "force" or "drive"; spacing None on the fitted
         mesh.
     values, depth, force, energy, half_width : array (n,)
-        The programme, d, P > 0 compressive, U and a; columns of `table` (n, 6). An indenter that a
-        tensile dead load has pulled away is at depth -inf.
+        The programme, d, P > 0 compressive, U and a. An indenter that a tensile dead load has
+        pulled away is at depth -inf.
+    table : array (n, 6)
+        The first four of these, and x of the left and the right outermost line, in its columns.
     contacts, inner : array (n, 2), and a tuple for each step
         The outermost lines, nan when detached, and those between, of several contacts.
     events : tuple of Event

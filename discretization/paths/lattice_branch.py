@@ -199,7 +199,7 @@ class LatticeBranch(Branch):
 
     @property
     def resolution(self) -> float:
-        """The length by which lines may be off: more than a link, by which they jump [length]."""
+        """The length by which lines may be off: a link, by which they jump, and half of one."""
         return 1.5 * self.row.lattice.spacing
 
     def point(self, nodes: Contacts, depth: float, before: Point) -> Point:

@@ -252,6 +252,7 @@ class SpringsBranch(Branch):
 
     def _length(self, point: Point) -> float:
         """The length, about an axis the area, in contact at a point."""
+        # ∫ of the pattern's factor from a fixed place to each line, the last of the five integrals.
         lengths = self.integrals.at(np.array(point.lines or ()))[4]
         return float((lengths[1::2] - lengths[::2]).sum())
 
