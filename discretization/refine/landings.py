@@ -90,12 +90,6 @@ class LandingRules(NamedTuple):
 _LANDING = LandingRules()
 
 
-def just_beyond(event: Happening) -> float:
-    """A depth just beyond an event: at the event itself, a fold, no force pushes the lines."""
-    margin = (event.before or event.after)[0].nodes.margin
-    return event.depth + event.direction * _LANDING.beyond * margin
-
-
 @dataclass(frozen=True, eq=False)
 class Landings:
     """What finds where lines come to rest after events.
@@ -156,7 +150,9 @@ class Landings:
         # The surfaces of all these events in one array, those of an event next to each other.
         lives = [life for event, _ in known for life in event.after]
         rows = np.concatenate([rows for _, rows in known])
-        depths = np.concatenate([np.full(len(rows), just_beyond(event)) for event, rows in known])
+        depths = np.concatenate(
+            [np.full(len(rows), self._just_beyond(event)) for event, rows in known]
+        )
         found = self.events.rest(lives, rows[:, None], depths[:, None], downhill=True)
         first = 0
         for event, _ in known:
@@ -166,6 +162,11 @@ class Landings:
                 raise NotRefined(
                     f"lines rest on the path from the event at depth = {event.depth!r}", event.depth
                 )
+
+    def _just_beyond(self, event: Happening) -> float:
+        """A depth just beyond an event: at the event itself, a fold, no force pushes the lines."""
+        margin = (event.before or event.after)[0].nodes.margin
+        return event.depth + event.direction * _LANDING.beyond * margin
 
     def _start(self, event: Happening) -> Array | None:
         """Where the lines (n, 2) of the n surfaces after an event are before they move.

@@ -1,10 +1,9 @@
 """Contacts that stay after an event and are narrower than nodes see.
 
-Where a contact is lost on nodes, a remnant may still rest. Lines that recede from beyond a fold may
-come to rest close to each other: from where they are before the event they are moved as their
-forces push them. And at a corner D rises by a jump, which holds a contact of any width: its lines
-are looked for from widths of a spacing of the nodes down to rounding; receding lines come to rest
-in the widest contact first.
+Where a contact is lost on nodes, a remnant may still rest. One line may recede beyond a fold to a
+place close to the other one: a narrow contact is looked for at both lines. And at a corner D rises
+by a jump, which holds a contact of any width: its lines are looked for from widths of a spacing of
+the nodes down to rounding. Receding lines come to rest in the widest contact first.
 
 Conventions
 -----------
@@ -27,7 +26,6 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.refine.events import Events
-from discretization.refine.landings import just_beyond
 from discretization.refine.lives import Happening, Life, Pair
 from energy.arrays import Array, Mask
 
@@ -51,11 +49,19 @@ class RemnantRules(NamedTuple):
         A contact that narrow just before it is lost leaves no remnant.
     pulled : float
         Of the size of depths: a contact of one point that is pulled no more than that stays.
+    starts : tuple of float
+        Widths from which a contact at one of the lines before is looked for: none, for Newton's
+        method finds rests narrower than the profile's curvature changes over, and such as nodes
+        may just not see.
+    rounds : int
+        Of Newton's method from there: it converges quadratically, or there is nothing near.
     """
 
     widest: float = 4.0
     closed: float = 1e-6
     pulled: float = 1e-13
+    starts: tuple[float, ...] = (0.0, 0.5, 2.0)
+    rounds: int = 10
 
 
 _RULES = RemnantRules()
@@ -63,7 +69,7 @@ _RULES = RemnantRules()
 
 @dataclass(frozen=True, eq=False)
 class Remnants:
-    """What looks for contacts that are left at corners.
+    """What looks for contacts that are left.
 
     Attributes
     ----------
@@ -100,31 +106,36 @@ class Remnants:
         return later
 
     def _receded(self, lost: Sequence[Happening]) -> list[Array | None]:
-        """For each event the lines (2, 2) of the contact to which the lines before it recede.
+        """For each event the lines (2, 2) of a narrow contact to which the lines before it recede.
 
-        None where they do not come to rest before they meet.
+        None where there is none. One line recedes to near the other one, so that a narrow contact
+        is looked for at both places; those of all events at once.
         """
         if not lost:
             return []
+        starts = [self._narrow_contacts(event) for event in lost]
+        count = starts[0].shape[1]
         lives = [life for event in lost for life in event.before]
-        rows = np.concatenate([event.lines_before for event in lost])
-        beyond = np.repeat([just_beyond(event) for event in lost], 2)
-        at = np.repeat([event.depth for event in lost], 2)
-        moved = self.events.rest(lives, rows[:, None], beyond[:, None], downhill=True)
-        found = self.events.rest(lives, moved.lines[:, None], at[:, None])
-        at_rest = moved.at_rest & found.at_rest
-        remnants = list[Array | None]()
-        for i, event in enumerate(lost):
-            own = slice(2 * i, 2 * i + 2)
-            rows = found.lines[own]
-            before_left, before_right = _ends(event.lines_before)
-            left, right = _ends(rows)
-            width = right - left
-            narrow = 0 < width < (before_right - before_left) / 2  # not the contact before
-            inside = before_left <= left and right <= before_right
-            stays = bool(at_rest[own].all()) and narrow and inside
-            remnants.append(rows if stays else None)
-        return remnants
+        depths = np.repeat([event.depth for event in lost], 2)[:, None]
+        found = self.events.rest(
+            lives,
+            np.concatenate(starts),
+            np.repeat(depths, count, axis=1),
+            rounds=_RULES.rounds,
+        )
+        lines = found.lines.reshape(len(lost), 2, count, 2)
+        at_rest = np.asarray(found.at_rest.reshape(len(lost), 2, count).all(axis=1))
+        return [self._widest(*each) for each in zip(lost, lines, at_rest, strict=True)]
+
+    def _narrow_contacts(self, event: Happening) -> Array:
+        """Lines (2, j, 2) beside j narrow contacts at both ends of the contact before an event."""
+        left, right = _ends(event.lines_before)
+        widths = np.array(_RULES.starts) * event.before[0].nodes.spacing
+        at_left = np.full(widths.size, left)
+        at_right = np.full(widths.size, right)
+        first = np.append(at_left, at_right - widths)
+        last = np.append(at_left + widths, at_right)
+        return _beside(event, first, last)
 
     def _at_corner(self, event: Happening) -> Array | None:
         """Lines (2, 2) of the surfaces on both sides of a contact that stays at a corner.
@@ -135,38 +146,34 @@ class Remnants:
         spacing = event.before[0].nodes.spacing
         corners = self.events.equations.profile.corners
         near = corners[(corners >= left - spacing) & (corners <= right + spacing)]
-        if not near.size:
-            return None
+        half = _WIDTHS * spacing
         for corner in near.tolist():
-            lines, at_rest = self._rests_at(event, corner)
-            width = lines[1, :, 0] - lines[0, :, 1]
-            good = at_rest & (width >= 0) & (width <= _RULES.widest * spacing)
-            good &= (lines[0, :, 1] >= left - spacing) & (lines[1, :, 0] <= right + spacing)
-            good &= (width > 0) | self._is_pressed(lines, event.depth)
-            good &= width < (right - left) / 2  # not the contact before
-            if good.any():
-                widest = int(np.argmax(np.where(good, width, -1.0)))
-                return lines[:, widest]
+            starts = _beside(event, corner - half, corner + half)
+            depths = np.full(starts.shape[:2], event.depth)
+            found = self.events.rest(event.before, starts, depths)
+            at_rest = np.asarray(found.at_rest.reshape(2, -1).all(axis=0))
+            rows = self._widest(event, found.lines.reshape(starts.shape), at_rest)
+            if rows is not None:
+                return rows
         return None
 
-    def _rests_at(self, event: Happening, corner: float) -> tuple[Array, Mask]:
-        """Lines at the depth of an event, taken to rest from contacts of all widths at a corner.
+    def _widest(self, event: Happening, lines: Array, at_rest: Mask) -> Array | None:
+        """The lines (2, 2) beside the widest contact that stays; None if none does.
 
-        Returns
-        -------
-        lines : ndarray (2, j, 2)
-            Of the surfaces on the left and on the right of the contact, for j widths [length].
-        at_rest : ndarray of bool (j,)
-            Whether both are at rest.
+        lines (2, j, 2) are those of the surfaces on the left and on the right of j contacts;
+        at_rest (j,) is whether both are at rest.
         """
-        half = _WIDTHS * event.before[0].nodes.spacing
-        outer = event.lines_after[0] if len(event.after) else (-np.inf, np.inf)
-        start = np.empty((2, half.size, 2))
-        start[0] = np.column_stack([np.full(half.size, outer[0]), corner - half])
-        start[1] = np.column_stack([corner + half, np.full(half.size, outer[1])])
-        found = self.events.rest(event.before, start, np.full(start.shape[:2], event.depth))
-        at_rest = np.asarray(found.at_rest.reshape(2, -1).all(axis=0))
-        return found.lines.reshape(start.shape), at_rest
+        left, right = _ends(event.lines_before)
+        spacing = event.before[0].nodes.spacing
+        width = lines[1, :, 0] - lines[0, :, 1]
+        good = at_rest & (width >= 0) & (width <= _RULES.widest * spacing)
+        good &= (lines[0, :, 1] >= left - spacing) & (lines[1, :, 0] <= right + spacing)
+        good &= (width > 0) | self._is_pressed(lines, event.depth)
+        good &= width < (right - left) / 2  # not the contact before
+        if not good.any():
+            return None
+        widest = int(np.argmax(np.where(good, width, -1.0)))
+        return np.asarray(lines[:, widest])
 
     def _is_pressed(self, lines: Array, depth: float) -> Mask:
         """Whether contacts of one point are pressed, or not pulled but for rounding (j,).
@@ -186,6 +193,17 @@ def _loses_wide_contact(event: Happening) -> bool:
         return False
     left, right = _ends(event.lines_before)
     return right - left > _RULES.closed * event.before[0].nodes.spacing
+
+
+def _beside(event: Happening, first: Array, last: Array) -> Array:
+    """Lines (2, j, 2) of the surfaces on both sides of contacts that reach from first to last (j,).
+
+    The other line of each surface is that of the surface which is there after the event.
+    """
+    outer_left, outer_right = event.lines_after[0] if len(event.after) else (-np.inf, np.inf)
+    on_the_left = np.column_stack([np.full(first.size, outer_left), first])
+    on_the_right = np.column_stack([last, np.full(last.size, outer_right)])
+    return np.array([on_the_left, on_the_right])
 
 
 def _ends(rows: Array) -> tuple[float, float]:
