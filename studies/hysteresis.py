@@ -15,6 +15,26 @@ Output: a line per loop and its worst error, hysteresis.csv with all numbers, fi
 if an error exceeds 1e-8 or the energy balance does not close within 1e-9.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `command.answer` says the answer, in the last line of the screen.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - A `Table` is the names of its columns, and its rows.
+# - `Columns` writes tables on the screen: `head` is the first line, `line(*cells)` any other.
+# - `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+# - `quantity(value, unit)` is a text such as 20 mN/m.
+# - `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the
+#   states at these values one after the other: a `History` with arrays `depth`, `force` (positive
+#   where it presses), `half_width`; `dissipated`, the energy that it loses; `work()`, the ∮ P dd.
+# - A scene has `gamma1` γ₁, `work_of_adhesion` w and `critical_separation` δ₀ = √(2w/k).
+# - `loops` has three INDENTERS on LAYER whose contact is as wide as b = SIZE without tension, with
+#   the work of adhesion WORK: `depth_loop` goes down and back by the depth, `driven_loop(path, K)`
+#   through the same states with a machine, or with a dead load for K = 0; `compared` are the
+#   numbers of a loop with closed forms, and `imbalance` how far work and lost energy differ.
+# - `legs` are the parts of a path between its turns and jumps.
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

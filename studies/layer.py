@@ -13,6 +13,26 @@ Springs are the limit q → 0 of the stiffness k(q) of a bonded elastic layer wi
 Output: four figures and tables. Exit status 1: an angle is off by over 1 %, or a length by 1e-4 h.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+# - `plain_ticks` labels a logarithmic axis with plain numbers.
+# - `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the
+#   states at these values one after the other: a `History` with arrays `depth`, `force` (positive
+#   where it presses), `half_width`; `pull_off`, its most tensile state.
+# - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
+#   this depth, d positive into the layer; with method="lattice" it is that on nodes of a spacing.
+# - A scene has `work_of_adhesion` w.
+# - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+# - `angle_deficit` of a state is its own π - θ.
+# - With response="layer" a layer has its exact response; `effective_length` ℓ stands for l in (16)
+#   then.
+# - `scales` of a state are sums of the absolute terms of its force and energy, `error_estimate` its
+#   relative errors, worked out when they are read.
+
 import math
 import statistics
 import time

@@ -16,6 +16,32 @@ Output: a line per number of nodes, levels.csv, levels.png. Exit status 1 if nod
 than the mesh, the energy balance of the refined path is off, or a part of it is not refined.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - A `Table` is the names of its columns, and its rows.
+# - `Columns` writes tables on the screen: `head` is the first line, `line(*cells)` any other.
+# - `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+# - `prefixed(values, unit)` is the unit with a prefix that suits the values: they are divided by
+#   its `size`, and its `symbol` is written.
+# - `quantity(value, unit)` is a text such as 20 mN/m.
+# - `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the
+#   states at these values one after the other: a `History` with arrays `depth`, `force` (positive
+#   where it presses), `half_width`; `events`, the jumps and other events in their order, each with
+#   a kind, the states `before` and `after` it and the `energy_released`; `dissipated`, the energy
+#   that it loses; `work()`, the ∮ P dd.
+# - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
+#   this depth, d positive into the layer; with method="lattice" it is that on nodes of a spacing.
+# - A scene has `gamma1` γ₁, `elastocapillary_length` l = √(γ₁/k) and `critical_separation` δ₀ =
+#   √(2w/k).
+# - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+# - `Profile(height, slope)` is a profile given by two functions.
+# - `state.displacement(x)` is u, positive into the layer.
+# - `path.at(step)` is the state at a step; its `lines` are the ends of all contacts, left and right
+#   in turn.
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

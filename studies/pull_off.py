@@ -16,6 +16,26 @@ Output: the table with errors, the conclusions, pull_off.csv, pull_off_gain.png.
 error exceeds 1e-8.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `command.answer` says the answer, in the last line of the screen.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - A `Table` is the names of its columns, and its rows.
+# - `Columns` writes tables on the screen: `head` is the first line, `line(*cells)` any other.
+# - `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+# - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
+#   this depth, d positive into the layer.
+# - A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁, `work_of_adhesion` w and `critical_separation` δ₀
+#   = √(2w/k).
+# - `loops` has three INDENTERS on LAYER whose contact is as wide as b = SIZE without tension:
+#   `scene_of(shape, γ₁)` is one of them.
+# - `most_tensile(path)`, `pull_off_card(scene)` and `global_pull_off(scene)` are (P, d, a),
+#   simulated, in closed form, and where a flat punch has the energy of no contact; `force_scale` is
+#   kδ₀(b + l), `size` b.
+# - A `Form` is a number beside its closed form, with a scale for where that is 0.
+
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product

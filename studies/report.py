@@ -7,6 +7,10 @@ command goes on after the last study that passed. Exit status 1 if a study fails
 that were missed are told and do not fail.
 """
 
+# Conventions:
+# - `command.parser` has the options of all studies; `command.parse` gives them and the output
+#   `out`.
+
 import base64
 import contextlib
 import datetime

@@ -22,6 +22,33 @@ thousandth. The warnings are left out of the table.
 Output: a line per l, rough.csv, rough.png, touching.png.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - A `Table` is the names of its columns, and its rows.
+# - `Columns` writes tables on the screen: `head` is the first line, `line(*cells)` any other.
+# - `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+# - `prefixed(values, unit)` is the unit with a prefix that suits the values: they are divided by
+#   its `size`, and its `symbol` is written.
+# - `quantity(value, unit)` is a text such as 20 mN/m.
+# - `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the
+#   states at these values one after the other: a `History` with arrays `depth`, `force` (positive
+#   where it presses), `half_width`; `pull_off`, its most tensile state; `dissipated`, the energy
+#   that it loses; `work()`, the ∮ P dd.
+# - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
+#   this depth, d positive into the layer; with branch="global" it is the lowest of all; with
+#   method="lattice" it is that on nodes of a spacing.
+# - A scene has `stiffness` k = Ẽ/h and `gamma1` γ₁.
+# - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+# - `Sampled(x, z)` is a measured profile of heights z at x.
+# - `state.displacement(x)` is u, positive into the layer.
+# - `AccuracyWarning` says that the estimated error of a state exceeds its rtol.
+# - `path.contacts` (n, 2) are the outermost lines at each step, NaN when detached, `path.inner`
+#   those between.
+# - The method "shortest_path" finds the lowest state of all on nodes.
+
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass

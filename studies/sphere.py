@@ -13,6 +13,25 @@ Small slopes depend on Λ alone; finite slopes, for the true arc, on w/γ₁ too
 Output: sphere.csv, sphere.png. Exit status 1 if an error of small slopes exceeds 1e-8.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - A `Table` is the names of its columns, and its rows.
+# - `Columns` writes tables on the screen: `head` is the first line, `line(*cells)` any other.
+# - `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+# - `plain_ticks` labels a logarithmic axis with plain numbers.
+# - `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the
+#   states at these values one after the other: a `History` with arrays `depth`, `force` (positive
+#   where it presses), `half_width`; `events`, the jumps and other events in their order, each with
+#   a kind, the states `before` and `after` it; `pull_off`, its most tensile state.
+# - A scene has `stiffness` k = Ẽ/h, `work_of_adhesion` w and `critical_separation` δ₀ = √(2w/k).
+# - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+# - `Circle(R)` is the true arc.
+# - `cards.axisymmetric.sphere` has the closed forms: the states of the largest pull and of
+#   detachment, with force < 0, depth and half_width, the radius.
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

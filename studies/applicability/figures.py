@@ -8,6 +8,12 @@ Borders are the limits of energy.validity, with l = √(γ₁/k), δ₀ = √(2w
     springs                                                |c₂|(h/l)² = 1/10 and h <= l
 
 Scene files of studies/scenes/ are drawn where they lie.
+
+Conventions:
+
+- `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+- `plain_ticks` labels a logarithmic axis with plain numbers.
+- A scene has `gamma1` γ₁, `work_of_adhesion` w and `elastocapillary_length` l = √(γ₁/k).
 """
 
 import math

@@ -1,6 +1,10 @@
 """What the study `applicability` found: the answer in words, and the table of borders.
 
 Every number is read from the record of simulated states; none stands here.
+
+Conventions:
+
+- A `Table` is the names of its columns, and its rows.
 """
 
 import math

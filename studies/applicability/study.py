@@ -22,6 +22,28 @@ Output: applicability.png, conjecture.png, eq16.png, regimes.png, applicability.
 in applicability.md.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
+#   this depth, d positive into the layer; with branch="global" it is the lowest of all; with
+#   method="lattice" it is that on nodes of a spacing.
+# - A scene has `elastocapillary_length` l = √(γ₁/k) and `critical_separation` δ₀ = √(2w/k).
+# - `FlatPunch(half_width)` has f = 0 up to its edges.
+# - `small_slopes` compares (11), (15) and (16) with simulated states for k = 1:
+#   `at_unit_width(shape, f'(a), w/γ₁)` gives their relative `Errors` where a = l,
+#   `punch(half-width, w/γ₁)` those of a flat punch, `compare(scene, depth, a, size)` those of any
+#   a.
+# - `depth_by_16` and `detachment` are depths, the latter simulated.
+# - `KINDS[shape]` says for δ₀ = 1 and d = 0 what a f'(a) is without tension, `width`, and what a
+#   becomes with it, `at_touch(a₀, l)`.
+# - QUANTITIES are the errors whose borders are searched, for the TOLERANCES; ROUND are shapes about
+#   an axis.
+# - With WORK, δ₀ = 1.
+# - NODES are in the shorter of l and a.
+
 import functools
 import math
 from collections.abc import Callable, Iterator, Sequence

@@ -1,4 +1,11 @@
-"""What runtime_vs_error records: its table, CSV and figures."""
+"""What runtime_vs_error records: its table, CSV and figures.
+
+Conventions:
+
+- A `Table` is the names of its columns, and its rows.
+- `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+- `plain_ticks` labels a logarithmic axis with plain numbers.
+"""
 
 from __future__ import annotations
 

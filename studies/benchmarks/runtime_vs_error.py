@@ -22,6 +22,11 @@ every point and the floors, one `dptsv` of each size; runtime_vs_error.png: time
 of a, of the rough profile against the number of nodes, for tasks with more than a point a method.
 """
 
+# Conventions:
+# - `command.parser` has the options of all studies; `command.parse` gives them and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+
 import itertools
 import math
 import time

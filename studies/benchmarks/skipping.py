@@ -12,6 +12,29 @@ model, in which only k, γ₁ and w of a film enter.
 Output: a line per row, skipping.csv, a figure. Exit status 1 if a digit changed.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `command.answer` says the answer, in the last line of the screen.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - `Columns` writes tables on the screen: `head` is the first line, `line(*cells)` any other.
+# - `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+# - `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the
+#   states at these values one after the other: a `History` with arrays `depth`, `force` (positive
+#   where it presses), `half_width`.
+# - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
+#   this depth, d positive into the layer; with method="lattice" it is that on nodes of a spacing.
+# - A scene has `elastocapillary_length` l = √(γ₁/k) and `critical_separation` δ₀ = √(2w/k).
+# - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+# - `FlatPunch(half_width)` has f = 0 up to its edges; `Profile(height, slope)` is a profile given
+#   by two functions.
+# - `state.displacement(x)` is u, positive into the layer.
+# - `AccuracyWarning` says that the estimated error of a state exceeds its rtol.
+# - `NodalEnergy(lattice, contact)` is the energy of nodes of which some are in contact:
+#   `relaxed(g)` are the displacements of least energy with u = g in contact, `value(u)` is their
+#   energy, `gradient(u)` the forces on the nodes.
+
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -3,6 +3,11 @@
 θ is the contact angle in the outer medium, π where the surface is smooth; what is measured is the
 deficit π - θ, the sum of the inclinations of indenter and free surface at the line. Its laws are
 Young's (8), cos θ = w/γ₁ - 1, and (15), π - θ = √(2w/γ₁), for small slopes.
+
+Conventions:
+
+- `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+- `plain_ticks` labels a logarithmic axis with plain numbers.
 """
 
 import math

@@ -20,6 +20,26 @@ Output: contact_angle.png and .csv, angle_on_nodes.png and .csv, loading_path.pn
 the screen; exit status 1 if a law is missed.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - A `Table` is the names of its columns, and its rows.
+# - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
+#   this depth, d positive into the layer; with method="lattice" it is that on nodes of a spacing.
+# - A scene has `gamma1` γ₁, `work_of_adhesion` w and `critical_separation` δ₀ = √(2w/k).
+# - `FlatPunch(half_width)` has f = 0 up to its edges; `PowerLaw(c, n)` is f = c|x|ⁿ.
+# - `surfaces.small_slope_deficit` is π - θ = √(2w/γ₁) (15); `surfaces.angle_deficit` is that of
+#   Young's law (8); `angle_deficit` of a state is its own π - θ.
+# - `scene(body, γ₁, w, slopes, geometry)` has k = 1.
+# - `depth_by_16(scene, a)` is the depth at which (16) has the half-width a, `simulated` the
+#   equilibrium, or None where its surface would turn over, and `detachment` the depth at which the
+#   contact is lost.
+# - Of a state `line_slopes` are the slopes f' and u' outwards, `angle_deficits` π - θ, and `pinned`
+#   whether a corner holds the line: each (m, 2), at the left and right ends of m contacts.
+# - `apex` is the x of the lowest point.
+
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial

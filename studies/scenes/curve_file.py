@@ -33,6 +33,14 @@ shape = "sampled"
 file = "scan.csv"                        # in place of x and z; beside the scene file
 columns = ["x", "z [nm]"]                # and unit, delimiter, decimal, encoding, skip
 flip = true                              # and level, line, cutoff: as those of read_profile
+
+Conventions:
+
+- `Sampled(x, z)` is a measured profile of heights z at x.
+- A `Table` of the scene file reads its keys one by one, and its `refuse` names file, line and key.
+- `read_table` gives a `TextTable`: names, units and rows of a text file.
+- `in_own_process(function, case)` calls it in a process that then ends.
+- `position_is_height`: positions are heights above the layer, and no depths.
 """
 
 import importlib

@@ -6,6 +6,14 @@ are those that `minimise` finds on the adhered branch; where there is none, the 
 With --picture FILE.png the window is drawn into a file instead, and nothing is shown.
 """
 
+# Conventions:
+# - `quantity(value, unit)` is a text such as 20 mN/m.
+# - A scene has `gamma1` γ₁, `work_of_adhesion` w, `elastocapillary_length` l = √(γ₁/k) and
+#   `critical_separation` δ₀ = √(2w/k).
+# - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+# - `state.displacement(x)` is u, positive into the layer.
+# - `contacts` has a row (left, right) for each contact.
+
 import argparse
 import math
 import textwrap

@@ -43,6 +43,15 @@
 title, source and depth stand above the first [section], as TOML has it. Unknown keys, missing keys
 and values of a wrong type are refused by file and key. A list or a range for any other number
 makes a sweep (studies/scenes/grid.py). `python -m studies new FILE` writes a commented file.
+
+Conventions:
+
+- A scene has `stiffness` k = Ẽ/h.
+- `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+- A `Table` reads a table of the file key by key: `number`, `text`, `spread` (a number, list or
+  range) return a checked value, `refuse` and `error` name file, line and key, and `build` passes
+  their names to the errors of what it calls.
+- TOP are the keys above the first section.
 """
 
 import math

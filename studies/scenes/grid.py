@@ -8,6 +8,14 @@
 Any number in a section can be an axis, and so can the texts of [options]. A list or range for
 `depth` is the last axis; the turning points of [path] and the samples of a profile are no axes.
 Points are numbered with the last axis running fastest.
+
+Conventions:
+
+- `AccuracyWarning` says that the estimated error of a state exceeds its rtol.
+- `Table` is a table of a file; its methods check a key and refuse its value by name.
+- `built` makes a `SceneFile` of tables, with a `scene`, `depths` and a `programme`, the load path.
+- CONTROLS, ENERGIES and TOP are keys.
+- `of_states` finds many states at once where they are `vectorised`.
 """
 
 import math

@@ -9,6 +9,20 @@ reads it) and SCENE_path.png. A file with a list or range for any other number i
 `python -m studies sweep -h`. `python -m studies new FILE` writes a scene file to start from.
 """
 
+# Conventions:
+# - `command.parser` has the options of all studies; `command.parse` gives them and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - A `Table` is the names of its columns, and its rows.
+# - `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+# - `prefixed(values, unit)` is the unit with a prefix that suits the values: they are divided by
+#   its `size`, and its `symbol` is written.
+# - A `SceneFile` has scene, depths and load path; `axes` are its lists and ranges.
+# - An `Assumption` has a `value` that holds up to its `limit`.
+# - `validity` of a state are all of its assumptions, `error_estimate` its relative errors,
+#   `uncertainty` the absolute ones.
+# - `described` says a scene in words.
+
 import itertools
 import json
 import math

@@ -1,4 +1,15 @@
-"""Many states of a sweep at once, with the columns that one state has."""
+"""Many states of a sweep at once, with the columns that one state has.
+
+Conventions:
+
+- A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁ and `work_of_adhesion` w.
+- `NotCertifiedError` is raised where no state passes its own checks.
+- `minimise_many(scene, depths, w=..., gamma1=..., stiffness=...)` are `Equilibria`, arrays (n,):
+  `half_width`, `force`, `energy`, `contact_angle`, whether they are `in_contact` and `stable`.
+- `walls` of an indenter are its vertical edges, `apex` the x of its lowest point.
+- OBSERVABLES are what is read off one state, QUANTITIES what has an error estimate; `assumptions`
+  of a `Deformation` say how far the model holds.
+"""
 
 import math
 from collections.abc import Sequence

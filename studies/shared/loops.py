@@ -6,6 +6,19 @@ on l/b and on the control only, in units of kδ₀b for forces and 2wb for energ
 
 These are numbers of the model: over decades of l/b, and up to the last contact, d ≪ h ≪ a and
 h <= l cannot all hold for one film. With the same l/b they are those of a film for which they do.
+
+Conventions:
+
+- `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the states
+  at these values one after the other: a `History` with arrays `depth`, `force` (positive where it
+  presses), `half_width`; `events`, the jumps and other events in their order, each with a kind, the
+  states `before` and `after` it and the `energy_released`; `pull_off`, its most tensile state;
+  `dissipated`, the energy that it loses.
+- A scene has `stiffness` k = Ẽ/h, `work_of_adhesion` w, `elastocapillary_length` l = √(γ₁/k) and
+  `critical_separation` δ₀ = √(2w/k).
+- `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+- `FlatPunch(half_width)` has f = 0 up to its edges.
+- `path.contacts` (n, 2) are the outermost lines at each step, NaN when detached.
 """
 
 import math

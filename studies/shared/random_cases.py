@@ -2,6 +2,15 @@
 
 They test the numbers of the model, far beyond the limits of independent springs too: only k, γ₁ and
 w of a layer enter, its thickness is any.
+
+Conventions:
+
+- A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁, `work_of_adhesion` w, `elastocapillary_length` l =
+  √(γ₁/k) and `critical_separation` δ₀ = √(2w/k).
+- `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+- `FlatPunch(half_width)` has f = 0 up to its edges; `PowerLaw(c, n)` is f = c|x|ⁿ.
+- `cards` have the closed forms; QUANTITIES are half_width, force and energy.
+- `scales` of a state are sums of the absolute terms of its force and energy.
 """
 
 import math

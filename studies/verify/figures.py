@@ -1,4 +1,17 @@
-"""The figures of `verify`: simulated curves beside their closed forms, and how they are drawn."""
+"""The figures of `verify`: simulated curves beside their closed forms, and how they are drawn.
+
+Conventions:
+
+- `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+- `prefixed(values, unit)` is the unit with a prefix that suits the values: they are divided by its
+  `size`, and its `symbol` is written.
+- A scene has `elastocapillary_length` l = √(γ₁/k) and `critical_separation` δ₀ = √(2w/k).
+- `FlatPunch(half_width)` has f = 0 up to its edges.
+- `surfaces.small_slope_deficit` is π - θ = √(2w/γ₁) (15).
+- `Grid(cells)` solves on that many links in l; `brink(mesh, scene)` is a depth just short of
+  detachment; `constants(scene)` are k, γ₁ and w by name.
+- PUNCH, WEDGE and PARABOLA are the indenters of the checks.
+"""
 
 from __future__ import annotations
 

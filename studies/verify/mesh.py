@@ -1,4 +1,16 @@
-"""Where a check solves: on a lattice of chosen spacing and shift, or on the fitted mesh."""
+"""Where a check solves: on a lattice of chosen spacing and shift, or on the fitted mesh.
+
+Conventions:
+
+- `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the states
+  at these values one after the other: a `History` with arrays `depth`, `force` (positive where it
+  presses), `half_width`.
+- A scene has `elastocapillary_length` l = √(γ₁/k).
+- `Plane()` is f = 0 without end.
+- `Lattice.of(scene, spacing, origin)` has a node at the origin, and `Row` what its nodes know of
+  the profile up to a depth.
+- `apex` is the x of the lowest point, None without one.
+"""
 
 import functools
 import math

@@ -1,4 +1,20 @@
-"""Measurements on the simulated field and branch, by numerical means only: no closed form here."""
+"""Measurements on the simulated field and branch, by numerical means only: no closed form here.
+
+Conventions:
+
+- A scene has `stiffness` k = Ẽ/h, `elastocapillary_length` l = √(γ₁/k) and `critical_separation` δ₀
+  = √(2w/k).
+- `FlatPunch(half_width)` has f = 0 up to its edges.
+- `state.displacement(x)` is u, positive into the layer.
+- `contacts` has a row (left, right) for each contact.
+- `mesh.solve(scene, depth)` is the equilibrium, and `mesh.sweep(scene, depths, name)` an attribute
+  of several.
+- A `Grid` has `cells` links in l, shifted by `offset` links.
+- `NodalEnergy(lattice, contact)` is the energy of nodes of which some are in contact: `relaxed(g)`
+  are the displacements of least energy with u = g in contact, and `gradient(u)` the forces on the
+  nodes, negative where they pull.
+- `bracketed(h, a, b, close)` is the zero of h between a, where h <= 0, and b, where h > 0.
+"""
 
 import math
 from collections.abc import Callable, Sequence

@@ -5,6 +5,15 @@ E = 310 Pa, ν = 0.38, h = 11 µm, γ₁ = 47 mN/m, w = 23 µJ/m²: l = 29.8 µm
 
 The numbers of the checks, of a layer, a shape, a depth or a place, are any of this order of
 magnitude: a closed form has to hold for all, and for none by the accident of a round one.
+
+Conventions:
+
+- A scene has `stiffness` k = Ẽ/h, `work_of_adhesion` w, `elastocapillary_length` l = √(γ₁/k) and
+  `critical_separation` δ₀ = √(2w/k).
+- `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+- `FlatPunch(half_width)` has f = 0 up to its edges; `PowerLaw(c, n)` is f = c|x|ⁿ; `Sampled(x, z)`
+  is a measured profile of heights z at x; `Profile(height, slope)` is a profile given by two
+  functions.
 """
 
 import functools

@@ -15,6 +15,18 @@ rounding, or what the measure itself leaves. Checks stand in studies/verify/chec
 Output: one line per check, report.md with all figures, verify.csv. Exit status 1 if any fails.
 """
 
+# Conventions:
+# - `command.start` gives the parameters of the preset, the number of processes and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `show` gets lines of text as they come; `silent` drops them, and `command.say` prints them.
+# - A `Table` is the names of its columns, and its rows.
+# - `Columns` writes tables on the screen: `head` is the first line, `line(*cells)` any other.
+# - CHECKS are all checks; `refine(check, cells, offsets)` takes one on ever finer lattices and on
+#   the fitted mesh, and gives a `Result` with its errors, its observed order and whether it
+#   `passed`.
+# - Its `bar` and `fitted_bar` are the largest errors of each.
+
 import math
 import time
 from collections.abc import Sequence

@@ -3,6 +3,19 @@
 The primal-dual active set (Hintermüller, Ito, Kunisch 2003), for w = 0: nodes with λ > 0 or u < g
 are held at g, the others are free with λ = 0; repeat until nothing changes. From {g > 0} it peels
 one node per iteration; the contact of a grid half as fine is a start from which a few suffice.
+
+Conventions:
+
+- A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁, `work_of_adhesion` w and `elastocapillary_length` l
+  = √(γ₁/k).
+- `surfaces.small_slope_deficit` is π - θ = √(2w/γ₁) (15); `surfaces.angle_deficit` is that of
+  Young's law (8).
+- Of a `Grid` of n nodes `g` is d - f, `bands()` the diagonal and off-diagonal of K, `pushed(u)` is
+  Ku, and `deficit(u, first, a)` π - θ from three free nodes beside the line; `read(u, multipliers)`
+  is the `Answer`, a, P, U and θ.
+- A `Solve` has no arguments and returns one.
+- `NodalEnergy(lattice, held)` is the energy of the nodes with some held: `relaxed(g)` are the
+  displacements of least energy, `value(u)` is their energy, `gradient(u)` the forces on the nodes.
 """
 
 import math

@@ -12,6 +12,10 @@ contact; multipliers are the forces of the indenter on the nodes, >= 0, and P is
 over nodes have the shape (n,), from left to right; `side` is -1 on the left of a contact, 1 on its
 right. `Lattice.spring_stiffness` is kΔx, `link_stiffness` t, and `end_stiffness` the stiffness with
 which the surface beyond the last node pulls at it.
+
+- A scene has `gamma1` γ₁.
+- `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+- `Sampled(x, z)` is a measured profile of heights z at x.
 """
 
 from __future__ import annotations

@@ -1,4 +1,13 @@
-"""The w = 0 programme given to general solvers: through cvxpy, and to scipy."""
+"""The w = 0 programme given to general solvers: through cvxpy, and to scipy.
+
+Conventions:
+
+- Of a `Grid` of n nodes `g` is d - f, `pushed(u)` is Ku, the forces that hold the nodes, and
+  `read(u, multipliers, success)` the `Answer`, a, P, U and θ.
+- `lattice.spring_stiffness` is kΔx, `link_stiffness` γ₁/Δx, and `end_stiffness` that of the surface
+  beyond the last node.
+- A `Solve` has no arguments and returns an answer.
+"""
 
 import os
 import sys

@@ -1,4 +1,20 @@
-"""The tasks of runtime_vs_error: scenes with known answers, and who takes part in each."""
+"""The tasks of runtime_vs_error: scenes with known answers, and who takes part in each.
+
+Conventions:
+
+- `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the states
+  at these values one after the other: a `History` with arrays `depth`, `force` (positive where it
+  presses), `half_width`; `dissipated`, the energy that it loses; `work()`, the ∮ P dd.
+- A scene has `elastocapillary_length` l = √(γ₁/k).
+- `AccuracyWarning` says that the estimated error of a state exceeds its rtol.
+- `elastic(w, R)` is a parabola with k = γ₁ = 1, `rough(n)` one with waves and n nodes,
+  `waves(contacts)` a rough profile with about so many, its samples WAVES_SPACING apart.
+- A `Grid` is n nodes under a scene, a `Solve` has no arguments and returns an `Answer`, a, P, U and
+  θ.
+- `knots` are the samples of a profile.
+- `steep_totals(scene, d, a)` are P and U with finite slopes.
+- `certificate.ok`: the state has passed its own checks; `stable` does so for each of many.
+"""
 
 import math
 import warnings

@@ -1,4 +1,14 @@
-"""The figure of `stress`: digits kept minus digits expected at each point of each grid."""
+"""The figure of `stress`: digits kept minus digits expected at each point of each grid.
+
+Conventions:
+
+- `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+- A `Trial` is a point (x, y) of a grid with the digits that it keeps of a, P and U; its `margin` is
+  digits kept less those expected, its `excess` the largest error over rounding or, of random
+  scenes, over its estimate.
+- BAD are the verdicts that fail, NAMES the odd profiles.
+- `edges` are those of cells around middles.
+"""
 
 import math
 from collections.abc import Sequence

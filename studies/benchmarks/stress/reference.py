@@ -8,6 +8,11 @@ The inputs are the floats of the scene, taken as exact: k = Ẽ/h from (2), (3),
 
 finite slopes (n = 2): energy.cards.finite with every angle written in square roots. On the lattice:
 the sums over a contact of nodes -m..m and the rule by which its line advances.
+
+Conventions:
+
+- A scene has `gamma1` γ₁.
+- `FlatPunch(half_width)` has f = 0 up to its edges; `PowerLaw(c, n)` is f = c|x|ⁿ.
 """
 
 from collections.abc import Callable, Iterator, Mapping

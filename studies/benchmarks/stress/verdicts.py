@@ -2,6 +2,23 @@
 
 Random scenes: whether rtol is honoured and error_estimate covers the error. Odd profiles, which
 have no closed form: the same question in other units and on the lattice.
+
+Conventions:
+
+- `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to this
+  depth, d positive into the layer; with method="lattice" it is that on nodes of a spacing.
+- A scene has `elastocapillary_length` l = √(γ₁/k) and `critical_separation` δ₀ = √(2w/k).
+- `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+- `AccuracyWarning` says that the estimated error of a state exceeds its rtol.
+- `NotCertifiedError` is raised where no state passes its own checks.
+- `reference.inputs(scene, depth)` are k, γ₁, w, d and the shape in 60 digits; `reference.answer` is
+  (a, P, U) of these, None without contact, `conditions` by how much each magnifies relative errors
+  of the inputs, and `from_detachment` |d + δ₀|/δ₀.
+- `scales` of a state are sums of the absolute terms of its force and energy, `error_estimate`
+  relative errors by the names in QUANTITIES, infinite where withheld.
+- `label` is "neutral" where contact and none are in balance.
+- `on_lattice(scene, depth, spacing)` is a state on nodes, one of them at `origin`.
+- A random `Case` has a closed form: `errors(state, half_width)` are relative errors of a, P and U.
 """
 
 import functools

@@ -6,6 +6,18 @@ far end is at D, the indenter is in equilibrium where D = d + P(d)/K: as D grows
 the running maximum of d + P(d)/K along the path first reaches it, as D falls, where the running
 minimum does.
 The offset of the depth and the stiffness of the machine cost no further path.
+
+Conventions:
+
+- `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the states
+  at these values one after the other: a `History` with arrays `depth`, `force` (positive where it
+  presses), `half_width`; `events`, the jumps and other events in their order, each with a kind, the
+  states `before` and `after` it.
+- A scene has `gamma1` γ₁ and `critical_separation` δ₀ = √(2w/k).
+- `free_branch` of the fitted mesh, `on_springs`, and of the layer, `on_layer`, give the states with
+  a free line where `free_on_springs` or `free_on_layer` applies.
+- Depths are positive into the layer, forces where it is pressed.
+- `scene.opened` is the scene of a contact that opens.
 """
 
 import math

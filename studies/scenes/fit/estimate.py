@@ -1,4 +1,18 @@
-"""Estimates of surface energies from a measured curve, their intervals, and what stays open."""
+"""Estimates of surface energies from a measured curve, their intervals, and what stays open.
+
+Conventions:
+
+- A scene has `work_of_adhesion` w.
+- `Data` is a curve with masks (n,) of its points: `used` are in contact, `free` out of it.
+- A `Model` turns coordinates x (m,), logarithms of parameters over those of its scene, into forces;
+  `Best` is the minimum: `x`, weighted residuals `fun` (n,), their derivatives `jac`, `squares`, the
+  sum Σr², `spare` = n - m, and the sum at the ends of a profile interval over the least, `limit`.
+- `sought(model)` finds it, `profiled(model, best, i, at)` is the least sum with coordinate i at a
+  value, over `squares`; `spreads` are standard deviations for a unit of noise, and `conditioning`
+  the condition number with the weakest combination.
+- `checked`, `in_motion` and `chosen_points` prepare the curve; those from verdict.py judge the fit,
+  in words.
+"""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,13 @@
-"""A measured force–depth curve: turning points, noise, the line without contact, the contact."""
+"""A measured force–depth curve: turning points, noise, the line without contact, the contact.
+
+Conventions:
+
+- `noise` is the standard deviation of the noise of a force, from third differences; `resolution`
+  the step of its last digit; `may_be_noise(residuals, fitted, sigma)` whether residuals are no
+  larger.
+- `without_spikes` marks points that stick out, up to WIDEST_SPIKE in a row; `first_waves` finds
+  waves in the first forces, and `wave_columns` are their cosine and sine.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,16 @@
-"""Fits of many curves: a folder, or an instrument file with several; parameters in common."""
+"""Fits of many curves: a folder, or an instrument file with several; parameters in common.
+
+Conventions:
+
+- `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+- `prefixed(values, unit)` is the unit with a prefix that suits the values: they are divided by its
+  `size`, and its `symbol` is written.
+- `read_curve(name, reading)` reads a curve, `count` says how many an instrument file has.
+- `sweep(job, points, path)` does the job at every point and keeps its results: a `Record`, whose
+  `column(name)` has one of the results at all points, NaN where there is none.
+- `scene_with(scene, changes)` changes parameters by name.
+- `tell` shows the progress on stderr; `answer` says the last line.
+"""
 
 import math
 from collections.abc import Sequence

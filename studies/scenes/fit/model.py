@@ -1,4 +1,23 @@
-"""What the simulator says of a measured curve as a function of what is fitted."""
+"""What the simulator says of a measured curve as a function of what is fitted.
+
+Conventions:
+
+- A scene has `gamma1` γ₁, `work_of_adhesion` w and `critical_separation` δ₀ = √(2w/k).
+- `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+- `Circle(R)` is the true arc.
+- `NotCertifiedError` is raised where no state passes its own checks.
+- `Data` is a curve with masks (n,) of its points: `used` are in contact, `free` out of it.
+- Its `contacts` have `legs`, motions in one direction, inwards first: indices `points`, and the
+  position `turn` of the machine where each begins; `ends` are the positions where contact begins or
+  is lost, with an `error`.
+- `sigma` is the noise of the force, `span` the range of positions in contact, `roots` are roots of
+  weights and `lines` (m, q) the weighted columns of the force out of contact.
+- A `Branch` is states along a leg: `read(drives, K, blunt)` are their forces at positions of a
+  machine, and where the branch ends.
+- `touching(scene)` is the depth of first touch, `leg_branches` the branches of all legs of a
+  contact, `retraction` that of pulling alone.
+- `scene.opened` is the scene of a contact that opens.
+"""
 
 from __future__ import annotations
 

@@ -12,6 +12,28 @@ fitted: their estimates must scatter as predicted. Output: SCENE_plan.csv. Exit 
 scatter of the checks exceeds the prediction by more than a factor 1.5.
 """
 
+# Conventions:
+# - `command.parser` has the options of all studies; `command.parse` gives them and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - `command.answer` says the answer, in the last line of the screen.
+# - `each(function, cases, jobs)` gives the values of a function for these cases in their order,
+#   from several processes.
+# - `load_path(scene, depths=...)`, or forces, or drives with a machine_stiffness, follows the
+#   states at these values one after the other: a `History` with arrays `depth`, `force` (positive
+#   where it presses), `half_width`; `events`, the jumps and other events in their order, each with
+#   a kind, the states `before` and `after` it; `pull_off`, its most tensile state.
+# - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
+#   this depth, d positive into the layer.
+# - A scene has `gamma1` γ₁, `work_of_adhesion` w and `critical_separation` δ₀ = √(2w/k).
+# - `Circle(R)` is the true arc.
+# - A `Model` has logarithms of the DEFAULT parameters, w, γ₁, and the offset as coordinates: at 0
+#   `jacobian` gives the derivatives of the forces.
+# - `conditioning` is its condition number, `spreads` are the standard deviations of the coordinates
+#   for a unit of noise.
+# - `simulated(scene, drive, K)` are the forces at positions of a machine. 1.96 standard deviations
+#   make 95 %.
+
 import argparse
 import math
 from collections.abc import Sequence

@@ -1,4 +1,15 @@
-"""Least squares on the simulator: the nearest parameters, and how well they are conditioned."""
+"""Least squares on the simulator: the nearest parameters, and how well they are conditioned.
+
+Conventions:
+
+- A `Model` has coordinates x (m,), logarithms of parameters over those of its scene: `residuals(x)`
+  (n,) are weighted ones, and `jacobian(x)` their derivatives; `near(x)` follows the branches at x
+  by their rates; `blunt` is the length of straight ends of branches.
+- `model.data` has masks of the points in contact, `used`, and the noise `sigma`; `roots` are the
+  roots of the weights.
+- WIDEST_SPIKE is in points, NORMAL_MEDIAN the median of |x| of a normal variable x of unit
+  deviation.
+"""
 
 import math
 from dataclasses import replace

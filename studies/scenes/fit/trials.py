@@ -18,6 +18,23 @@ Called rightly: a good curve is accepted, and no other model preferred; tension 
 needed; the others are doubted. A drift may be either, unless it spoils the answer. Wrong without a
 word: the truth lies farther off than twice the interval, and neither the verdict, nor an
 alternative, nor the thickness of the layer casts a doubt.
+
+Conventions:
+
+- A `Table` is the names of its columns, and its rows.
+- `Columns` writes tables on the screen: `head` is the first line, `line(*cells)` any other.
+- `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to this
+  depth, d positive into the layer.
+- A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁, `work_of_adhesion` w and `critical_separation` δ₀ =
+  √(2w/k).
+- `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
+- `fit(scene, curve, names)` is a `Fit`: `quality.fits` whether the residual may be noise,
+  `needless` the parameters that another model does without, `doubts` and `unsuited` what speaks
+  against it.
+- A `Curve` has depth, force and machine stiffness.
+- `Branch(depth, force, smooth).read(drives, K)` are the forces at positions of a machine.
+- `astray` is a scene whose parameters are off by a factor.
+- `tell` shows the progress on stderr.
 """
 
 import math

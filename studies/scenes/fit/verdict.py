@@ -1,4 +1,19 @@
-"""Is a fitted model right? Its residual against the noise, other models, and its assumptions."""
+"""Is a fitted model right? Its residual against the noise, other models, and its assumptions.
+
+Conventions:
+
+- `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to this
+  depth, d positive into the layer.
+- A scene has `gamma1` γ₁.
+- `NotCertifiedError` is raised where no state passes its own checks.
+- A `Model` has coordinates x (m,) and the data, of which `used` are in contact and `free` out of
+  it, `sigma` is the noise, `legs` are the motions in one direction, `roots` the roots of weights.
+- `Best` is the minimum: `x`, weighted residuals `fun`, derivatives `jac`, and their sum of
+  `squares`.
+- `sought` finds it and `followed` searches from given coordinates; `hopeless(model, squares)` says
+  that a residual is far beyond the noise.
+- `scene_with(scene, changes)` changes parameters by name.
+"""
 
 import contextlib
 import math

@@ -1,4 +1,10 @@
-"""Points of a sweep in batches for any executor, sized so that no worker idles."""
+"""Points of a sweep in batches for any executor, sized so that no worker idles.
+
+Conventions:
+
+- A `Clock` counts done points and tells the progress; `tick(n)` counts n more.
+- `found_line` and `failed_line` are the lines of the file for a point.
+"""
 
 import math
 import time

@@ -1,4 +1,15 @@
-"""The figure of a sweep of a scene: two observables along one or two axes."""
+"""The figure of a sweep of a scene: two observables along one or two axes.
+
+Conventions:
+
+- `canvas(width, height, rows, columns)` gives a new figure of this size in inches, and its axes.
+- `plain_ticks` labels a logarithmic axis with plain numbers.
+- `prefixed(values, unit)` is the unit with a prefix that suits the values: they are divided by its
+  `size`, and its `symbol` is written.
+- A `Record` has a result for every point of a grid: `column(name)` one number of each, NaN where
+  there is none.
+- `prefixed(values, unit)` is a `Unit` that suits values: they are divided by its `size`.
+"""
 
 import math
 from collections.abc import Sequence

@@ -25,6 +25,16 @@ over in batches of about a quarter of a second; the workers import `studies`, so
 where they run. Exit status 1 if a point failed.
 """
 
+# Conventions:
+# - `command.parser` has the options of all studies; `command.parse` gives them and the output
+#   `out`.
+# - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - A `Table` is the names of its columns, and its rows.
+# - A `Grid` has all combinations of its axes; `built` makes a scene file of tables, `placed` those
+#   of a point.
+# - A `Store` appends results to a file, and a `Record` has all of them.
+# - `in_batches` hands points to an executor; `BatchClock` says how many at a time.
+
 import json
 import math
 import os

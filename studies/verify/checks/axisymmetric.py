@@ -11,6 +11,14 @@ equilibria at several. `case(shape, LEVELS, **ROUND)` is a body on the film that
 about an axis, with its depths, LEVELS times δ₀, and the arguments of its closed forms, `card`.
 `swept` compares an attribute of its states with a card. `known` and `limit` are values of cards
 that are kept for the next mesh; `least_force` and `even_energy` search between two depths.
+
+- A scene has `stiffness` k = Ẽ/h and `critical_separation` δ₀ = √(2w/k).
+- `FlatPunch(half_width)` has f = 0 up to its edges; `PowerLaw(c, n)` is f = c|x|ⁿ.
+- `surfaces.small_slope_deficit` is π - θ = √(2w/γ₁) (15).
+- `state.displacement(x)` is u, positive into the layer.
+- What a function below `@check` measures stands in its `what`.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 import math

@@ -11,6 +11,14 @@ checks share, with other values where given. `case(shape, LEVELS)` is such a sce
 LEVELS times δ₀, and the arguments of its cards; `swept` compares an attribute of its states with a
 card. `least_force` and `even_energy` search between two depths: for the most tensile force, and for
 the depth at which the energy is that of the detached surface.
+
+- A scene has `critical_separation` δ₀ = √(2w/k).
+- `FlatPunch(half_width)` has f = 0 up to its edges.
+- What a function below `@check` measures stands in its `what`.
+- PUNCH, WEDGE, PARABOLA and POWER_LAWS are indenters that the checks share.
+- `constants(scene)` are k, γ₁ and w by the names that cards take.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 import numpy as np

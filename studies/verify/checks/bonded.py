@@ -12,6 +12,17 @@ the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is t
 the depth d, positive into the layer, and `gel(indenter, ...)` the indenter on the film that all
 checks share, with other values where given. `mesh.cells` counts links per reference length, 50 on
 the coarsest lattice; `_sphere` is always solved on the fitted mesh.
+
+- `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to this
+  depth, d positive into the layer.
+- A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁ and `critical_separation` δ₀ = √(2w/k).
+- `surfaces.small_slope_deficit` is π - θ = √(2w/γ₁) (15); `angle_deficit` of a state is its own π -
+  θ.
+- What a function below `@check` measures stands in its `what`.
+- PARABOLA is an indenter that the checks share.
+- LAYER is their film, GAMMA1 its tension γ₁, WORK the work of adhesion w.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 import math

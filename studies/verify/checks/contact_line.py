@@ -12,6 +12,17 @@ other values where given. `state.contacts[0]` are the left and the right end of 
 `slopes_at_line` are u' inside and outside of the right one, with u positive downwards: u' inside is
 -f', so that the kink f' + u' is their difference. `tail` and `line_by_far_field` read l, C and u(a)
 off the field beyond the line.
+
+- A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁ and `critical_separation` δ₀ = √(2w/k).
+- `angle_deficit` of a state is its own π - θ.
+- `state.displacement(x)` is u, positive into the layer.
+- What a function below `@check` measures stands in its `what`.
+- PARABOLA and POWER_LAWS are indenters that the checks share.
+- LAYER is their film, GAMMA1 its tension γ₁, WORK the work of adhesion w.
+- `constants(scene)` are k, γ₁ and w by the names that cards take.
+- `Found` is several comparisons, one after the other.
+- FIRST is the band of first order.
+- `cards` are the closed forms of the paper.
 """
 
 from collections.abc import Iterable

@@ -10,6 +10,17 @@ the depth d, positive into the layer, `mesh.sweep(scene, depths, name)` an attri
 equilibria at several, and `gel(indenter, ...)` the indenter on the film that all checks share, with
 other values where given. `brink` is a depth just short of detachment, `last_contact` the least
 depth at which there is a contact.
+
+- A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁ and `elastocapillary_length` l = √(γ₁/k).
+- `FlatPunch(half_width)` has f = 0 up to its edges; `Plane()` is f = 0 without end.
+- `state.displacement(x)` is u, positive into the layer.
+- `contacts` has a row (left, right) for each contact.
+- What a function below `@check` measures stands in its `what`.
+- PUNCH is an indenter that the checks share.
+- LAYER is their film, GAMMA1 its tension γ₁, WORK the work of adhesion w.
+- `constants(scene)` are k, γ₁ and w by the names that cards take.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 import numpy as np

@@ -9,6 +9,13 @@ the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is t
 the depth d, positive into the layer. `case(shape, LEVELS)` is such a scene with its depths, LEVELS
 times δ₀, and the arguments of its cards; `observe` measures on the displacement of a state, without
 a closed form. Forces are positive where the indenter is pressed.
+
+- A scene has `stiffness` k = Ẽ/h and `gamma1` γ₁.
+- What a function below `@check` measures stands in its `what`.
+- WEDGE, PARABOLA and POWER_LAWS are indenters that the checks share.
+- GAMMA1 is the tension γ₁.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 from collections.abc import Callable

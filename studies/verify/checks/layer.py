@@ -10,6 +10,15 @@ the depth d, positive into the layer, and `gel(indenter, ...)` the indenter on t
 checks share, with other values where given. `punch_difference` is what a wider punch adds to force
 and energy, over the width that it adds; `tail` reads the decay length off the field, and
 `last_contact` is the least depth at which there is a contact.
+
+- A scene has `gamma1` γ₁, `work_of_adhesion` w and `critical_separation` δ₀ = √(2w/k).
+- `Plane()` is f = 0 without end.
+- What a function below `@check` measures stands in its `what`.
+- PUNCH and PARABOLA are indenters that the checks share.
+- LAYER is their film, GAMMA1 its tension γ₁, GAMMA2 the energy γ₂ of the indenter's surface, WORK
+  the work of adhesion w.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 from energy import ElasticLayer, Plane, Scene, SurfaceEnergies, cards

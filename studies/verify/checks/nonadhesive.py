@@ -11,6 +11,14 @@ equilibria at several, and `gel(indenter, ...)` the indenter on the film that al
 other values where given. `case(shape, LEVELS)` is such a scene with its depths, LEVELS times δ₀,
 and the arguments of its cards; `swept` compares an attribute of its states with a card.
 `line_by_far_field` is u at the line as the field beyond it has it.
+
+- A scene has `gamma1` γ₁.
+- What a function below `@check` measures stands in its `what`.
+- PARABOLA and POWER_LAWS are indenters that the checks share.
+- GAMMA1 is the tension γ₁.
+- `constants(scene)` are k, γ₁ and w by the names that cards take.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 import numpy as np

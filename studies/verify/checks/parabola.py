@@ -9,6 +9,12 @@ the fitted mesh, where the usual limits do not hold. `mesh.solve(scene, d)` is t
 the depth d, positive into the layer. `case(shape, LEVELS)` is such a scene with its depths, LEVELS
 times δ₀, and the arguments of its cards; `swept` compares an attribute of its states with a card.
 `curvature` is u'' by differences, `depth_at_width` the depth at which the half-width has a value.
+
+- A scene has `critical_separation` δ₀ = √(2w/k).
+- What a function below `@check` measures stands in its `what`.
+- PARABOLA is an indenter that the checks share.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 import numpy as np

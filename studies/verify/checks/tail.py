@@ -10,6 +10,17 @@ the depth d, positive into the layer, and `gel(indenter, ...)` the indenter on t
 checks share, with other values where given. `case(shape, LEVELS)` is such a scene with its depths,
 LEVELS times δ₀, and the arguments of its cards; displacements u are positive into the layer.
 `curvature` is u'' by differences of the field.
+
+- A scene has `stiffness` k = Ẽ/h, `gamma1` γ₁, `elastocapillary_length` l = √(γ₁/k) and
+  `critical_separation` δ₀ = √(2w/k).
+- `state.displacement(x)` is u, positive into the layer.
+- `contacts` has a row (left, right) for each contact.
+- What a function below `@check` measures stands in its `what`.
+- PUNCH, WEDGE, PARABOLA and POWER_LAWS are indenters that the checks share.
+- `constants(scene)` are k, γ₁ and w by the names that cards take.
+- `Found` is several comparisons, one after the other.
+- DIFFERENCED is the `fitted_bar` of differences of the field.
+- `cards` are the closed forms of the paper.
 """
 
 from typing import Any

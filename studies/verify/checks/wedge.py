@@ -11,6 +11,14 @@ equilibria at several. `case(shape, LEVELS)` is such a scene with its depths, LE
 the arguments of its cards; `swept` compares an attribute of its states with a card.
 `sharp_wedge(r)` has tan δ = r √(2w/γ₁); `depth_at_width` and `least_force` search between two
 depths.
+
+- A scene has `critical_separation` δ₀ = √(2w/k).
+- `state.displacement(x)` is u, positive into the layer.
+- What a function below `@check` measures stands in its `what`.
+- WEDGE is an indenter that the checks share.
+- `constants(scene)` are k, γ₁ and w by the names that cards take.
+- `Found` is several comparisons, one after the other.
+- `cards` are the closed forms of the paper.
 """
 
 import math
