@@ -220,7 +220,11 @@ def _frames(history: Any, x: Array, count: int) -> list[Frame]:
 
 
 def _jump(history: Any, x: Array, before: Any, after: Any) -> list[Frame]:
-    """Frames of a jump in slow motion, from the snapshot before to the one after, in even steps."""
+    """Frames of a jump in slow motion, from the snapshot before to the one after, in even steps.
+
+    history, x: the path, and the positions at which surfaces are drawn (n,) [length]. In between
+    the surface is the weighted mean of both, which is no equilibrium.
+    """
     first, last = (displacement(history, state, x) for state in (before, after))
     found = []
     for part in np.linspace(0, 1, _FILM.jump_frames):

@@ -209,7 +209,10 @@ def _shape(values: dict[str, Array]) -> tuple[int, ...]:
 
 
 def _check_angles(states: States, shape: tuple[int, ...]) -> None:
-    """Raise ValueError for w > 2γ₁, for which there is no Young angle."""
+    """Raise ValueError for w > 2γ₁, for which there is no Young angle.
+
+    states: all of them (n,); shape: that of the result, in which the message names the first.
+    """
     wrong = states.work > 2 * states.gamma1
     if wrong.any():
         i = int(wrong.argmax())
@@ -226,6 +229,9 @@ def _found(scene: Scene, states: States, shape: tuple[int, ...]) -> ManyStates:
 
     Raises ValueError for the first that is lost, and NotCertifiedError for the first that is no
     equilibrium, of the first part that has such states.
+
+    shape: that of the result, in which messages name states. `lost` are those whose contact leaves
+    the known profile or whose surface turns over.
     """
     apex, touch = _lowest(scene)
     contact = SingleContact(scene, surfaces_of(scene), apex, touch)
@@ -267,7 +273,11 @@ def _named(states: States, i: int, shape: tuple[int, ...]) -> str:
 
 
 def _refusal(scene: Scene, states: States, i: int, shape: tuple[int, ...]) -> str:
-    """What `minimise` says of state number i, whose contact or surface is lost."""
+    """What `minimise` says of state number i, whose contact or surface is lost.
+
+    The state is found again by itself, for the message of its error alone. scene, states: as of
+    `_found`; shape: that of the result.
+    """
     depth, work, gamma1, stiffness = states.parameters(i)
     layer = replace(scene.layer, E=scene.layer.E * stiffness / scene.stiffness)  # k grows with E
     surfaces = SurfaceEnergies.from_work(gamma1, work)

@@ -161,7 +161,10 @@ def _window(state: Any) -> tuple[float, float]:
 def _surface(
     axes: Any, state: Any, lo: float, hi: float, origin: float = 0.0, unit: str = "m"
 ) -> None:
-    """Draw the deformed layer and the indenter from x = lo to hi, x counted from the origin."""
+    """Draw the deformed layer and the indenter from x = lo to hi, x counted from the origin.
+
+    unit: of lengths, "" for plain numbers. The axis of u points down, so that the layer is below.
+    """
     x = np.linspace(lo, hi, 2001)  # some four to a pixel of each half of the figure
     u = state.displacement(x)
     body = state.depth - state.scene.indenter.height(x)  # the indenter's surface, as u
@@ -192,7 +195,10 @@ def _surface(
 
 
 def _contact_line(axes: Any, state: Any, unit: str) -> None:
-    """Draw the surroundings of the right contact line, enlarged; nothing if there is none."""
+    """Draw the surroundings of the right contact line, enlarged; nothing if there is none.
+
+    unit: of lengths, "" for plain numbers. Distances count from the line.
+    """
     if not (state.contacts.size and np.isfinite(state.contacts).all()):
         axes.set_axis_off()
         return
@@ -384,7 +390,11 @@ def plot_path(
 
 
 def _programme(axes: Any, history: Any, si: bool) -> None:
-    """Draw the depth of every step over the imposed force or drive."""
+    """Draw the depth of every step over the imposed force or drive.
+
+    si: whether the numbers have SI units. Steps at which a dead load has pulled the indenter away,
+    to the depth -inf, are left out.
+    """
     if history.control == "force":
         label = "imposed force"
         unit = f"N{history.scene.per_length}"

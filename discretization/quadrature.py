@@ -341,6 +341,8 @@ def _halved_each(density: Density, ends: Array, smooth: bool) -> Array:
     """Integrals (m, n) over panels (2, n) that are halved until that changes nothing.
 
     As `summed`, but each of the given panels has a limit of its own, rounding of its integral.
+
+    density, smooth: as of `summed`; ends (2, n): of the given panels.
     """
     count = ends.shape[1]
     own = np.arange(count)  # the given panel of which each is a part

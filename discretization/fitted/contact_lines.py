@@ -526,6 +526,8 @@ class ContactLines:
 
         Where no line of a surface has to recede both stay as they are, to the last bit. Lines of a
         contact that is lost have crossed: its left one is then greater than its right one.
+
+        lines: both ends of every contact [length]; depth: d [length].
         """
         surfaces = np.array(free_surface_lines(lines))
         contacts = free_surface_lines((-math.inf, *lines, math.inf))

@@ -400,6 +400,8 @@ class EquilibriumFinder:
 
         None if the method fails, or if a sample of the profile lies between the start and where
         they rest: lines are to stop at the first equilibrium, and there may be one before it.
+
+        start: the left and the right line [length]; depth, direction: as of `_alternated`.
         """
         found = gap_at_rest(self.rests, np.array(start), depth, direction)
         if found is None:
@@ -459,6 +461,8 @@ class EquilibriumFinder:
 
         `line` and `other` are where it and the facing line step from and to; both are read at the
         same parts of their steps.
+
+        side: 1 for the left line of the surface; depth, direction: as of `_alternated`.
         """
         x = line[0] + (line[1] - line[0]) * _ALONG
         facing = self.rests.at(other[0] + (other[1] - other[0]) * _ALONG)

@@ -323,6 +323,9 @@ class ManyLines:
         D just outwards of the inner corner is not more than d, up to rounding, and D just outwards
         of the outer one is. A line is pinned at the outer corner unless D just inwards of that is
         more than d, too: then it rests before, at the inner one if D there is d up to rounding.
+
+        side: 1 for right lines; own: numbers of their states (m,); inner, outer: both corners of
+        each (m,) [length].
         """
         x = outer.copy()
         behind = self.off(side, outer, own, -1)
@@ -354,6 +357,9 @@ class ManyLines:
 
         It is the number of places where there is none. D grows outwards: of a convex profile
         everywhere, about an axis from where it exceeds d on; so bisection finds it.
+
+        side: 1 for right lines; own: numbers of their states (m,); places: the apex and the corners
+        outwards of it [length].
         """
         low = np.zeros(own.size, int)
         high = np.full(own.size, places.size)
@@ -452,6 +458,8 @@ class ManyLines:
         """Brackets halved until D is of the size of depths at both ends.
 
         Secants from where a profile such as x¹⁰⁰ has risen by orders of magnitude would not move.
+
+        side: 1 for right lines; own: numbers of the states of the brackets (m,).
         """
         narrowed = brackets.copied()
         inner, outer, low, high = narrowed

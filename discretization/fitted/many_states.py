@@ -422,6 +422,9 @@ class ManyContacts:
         """By how much a depth violates D >= d ahead of a line and D <= d behind, over D's terms.
 
         Of a free line both are D, so it is |D - d|. A contact of one point cannot recede further.
+
+        side: 1 for right lines; x: their positions (n,) [length]; pinned: which are at a corner, or
+        at the axis.
         """
         lines = self.lines
         own = np.arange(x.size)
@@ -453,6 +456,9 @@ class ManyContacts:
 
         It is a central difference that crosses no corner; without tension D is the height of the
         profile. It may be negative by what rounding makes of it where D is least.
+
+        side: 1 for right lines; pinned: which are at a corner, or at the axis: these count as
+        stable.
         """
         lines = self.lines
         scene = lines.contact.scene

@@ -311,6 +311,8 @@ class PressedSurface:
         """`overtakes` for the line on this side.
 
         `line` and `other` are where it and the other line of the surface move from and to.
+
+        low, high: depths between which they have moved [length].
         """
         rests = self.search.rests
         profile = rests.profile

@@ -517,6 +517,9 @@ class SingleContact:
         """A place and the corners outwards of it (n,), and D just outwards of each of these.
 
         D does not depend on the depth: a path over a polygon of thousands of corners reads it once.
+
+        side: 1 for the right line; start: the apex, or the innermost place of a line about an axis
+        [length].
         """
         corners = np.asarray(self.scene.indenter.corners, float)
         outer = corners[side * corners > side * start]
@@ -557,6 +560,8 @@ class SingleContact:
         It is the apex if D is not less than the depth at the least distance already. It is `found`,
         the position that a search by the distance itself has given, if lines may get to the apex,
         so that there is no least distance.
+
+        excess, side: as of `_beyond_corners`.
         """
         apex = self.apex
         tip = _APEX.tip if self.scene.axisymmetric else self.tip

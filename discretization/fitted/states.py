@@ -213,6 +213,8 @@ def _lowest_on_lattices(contact_lines: ContactLines, adhered: Equilibrium) -> Eq
 
     The spacing is halved until two lattices lead to the same state, with as many contacts as the
     finer one has itself. A warning says that this has not happened.
+
+    adhered: the state of the path from first touch at this depth, one of those that are compared.
     """
     found: list[Equilibrium] = []
     is_confirmed = False
@@ -295,6 +297,8 @@ def _discs(contact_lines: ContactLines, depth: float) -> set[Lines]:
     energy. Filled, it gains ∫ [w - k/2 (g² - u²)] dA + γ₁ ∫ [v'²/2 + v Δf] dA with v = u - g >= 0
     and Δf >= 0, more than 0 where |g| <= δ₀; and beyond r = b, where g is less still, every contact
     with |g| > δ₀ costs more than the surface that is free there.
+
+    depth: d [length]. The lines are (0, radius) of each contact, () of none.
     """
     # D of the left line of a tail, with the contact around the axis on its left, at all samples.
     x = contact_lines.profile.x

@@ -230,6 +230,8 @@ def _mean_pulls(scene: Scene, profile: Resolved, parts: _Intervals, depth: float
     It is the mean of f - d - l² f'', about an axis of l² (r f')'/r, with f' or the sine of its
     angle. The mean of f'' is the difference of f' at both ends over the width; that of f is that of
     the cubic through heights and slopes at both ends. Arrays in the shape of the parts.
+
+    profile: gives f at the ends of the parts, which may be no samples; depth: d [length].
     """
     height = profile.indenter.height
     width = parts.width

@@ -412,6 +412,8 @@ def _representing(segment: PathSegment, control: Control, rounding: float) -> li
     """The parts of a segment, in their order, on each of which one polynomial represents C.
 
     All parts that are not represented yet are halved at once; see `Curve.of` for when one is.
+
+    rounding: what rounding leaves of C.
     """
     found = list[_Part]()
     todo = [(0.0, 1.0)]
@@ -437,7 +439,10 @@ def _parts(
     *,
     roughly: bool = False,
 ) -> Iterator[_Part]:
-    """C on the parts of a segment with these ends (t at the first and the last point of each)."""
+    """C on the parts of a segment with these ends (t at the first and the last point of each).
+
+    roughly: with P only as good as `PathSegment.forces` draws it.
+    """
     points = gauss_lobatto(_CURVE.degree).points
     t = np.array([np.interp(points, [-1.0, 1.0], both) for both in ends])
     values = _values(segment, control, t.ravel(), roughly=roughly).reshape(t.shape)

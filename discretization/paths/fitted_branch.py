@@ -104,6 +104,10 @@ class FittedBranch(Branch):
         """The length that opens between two points, weighted with the pattern's factor [length].
 
         It is the sum of what each line has receded by; one that has advanced counts as 0.
+
+        before, after: in the order of the path, with nothing but smooth motion or one event in
+        between. 0 if either is detached: contact then begins or ends in an event, by whose energies
+        that is counted.
         """
         if not before.lines or not after.lines:
             return 0.0

@@ -211,7 +211,12 @@ class LatticeBranch(Branch):
         return self.points([nodes], np.array([depth]), before)[0] if nodes else Point(depth, None)
 
     def points(self, nodes: list[Contacts], depths: Array, before: Point) -> list[Point]:
-        """Points with these contacts at depths (n,), all with as many contacts, not detached."""
+        """Points with these contacts at depths (n,), all with as many contacts, not detached.
+
+        nodes: pairs of first and last nodes of the contacts of each; before: the point of the path
+        that comes before them, from which lines that resist have moved on. ValueError for contacts
+        that reach an end of the known profile.
+        """
         for each, depth in zip(nodes, depths.tolist(), strict=True):
             self.row.refuse_unknown(depth, each)
         if self.scene.hysteretic:

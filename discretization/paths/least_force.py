@@ -190,6 +190,9 @@ class Bounded:
         """t before and after all parts that promise less: the second sample beyond them each.
 
         So the least P, if it is on them, has samples on both sides.
+
+        segment: that of the stretch; promising: numbers of its parts between neighbouring states on
+        which P may be the least of the path, increasing.
         """
         t = evenly_spaced()
         direction = self.stretch.direction

@@ -474,6 +474,8 @@ def _kind_of_jump(before: Point, after: Point, rising: bool) -> str:
     """The kind of a jump, as of `Event`, by what it does to the number of contacts.
 
     rising: whether the control rises.
+
+    before, after: both in contact, or `after` detached.
     """
     if after.lines is None:
         return "detachment"

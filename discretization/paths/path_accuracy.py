@@ -94,6 +94,9 @@ def _next_to_events(fine: Any, coarse: Any) -> dict[int, Any]:
 
     They are those next to it whose value of the control is no further from that of the event than
     this differs on both paths.
+
+    fine, coarse: the same programme on nodes and on wider ones, with the same kinds of events in
+    the same order.
     """
     found = {}
     for event, other in zip(fine.events, coarse.events, strict=True):

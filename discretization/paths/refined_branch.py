@@ -430,6 +430,9 @@ class RefinedBranch(FittedBranch):
 
         It ends at the goal, where a line becomes pinned or free, or where the stretch does, with
         the contacts beyond the event there.
+
+        route, index: the route on which the point is, and the number of its stretch there. goal:
+        the depth that is not passed [length].
         """
         stretch = route.stretches[index]
         end = route.next_cut(index, point.depth)
@@ -543,6 +546,8 @@ class RefinedBranch(FittedBranch):
         """The route from a point to a depth, on nodes of this closeness.
 
         NotRefined if it cannot be refined, or a state beyond one of its events is no equilibrium.
+
+        start: a point with its place on nodes; goal: the depth [length]; level: index into CLOSER.
         """
         refinement = self.refinement(level)
         contacts, on_nodes = self._on_nodes(start, level)
@@ -630,6 +635,9 @@ class RefinedBranch(FittedBranch):
         """Contacts on nodes of a closeness, and the depth at which these are at rest.
 
         NotRefined where there is no node in a gap between them.
+
+        level: index into CLOSER. If the point was found on these nodes they are known; else they
+        are those nearest to its lines, at rest at its own depth.
         """
         place = point.memory
         if level == self._level(point) and place.route is not None:
