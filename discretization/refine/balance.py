@@ -17,8 +17,13 @@ its right one [length], -inf and inf where a tail has none. Depths of a part or 
 order of the route, from `start` to `end`, at the DEGREE + 1 points of the rule. In arrays over p
 parts with j depths each lines are (p, j, 2).
 
-`Events.rest` takes lines to rest by Newton's method: the lines, whether they are at rest, and which
-are pinned. `Totals.of_surfaces` has the energy and force of surfaces with what they bound.
+`Events.rest` takes lines to rest by Newton's method, no further than `reach`: the lines, whether
+they are `at_rest`, and which are `pinned`. FROM_NODES, of l, is how far lines may rest from their
+nodes; `Life.guesses(depths)` are the positions of these nodes, and `Life.passed` the ends of its
+pieces times the direction. `Totals.of_surfaces` has the energy and force of surfaces with what they
+bound. `gauss_lobatto(n)` has the n + 1 points z and weights of the rule on -1 <= z <= 1, and
+`to_legendre(n)` the matrix by which rows of values at these points become coefficients of Legendre
+polynomials.
 """
 
 from __future__ import annotations
@@ -159,7 +164,9 @@ def drawn(pieces: Sequence[Piece], which: Indices, depths: Array) -> Array:
     start = np.array([piece.depths[0] for piece in pieces])[which]
     end = np.array([piece.depths[-1] for piece in pieces])[which]
     left = np.clip((end - depths) / (end - start), 0.0, 1.0)
+    # As `left` is (1 - t)², this is 2t - 1, which goes from -1 to 1 as the points of the rule do.
     t = 1 - 2 * np.sqrt(left)
+    # What the value at each point of the rule has for its share in the polynomial there.
     shares = legendre.legvander(t, DEGREE) @ to_legendre(DEGREE).T
 
     at_points = np.array([piece.lines for piece in pieces])

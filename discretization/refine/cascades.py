@@ -9,8 +9,12 @@ Conventions
 Only where the depth falls: directions are -1. Lines of neighbouring free surfaces are arrays
 (n, 2), a row for each from left to right, with its left and its right line [length]; the contact
 between rows i and i + 1 reaches from [i, 1] to [i + 1, 0]. A `Happening` is an event that ends
-surfaces `before` and begins those `after`, each a `Life`; `Landings.merged` are the lines of the
-surface that two neighbours become when the contact between them is lost and the others stay.
+surfaces `before` and begins those `after`, each a `Life`; `lines_before` and `lines_after` are
+their lines just before and after it. `Landings.merged` are the lines of the surface that two
+neighbours become when the contact between them is lost and the others stay, None where it does not
+come to rest. Of a `Life`, `born` is the event at which it begins, `start` the refined depth of
+that, nan where not known, and `trace` has depths on nodes, each with the contact nodes at both
+ends.
 """
 
 from __future__ import annotations

@@ -10,6 +10,13 @@ positive where the surface is clear of the profile, and negative where it would 
 `lines` is a free surface with its left line in column 0 and its right line in column 1 [length],
 -inf and inf where a tail has none. `own` has, for each of m places or minima, the number of the row
 that it belongs to; the places of a row stand next to each other, from left to right.
+
+`minima_between` has the minima of the cubics between samples, `Minima`: the interval of each, `lo`
+and `hi` between which v' grows (equal at a corner), where it is (`at`), v'' there (`bend`, nan at a
+corner), v (`value`), and what that may be off by (`off`). `crossings` are zeros of functions, here
+of v', between such places. `Resolved.one_sided(x, side)` has f and f' on one side of a corner, and
+`Equations.surface` u and u' of free surfaces. δ₀ is `scene.opened.critical_separation`, with the
+work of adhesion of opening.
 """
 
 from __future__ import annotations

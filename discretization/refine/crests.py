@@ -18,6 +18,11 @@ before it). Lines (1, 2) of the gap are its left and its right one, both at the 
 `pull` looks in contact, between two positions and at a depth, for where the profile would pull the
 surface: `worst` is the largest pull over k, -(d - f) - l² f'' [length], so that d + worst is the
 depth of the crest, and `ends` are both ends of where it pulls; 0 and nan if nowhere.
+
+Of a `Life`, a free surface, `trace` has depths on nodes, each with the contact nodes at its ends
+from there on, and `lines_at` the positions of these; of its `nodes`, `spacing` is how far apart
+they are and `margin` by how much depths on them may be off. `scene.work_of_adhesion` is that of
+closing, that of `scene.opened` of opening.
 """
 
 from __future__ import annotations

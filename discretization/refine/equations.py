@@ -20,6 +20,13 @@ the left at a right line: OUTWARDS.
 
 Joints are the places where F may jump: corners, edges of a pattern, both ends of the profile. A
 room is a piece of the profile between two neighbouring joints, numbered from 0 on the left.
+
+Of the profile (`Resolved`), `touch` is the height of the lowest point, the depth of first touch,
+and `lowest` its x; its indenter has f and f' at places (`height_and_slope`), and `walls` are the
+ends of the profile at which the body itself ends. Of the scene, `elastocapillary_length` is
+l = √(γ₁/k), and `opened` the scene with the work of adhesion of opening, whose
+`critical_separation` is δ₀ = √(2w/k); `layer.h` is the thickness of the layer, which only stands
+for a size where nothing else has one.
 """
 
 from __future__ import annotations

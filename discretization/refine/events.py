@@ -23,6 +23,25 @@ lines (r, 2) is (left line, right line) [length], -inf and inf where a tail has 
 depths lines are (r, j, 2). The contact between rows i and i + 1 of an event reaches from the right
 line of one to the left line of the other. "Good" are surfaces at rest that have come there smoothly
 (`_good`).
+
+Of a `Happening`, `at` is its depth on nodes, `depth` the refined one and `lines_before` the lines
+(n, 2) of `before` there; of a `Life`, `nodes` are the `FoundNodes` that it was found on, with their
+`spacing`, x of all of them (`positions`) and their `margin`, by how much depths on them may be off;
+`trace` has its depths on nodes, each with the pair of contact nodes at its ends, None of a tail;
+`start` is the refined depth of its birth and `first` its lines there, nan where not known;
+`guess(depth)` are the positions of its nodes, and `lines_at(pair)` those of a pair. CREEPING is how
+many links lines may pass at one depth on nodes and yet move smoothly.
+
+`settle` takes surfaces to rest by Newton's method, in at most ROUNDS rounds, each line no further
+than `reach`: `Settled` has `lines`, whether they are `at_rest`, which are `pinned`, and which have
+`jumped` over a corner. With two works of adhesion (`scene.hysteretic`) lines stand where they are,
+`kept`, until they move in their direction. FROM_NODES, of l, is how far lines may rest from their
+nodes. `dips` are the minima of the gap of surfaces with their `places` and `gaps`. `roots.folds`,
+`roots.touches` and `roots.meetings` have the `lines`, `depths` and `places` of events, and which
+are `found`. Of `Equations`, `size` is δ, `joints` are x where lines may be pinned with both ends of
+the profile, `edges` those of these ends at which the body ends, `pulls` the forces of surfaces at
+their lines over kl [length], positive where they push the contact up against the indenter, and
+`shape` the gap of surfaces at places with its slope.
 """
 
 from __future__ import annotations
@@ -139,6 +158,7 @@ class NotRefined(Exception):
     """
 
     def __init__(self, message: str, depth: float = math.nan) -> None:
+        """What the message says, and the depth; see the class."""
         super().__init__(message)
         self.depth = depth
 
@@ -168,6 +188,7 @@ class _Group:
     steps: Array = field(init=False)
 
     def __post_init__(self) -> None:
+        """The surfaces that the events end in one row after the other, and whose they are."""
         self.lives = [life for event in self.events for life in event.before]
         sizes = [len(event.before) for event in self.events]
         self.owner = np.repeat(np.arange(len(sizes)), sizes)
@@ -387,7 +408,7 @@ class Events:
 
     @property
     def _length(self) -> float:
-        """l [length]."""
+        """The elastocapillary length l [length]."""
         return self.equations.length
 
     def _good(self, group: _Group, found: Settled, depths: Array, before: Array) -> Mask:
@@ -469,6 +490,7 @@ class Events:
         least = np.argsort(minima.gaps)[: _EVENT.minima]
         chosen = minima.places[least].tolist()
         left, right = life.trace[-1][1]
+        # The node of the surface between these contact nodes that touches first, -1 if none does.
         _, node = life.nodes.walk.closing.touches(left, right)
         if node >= 0:
             chosen.append(float(life.nodes.positions[node]))
@@ -503,6 +525,8 @@ class Events:
 
     def _turns_at_corner(self, lines: Array, depth: float, corner: float) -> bool:
         """Whether the gap has a minimum at a corner, or at an edge of the body."""
+        # Eight roundings of a position, twice as many as rooms end before their joints: the slopes
+        # are those of both sides.
         aside = 8 * np.spacing(max(abs(corner), self._length))
         both_sides = np.array([[corner - aside, corner + aside]])
         _, slope = self.equations.shape(both_sides, lines[None], np.array([depth]))

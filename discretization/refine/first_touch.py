@@ -2,7 +2,10 @@
 
 Nodes know which contacts there are at first touch, but where a face ends only to a link. It ends at
 corners, which are known exactly: those next to a contact on nodes that are as low as the profile
-gets. Heights of the profile are measured from its lowest level upwards, positions to the right.
+gets. Heights of the profile are positive upwards, positions to the right. Of the profile, `corners`
+are x at which its slope jumps, `touch` is its least height and `lowest` x of that; of the nodes,
+`positions` are x of all of them and `spacing` is how far apart they are. The size of the equations
+is that of depths: δ₀ and the larger of |d| and |f| at first touch together.
 """
 
 from __future__ import annotations

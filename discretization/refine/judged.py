@@ -13,6 +13,17 @@ left tail no left one, what is formed of neighbouring rows of two states is neve
 D is the depth at which a line would rest (`ContactLines`): it advances where D < d, with the
 adhesion of closing, and recedes where D > d, with that of opening. `Equations.pulls` are the forces
 of surfaces at their lines over kl [length], positive where they press against the indenter.
+
+`ContactLines.line_state_rows(rows, points)` has for every line D just outside it of a contact that
+closes (`closing`), the same without adhesion (`bare`) and D just inside it of a contact that opens
+(`opening`), and for every surface whether D grows outwards of both lines (`stable`);
+`forces_opening_corners` for every corner the force that would open a contact there, 0 or less where
+it stays closed [force/length]. `displacement_scale(scene, depth, size)` is the size of depths to
+which violations are compared: the larger of |d| and δ₀, or more where the terms of D are so large,
+`size`, that their rounding would count. ROUNDING, 16 roundings, is that of a sum of a dozen terms.
+`least_gaps` are the least minima of the gaps of surfaces, negative where they are in the profile, 0
+where there is none. `Contacts` and `certify` judge one state. `scene.hysteretic` is whether opening
+takes another work of adhesion than closing, and `scene.opened` the scene with that of opening.
 """
 
 from __future__ import annotations
@@ -166,7 +177,7 @@ class Judge:
 
 
 def _worst(values: Array, first: Nodes) -> Array:
-    """The largest of values (n, 2) at the lines of each state (s,)."""
+    """The largest of values (n, 2) at the lines of each state (s,); -inf stands for no line."""
     return np.asarray(np.maximum.reduceat(values.max(axis=1), first))
 
 

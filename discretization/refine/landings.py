@@ -22,7 +22,21 @@ A `Happening` is an event, with the surfaces that end at it, `before`, and those
 (each a `Life`), its depth on the nodes, `at`, and its refined depth, `depth`. `Events.rest` takes
 lines of surfaces to rest by Newton's method; with `downhill` they go where their forces push them
 where that leads to no stable rest. `Events.clearance` is the least minimum of the gap between a
-surface and the indenter, negative where the surface would be in the indenter, and its place.
+surface and the indenter, negative where the surface would be in the indenter, and its place; below
+-PENETRATION δ, δ the size of depths, it is.
+
+Of a `Life`, `first` are its lines where they begin, nan where not known; with two works of adhesion
+(`scene.hysteretic`) lines stand there until they move. `trace` has depths on nodes, each with the
+`Pair` of contact nodes from there on, `guess(depth)` the positions of these. Of `FoundNodes`,
+`row.lowest` is the height of the lowest node, `positions` are x of all nodes, and
+`walk.track_part(pairs, start, end)` follows neighbouring surfaces up to the first event:
+`at` is its depth, None if there is none, `after` the contacts then, and the last entry of `trace`
+has those before it, which `paired` makes pairs (first node, last node). `pairs` are the pairs of
+nodes of all surfaces of contacts, [] if detached. `settle` takes surfaces to rest by themselves,
+each line no further than `reach`; FROM_NODES, of l, is how far lines may rest from their nodes.
+`faces_at_touch` are the ends (m, 2) of what touches first, nan where they are not known exactly;
+`lines_of_surfaces` the 2m lines of m contacts from their surfaces. CREEPING is how many links lines
+may pass at one depth on nodes and yet move smoothly.
 """
 
 from __future__ import annotations

@@ -21,6 +21,11 @@ detached. Off the nodes a free surface is an array (2,) of its left and its righ
 A surface that no event ends or begins at is None there; a depth that is not known yet is nan, and
 so are lines. Everything of a `Life` but its direction, nodes and trace is written later, by those
 who refine it.
+
+An `End` is a contact node or None. `Walk.tracks` leads from event to event: of each track, `at` is
+the depth of the event at its end, None at the end of the route, `after` the contacts then, and
+`trace` has the depths before it with the contacts from each on, as one row of nodes (first, last,
+first, last, ...), which `paired` makes contacts again.
 """
 
 from __future__ import annotations

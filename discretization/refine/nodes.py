@@ -6,6 +6,14 @@ Depths grow as the indenter goes down, positions to the right [length]. Nodes of
 from 0 on the left. Contacts are ((first, last), ...), their first and last nodes from left to
 right; () is detached. `lines` of contacts are the 2m positions of their ends from left to right. A
 turn of a slope is an extreme of it, and a wave of the profile lies between two turns of one kind.
+
+Of a `Row`, `touch` is the node that touches first, `lowest` its height, the depth at which it does,
+and `first` the lattice's number of node 0; a lattice has x = `origin` + number * `spacing`, and
+`scene_on_nodes` is the scene itself for a line contact. `Walk.touched(depth)` are the contacts of
+the path pressed from first touch on, () before that, and `Walk.moved(contacts, from, to)` what
+contacts become; `lowest_contacts` are those of lowest energy, in the lattice's numbers. Of a scene,
+`opened` is the scene with the work of adhesion of opening, `critical_separation` δ₀ = √(2w/k) and
+`elastocapillary_length` l; `profile.touch` is the least height of the profile.
 """
 
 from __future__ import annotations
@@ -119,7 +127,10 @@ class FoundNodes:
         return tuple(self.positions[np.ravel(contacts).astype(int)].tolist())
 
     def contacts(self, lines: tuple[float, ...]) -> Contacts:
-        """The contacts whose first and last nodes are nearest to these lines."""
+        """The contacts whose first and last nodes are nearest to these lines.
+
+        lines: 2m positions [length]. Nodes beyond the row are its last ones.
+        """
         at = np.rint((np.array(lines) - self.lattice.origin) / self.lattice.spacing).astype(int)
         at = np.clip(at - self.row.first, 0, self.row.size - 1)
         return tuple(zip(at[::2].tolist(), at[1::2].tolist(), strict=True))

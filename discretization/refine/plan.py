@@ -19,6 +19,18 @@ and last nodes; a margin is by how much depths of events on nodes may be off (`F
 A `Life` is a free surface from its birth to its end, a `Happening` an event, which ends the
 surfaces `before` and begins those `after`; both are written on as more is known. Surfaces and
 events are compared by identity. `Events.rest` takes lines to rest by Newton's method.
+
+Of a `Happening`, `at` is its depth on nodes, `depth` the refined one, nan until it is known, and
+`lines_before` and `lines_after` are the lines just before and after it. `Events.enclose` writes the
+depths and the lines before events, `Crests.find` those of gaps without adhesion, and
+`Landings.land` the lines after; `Landings.agrees` is whether nodes CLOSER times as close find the
+same surfaces after an event, `agrees_at_touch` whether they do at first touch. `Cascades` divide
+events at which several contacts are lost, `Remnants` find contacts that stay; both return further
+events. `walked` has the surfaces and events on nodes. `free_surfaces` are the lines of surfaces (m
++ 1, 2) of 2m lines, `faces_at_touch` the ends (m, 2) of what touches first, nan where they are not
+known exactly, and `drawn_lives` lines of surfaces by the polynomials of their pieces. FROM_NODES,
+of l, is how far lines may rest from their nodes. `scene.opened` is the scene with the work of
+adhesion of opening, and `scene.hysteretic` whether that is another one.
 """
 
 from __future__ import annotations

@@ -18,7 +18,13 @@ first change of one free surface as the depth grows, with the depth at which it 
 of the free surfaces that are left of it. Of `Thresholds`, `advances` are the depths from which on a
 line passes the link before it, `touches_next` the depths from which on the node beyond that link
 would be in the indenter if the line stayed, and `clears` is whether no node of a free surface is in
-the indenter.
+the indenter. `f` are the heights of all nodes, positive upwards, and `row.lowest` that of the node
+`row.touch`, which touches first.
+
+An `End` is a contact node or None. `ends_of(contacts)` are the ends of all free surfaces from left
+to right, two for each and None first and last; `paired` makes contacts of a row of nodes (first,
+last, first, last, ...). `bare_contacts(lattice, g)` has the nodes in contact without adhesion, for
+g = d - f, and `runs` the first and last nodes of those next to each other.
 """
 
 from __future__ import annotations

@@ -13,7 +13,11 @@ between two surfaces reaches from the right line of the left one to the left lin
 A `Happening` is an event that ends surfaces `before` and begins those `after`, each a `Life`. On
 nodes a surface is the pair of contact nodes at its ends, None where there is none. `Events.rest`
 takes lines to rest by Newton's method; `Equations.pulls` are the forces of surfaces at their lines
-over kl [length], positive where they push the contact up against the indenter.
+over kl [length], positive where they push the contact up against the indenter. Of a `Happening`,
+`at` is its depth on nodes, `depth` the refined one, `lines_before` and `lines_after` are the lines
+(n, 2) there. Of a `Life`, `born` is the event at which it begins, `start` its depth and `first` its
+lines there, nan where not known, and `trace` has depths on nodes, each with the `Pair` of contact
+nodes from there on. `just_beyond` is a depth so little beyond an event that lines rest as at it.
 """
 
 from __future__ import annotations

@@ -16,7 +16,10 @@ column 0 and its right line in column 1 [length], -inf and inf where a tail has 
 stands among the unknowns. Directions are 1 where the depth grows, with the work of adhesion of
 closing, and -1 where it falls, with that of opening. F = `Equations.values` is 0 where a line
 rests, `Equations.rates` is its ∂F_i/∂x_j, and `Equations.shape` has the gap v between a surface and
-the profile, negative where the surface would be in the profile, and v'.
+the profile, negative where the surface would be in the profile, and v'. A joint is a place where F
+may jump, a room a piece of the profile between two of them: `rooms` are the lower and the upper
+ends of all rooms, and `rooms_of` the numbers of those in which lines are. `length` is l, and `size`
+that of depths.
 
 Each kind of event has a function `off`: the left-hand sides (k, m) of the systems with the numbers
 `own` (k,), which vanish at the root, given the unknowns (k, m) of these. They are dimensionless.

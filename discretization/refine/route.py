@@ -13,6 +13,15 @@ Gauss-Lobatto points (`Piece`), which `drawn` interpolates by polynomials.
 Lines of n free surfaces at k depths are arrays (n, k, 2): surfaces from left to right, each with
 its left and its right line [length], -inf and inf where a tail has none. Contacts on nodes are
 their first and last nodes.
+
+`depths_of(start, end)` are the DEGREE + 1 depths of a piece at the points of
+`gauss_lobatto(DEGREE)`, `drawn` are lines at depths by the polynomials of pieces, and `drawn_lives`
+those of surfaces. Of a `Life`, `start`, `end`, `first` and `last` are depths and lines where it
+begins and ends, `cuts` the depths at which a line becomes pinned or free, `trace` its depths on
+nodes, and `pair(depth)` the contact nodes at both its ends, None of a tail. `Events.rest` takes
+lines to rest by Newton's method; `Totals.of_surfaces` has the energy and force of surfaces;
+`Equations.joints` are x where lines may be pinned, and `scene.hysteretic` is whether opening takes
+another work of adhesion than closing, so that lines also stand where they are.
 """
 
 from __future__ import annotations

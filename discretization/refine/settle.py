@@ -20,6 +20,9 @@ closing, and -1 where it falls, with that of opening.
 Joints are the places where F may jump: corners, edges of a pattern, and both ends of the profile. A
 room is a piece of the profile between two neighbouring joints; `Equations.rooms` has the lower and
 upper ends of all of them, some roundings inside of the joints, so that F there is that of the room.
+`rooms_of` are the numbers of the rooms in which lines are, `snapped` are lines of which those some
+roundings from a joint are put on it, and `on_profile` is where lines are on the profile, found once
+for F and `Equations.rates`, its derivatives ∂F_i/∂x_j.
 """
 
 from __future__ import annotations

@@ -18,6 +18,15 @@ its right one.
 `settle` takes the lines of surfaces to rest by Newton's method, here always with the work of
 adhesion of closing (direction 1); `Events.clearance` is the least minimum of the gap between a
 surface and the indenter, negative where the surface would be in the indenter, and its place.
+
+`steady_contacts` are contacts on nodes at a depth near which nothing happens to them, None where
+something does; `usual_spacing` is how far apart nodes have to be, and FROM_NODES, of l, how far
+lines may rest from theirs. `state_of` makes a certified `Equilibrium` of lines, or raises
+NotCertifiedError; `judged` has with it the places of features that the samples of the profile have
+missed: the profile is resolved again around them, LOOKS times at most, and `warn_hidden` names
+them. `ContactLines.pressed_surface.search.pulls` is whether the profile would pull the surface up
+between two lines. `scene.opened` is the scene with the work of adhesion of opening, and
+`scene.hysteretic` whether that is another one; δ₀ is `critical_separation`.
 """
 
 from __future__ import annotations

@@ -6,8 +6,10 @@ Depths grow as the indenter goes down, forces are positive where it is pressed. 
 a free surface with its left line in column 0 and its right line in column 1 [length], -inf and inf
 where a tail has none; its left line is the right end of a contact and the other way round.
 `Integrals.contact` has the energy C(x) and the force ∂C/∂d of a contact from the lowest point of
-the profile up to x, with the other sign on its left. `ties` has σ = tanh(L/2) and τ = 1/sinh L of
-surfaces of width L l, 1 and 0 of a tail.
+the profile up to x, with the other sign on its left. `ties` has σ = tanh(L/2), its `ground`, and
+τ = 1/sinh L, its `tie`, of surfaces of width L l, 1 and 0 of a tail. `scene.opened` is the scene
+with the work of adhesion of opening, `scene.stiffness` k; `profile.touch` is the height of the
+lowest point, the depth of first touch, and `profile.lowest` its x.
 """
 
 from __future__ import annotations
