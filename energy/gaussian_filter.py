@@ -6,8 +6,8 @@ The filtered height is the mean of the heights with the weight
 
 of a sample at the distance x, which passes half of a wave of length λ, the cut-off. Waves much
 shorter than λ are removed, much longer ones stay: with this filter λ is the cut-off λs of a
-profilometer. The weights end at |x| = λ, where at most 1e-4 of them are left out. Nearer than that
-to an end of the profile samples are missing: this end-effect region is left out.
+profilometer. The weights end at |x| = λ, beyond which are 1e-7 of them. Nearer than that to an end
+of the profile samples are missing: this end-effect region is left out.
 """
 
 import math
@@ -19,7 +19,8 @@ from energy.arrays import Array
 ALPHA = math.sqrt(math.log(2) / math.pi)
 REACH = 1.0  # of the cut-off: the standard's L_c for a reference filter
 # Samples whose distances differ by less than this share of the median count as evenly spaced.
-# Taking them so moves a height by the slope times a millionth of the spacing at most.
+# Taking them so moves a height by the slope times a millionth of the cut-off at most: over that
+# many samples their distances add up.
 _EVEN = 1e-6
 _LEAST_WIDTH = 2.0  # spacings: a shorter cut-off passes all waves that the samples can hold
 

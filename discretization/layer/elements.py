@@ -191,6 +191,7 @@ class Elements:
         self.tied = np.stack([left * right, left * self.flat, right * self.flat], axis=1)
 
 
+# Elements hold 13 to 40 kB, 128 of them up to 5 MB.
 @functools.lru_cache(maxsize=128)
 def elements(power: int, ends: tuple[float, ...]) -> Elements:
     """The elements of a grid, kept for contacts whose grids are alike."""

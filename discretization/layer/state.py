@@ -137,12 +137,15 @@ _OUTSIDE = OutsideRules()
 _PLACES = np.exp(np.arange(-30.0, _OUTSIDE.step, _OUTSIDE.step))
 
 
+# A few scenes at a time, as a study that compares some has; a body is a dozen numbers.
 @functools.lru_cache(maxsize=8)
 def body_of(scene: Scene) -> Body:
     """The body of a scene, kept."""
     return Body(scene)
 
 
+# A search for a state needs about ten contacts, of which the next depth needs some again; one holds
+# 0.05 to 0.4 MB, all up to 13 MB.
 @functools.lru_cache(maxsize=32)
 def contact_of(body: Body, a: float, tolerance: float) -> Contact:
     """A contact of a body, kept."""

@@ -329,7 +329,8 @@ class Gaps:
     def upright(self) -> bool:
         """Whether any of the surfaces would turn over: its |p| at a line is the steepest.
 
-        That is compared but for a sixteenth of what the steepest is less than √2.
+        That is compared but for a sixteenth of what the steepest is less than √2, 2e-9: more than
+        the rounding of p, and less than what the rounding of x is worth there, 1.5e-8 of p.
         """
         return bool((np.abs(self.p[:, [0, -1]]) >= _STEEPEST * (1 - _UPRIGHT / 16)).any())
 
