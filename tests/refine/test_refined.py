@@ -400,3 +400,22 @@ def test_a_line_stands_at_an_edge_until_it_is_pushed():
     alone = settle(equations, stands, np.array([-1.2e-5]), pressed)
     assert found.at_rest.all() and found.lines[0, 0] == edge
     assert alone.lines[0, 0] < 0.9 * edge  # where it would recede to
+
+
+def test_parts_are_not_halved_where_nothing_balances(monkeypatch):
+    """Where a force is wrong no part balances, however short: halving all of them has an end."""
+    of_surfaces = Totals.of_surfaces
+    counts = []
+
+    def wrong(self, lines, depths, direction=1):
+        counts.append(len(lines))
+        energy, force = of_surfaces(self, lines, depths, direction)
+        return energy, 1.001 * force
+
+    scene = adhesive(Parabola(R) + Sampled([-9 * L, 0, 9 * L], np.zeros(3), kind="smooth"))
+    refinement = Refinement.of(scene, resolve(scene, DELTA0), DELTA0)
+    contacts, on_nodes, lines = refinement.touched()
+    monkeypatch.setattr(Totals, "of_surfaces", wrong)
+    with pytest.raises(NotRefined, match="on energy and work differ"):
+        refinement.follow(contacts, on_nodes, lines, 0.0, DELTA0)
+    assert 256 < max(counts) < 50_000
