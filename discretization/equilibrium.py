@@ -136,6 +136,7 @@ class Equilibrium:
     @property
     def uncertainty(self) -> dict[str, float]:
         """`error_estimate` as absolute errors: of half_width [length], force and energy."""
+        # Of what is 0 they count as absolute ones, of a half-width on nodes in links.
         link = 0.0 if math.isnan(self.spacing) else self.spacing
         scales = {"half_width": self.half_width or link, **self.scales}
         return {name: error * (scales[name] or 1.0) for name, error in self.error_estimate.items()}

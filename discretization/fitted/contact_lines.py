@@ -176,6 +176,7 @@ class ContactLines:
             If a line leaves the known profile.
         """
         touch = self.profile.touch
+        # Without adhesion nothing is pulled up to a profile above the surface.
         if depth < touch and not self.scene.opened.work_of_adhesion:
             return ()
         lines = self.first()
@@ -203,6 +204,7 @@ class ContactLines:
         """
         kept = self.retracted(lines, depth)
         if not kept:
+            # From first touch on the flat surface is no state: it would be inside the profile.
             return () if depth < self.profile.touch else self.adhered(depth)
         return self.pressed(kept, depth, depth)
 

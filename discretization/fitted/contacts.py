@@ -179,7 +179,7 @@ def estimated(
     uncertain = moves > 0
     force_error += float(push(scene, depth, lines[uncertain]) @ moves[uncertain])
     width = (lines[:, 1] - lines[:, 0]).sum()
-    of_width = moves.sum() / width + ROUNDING if width else 0.0
+    of_width = moves.sum() / width + ROUNDING if width else 0.0  # a point has no width to be off by
     of_force = force_error / (found.force_scale or 1.0) + _SUMMED
     of_energy = energy_error / (found.energy_scale or 1.0) + _SUMMED
     return dict(zip(QUANTITIES, map(float, (of_width, of_force, of_energy)), strict=True))
@@ -229,6 +229,8 @@ def certify(contacts: Contacts, found: Interval) -> Certificate:
     depth = contacts.depth
     lines = contacts.line_states
     scale = displacement_scale(scene, depth, contacts.size)
+    # A touch at d = 0 without adhesion displaces nothing; springs without tension are judged by
+    # paths/springs.py.
     if scale * scene.elastocapillary_length == 0:
         return Certificate.undeformed()
 

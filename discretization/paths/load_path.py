@@ -335,6 +335,7 @@ class LoadPath:
             return abs(float(values[-1]) - self.point.depth)
         if math.isfinite(self.reach):
             return self.reach
+        # At first touch without adhesion no length is known: then one is guessed from the force.
         off = abs(float(values[-1]) - self._value(self.point))
         return self._size(self.point) / 2 or off / self.branch.scene.layer.modulus
 
