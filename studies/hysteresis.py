@@ -157,6 +157,7 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tu
     under_all_controls = partial(_controls, parameters)
 
     def say(own: list[Loop]) -> None:
+        """Show the lines of the loops of one scene."""
         show("\n".join(map(line, own)))
 
     found: list[Loop] = []

@@ -230,6 +230,7 @@ def angle(case: tuple[float, float, int]) -> Angle:
     finest = minimise(scene, SLOPE, rtol=RTOL).half_width / nodes
 
     def on_nodes(spacing: float) -> float:
+        """π - θ over √(2w/γ₁) on nodes of this spacing."""
         state = minimise(scene, SLOPE, method="lattice", spacing=spacing)
         return float(state.angle_deficit / SLOPE)
 
@@ -335,6 +336,7 @@ def timed(scene: Scene, depth: float, rtol: float) -> float:
     """
 
     def estimated() -> Any:
+        """What is timed: a state with its error estimate."""
         return minimise(scene, depth, rtol=rtol).error_estimate
 
     return min(timeit.repeat(estimated, time.process_time, repeat=3, number=1))

@@ -345,6 +345,7 @@ def _contacts(axes: Any, record: Record) -> None:
     up = prefixed(state.displacement(x), "m")
 
     def indenter(at: Array) -> Array:
+        """The profile as it is drawn over the axis of u: d - f, in its unit."""
         return np.asarray((state.depth - params.scene.indenter.height(at)) / up.size)
 
     surface = state.displacement(x) / up.size

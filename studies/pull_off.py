@@ -220,6 +220,7 @@ def balanced(scene: Scene) -> State:
     """Where the adhered energy U(d) passes that of the detached surface, 0 (Maxwell)."""
 
     def energy(depth: float) -> float:
+        """U of the adhered state at a depth; that of the detached one is 0."""
         return minimise(scene, depth).energy
 
     delta0 = scene.critical_separation

@@ -198,6 +198,7 @@ def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
     largest = 2 * math.pi * R * GENTLE * GAMMA1  # 2πRw
 
     def scaled(found: Any) -> Pull:
+        """Force, depth and radius of a state as those of `Pull`: a pull for a force < 0."""
         return Pull(-found.force / largest, found.depth / delta0, found.half_width / LENGTH)
 
     card: Any = cards.axisymmetric.sphere
@@ -228,6 +229,7 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tu
     finite = [(ratio, work, "finite") for work, ratio in works_and_ratios]
 
     def say(sphere: Sphere) -> None:
+        """Show the line of one sphere."""
         show(line(sphere))
 
     found = [*each(detached, small, jobs, say=say)]

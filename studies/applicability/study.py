@@ -96,6 +96,7 @@ def border(error: Callable[[float], float], scan: Sequence[float], tolerance: fl
     """
 
     def excess(log_ratio: float) -> float:
+        """By how much the size of the error exceeds the tolerance, at the logarithm of w/γ₁."""
         return abs(error(math.exp(log_ratio))) - tolerance
 
     before = None
@@ -117,6 +118,7 @@ def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
             yield from of_line
 
     def of_angle(ratio: float) -> float:
+        """Relative error of π - θ at a w/γ₁; the wedge is any shape."""
         return at_unit_width("wedge", 1.0, ratio).angle
 
     for tolerance in TOLERANCES:

@@ -124,6 +124,7 @@ class Reading:
     sensitivity: float | None = None
 
     def __post_init__(self) -> None:
+        """Refuse another number of columns, and sizes that are not positive."""
         if self.columns is not None and len(self.columns) not in (2, 4):
             raise ValueError(
                 f"columns = {self.columns!r} must be two, of the depth and the force, or four: "

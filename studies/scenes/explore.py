@@ -42,6 +42,7 @@ class Explorer:
     """What the window shows, and how it follows the sliders."""
 
     def __init__(self, scene: Scene, depth: float, title: str, figure: Any) -> None:
+        """Draw the scene at a depth, and sliders for what can be changed, into a figure."""
         from matplotlib.widgets import Slider
 
         self.scene = scene

@@ -66,11 +66,13 @@ class Grid:
     axes: tuple[Axis, ...]
 
     def __post_init__(self) -> None:
+        """Refuse an axis without values."""
         for axis in self.axes:
             if not axis.values:
                 raise ValueError(f"{axis.key} = () has no values; give at least one")
 
     def __len__(self) -> int:
+        """Number of its points."""
         return math.prod(len(axis.values) for axis in self.axes)
 
     def point(self, number: int) -> dict[str, Value]:

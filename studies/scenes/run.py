@@ -246,6 +246,7 @@ def as_json(name: str, value: Any) -> str:
     """A line with numbers that --json shows; what is not finite, and no number in JSON, is null."""
 
     def plain(item: Any) -> Any:
+        """The same with null for numbers that are not finite, which JSON does not have."""
         if isinstance(item, dict):
             return {key: plain(part) for key, part in item.items()}
         if isinstance(item, list):

@@ -40,6 +40,7 @@ class Table:
     """
 
     def __init__(self, path: Path, name: str, table: Any, known: tuple[str, ...]) -> None:
+        """Refuse what is no table, and keys that are not known."""
         self.path = path
         self.name = name
         self.known = known

@@ -1,4 +1,9 @@
-"""Cases computed in several processes, and the progress of long work told on the screen."""
+"""Cases computed in several processes, and the progress of long work shown on the screen.
+
+Work that is done in other processes is a function of module level, which they can import, and its
+cases are what can be pickled. Processes are forked while this one has a single thread, else they
+start afresh and import what they need.
+"""
 
 import math
 import os
@@ -13,7 +18,7 @@ from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-Show = Callable[[str], object]  # is told a line
+Show = Callable[[str], object]  # called with each line of text
 Case = TypeVar("Case")
 Result = TypeVar("Result")
 PAUSE = 1.0  # s between two lines of progress
@@ -22,6 +27,9 @@ _KNOWN_FROM = 0.05
 # ... and measured from this one on: before, processes start and modules are imported.
 _MEASURED_FROM = 0.025
 _THREAD_ENDS = 0.1  # s that a thread which has just ended may take to go
+_LOOK_AGAIN = 0.005  # s until it is looked for once more, a twentieth of that
+_WATCH = 1.0  # s between two looks at whether the parent lives: a worker outlives it by no more
+_WIDTH = 50  # characters of a line of progress, to cover the longer one before
 
 
 class Progress(NamedTuple):
@@ -41,6 +49,7 @@ class Progress(NamedTuple):
     remaining: float
 
     def __str__(self) -> str:
+        """Such as 3 of 10 points, 1 failed, 20 s to go."""
         said = [f"{self.done} of {self.total} points"]
         if self.failed:
             said.append(f"{self.failed} failed")
@@ -66,6 +75,7 @@ class Clock:
     def __init__(
         self, done: int, total: int, failed: int, show: Callable[[Progress], object]
     ) -> None:
+        """Nothing is shown before the first tick."""
         self.done = done
         self.total = total
         self.failed = failed
@@ -152,19 +162,19 @@ def alone() -> bool:
             return True
         if time.monotonic() > until:
             return False
-        time.sleep(0.005)
+        time.sleep(_LOOK_AGAIN)
     return False
 
 
 def silent(line: object) -> None:
-    """In place of what tells a line, where nobody listens."""
+    """Drop a line: the `Show` of who wants none."""
 
 
 def tell(progress: Progress) -> None:
     """The progress on the screen, beside what is kept of it: on stderr, one line on a terminal."""
     on_terminal = sys.stderr.isatty()
     again = on_terminal and progress.done < progress.total
-    width = 50 if on_terminal else 0  # covers the longer line before
+    width = _WIDTH if on_terminal else 0
     end = "\r" if again else "\n"
     print(f"{progress!s:{width}s}", end=end, file=sys.stderr, flush=True)
 
@@ -215,8 +225,9 @@ def end_with(parent: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
+        """End this process once it has another parent."""
         while os.getppid() == parent:
-            time.sleep(1)
+            time.sleep(_WATCH)
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -1,4 +1,13 @@
-"""The options that all studies share, and where what they find is written."""
+"""The options that all studies share, and where what they find is written.
+
+A study is run by its `main(argv)`: `parse` gives `options`, with `preset`, `out` (the folder),
+`jobs`, `quiet` and `json` beside the study's own, and an `Output` that writes tables and figures
+into that folder; `start` does so for a study without options of its own. `program()` is how the
+command line was called. TIMED names the studies that measure times: they get one process.
+`table.header(command, parameters)` are the lines that say how a table was made, `table.replacing`
+gives a file to write that takes the place of another once it is whole. `--quiet` and `--json` are
+read by `python -m studies`, which calls `main`.
+"""
 
 import argparse
 import os

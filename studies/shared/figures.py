@@ -1,4 +1,10 @@
-"""What all figures share: colours that colour-blind readers tell apart, and how they are saved."""
+"""What all figures share: colours that colour-blind readers tell apart, and how they are saved.
+
+BLUE, ORANGE, GREEN and GREY are these colours, SOFT and RIGID those of layer and indenter.
+`canvas(width, height, rows, columns)` is a new figure of this size in inches, which lays itself
+out, and its axes: one, or an array of them. All come from discretization.plots.
+`replacing(path)` gives a file beside this one to write, which takes its place once it is whole.
+"""
 
 from __future__ import annotations
 

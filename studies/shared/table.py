@@ -1,4 +1,7 @@
-"""Tables on disk: CSV under a header of commented lines that says how to make them again."""
+"""Tables on disk: CSV under a header of commented lines that says how to make them again.
+
+A `Table` is the names of its columns and its rows, as `write` takes them and studies return them.
+"""
 
 import csv
 import functools
@@ -120,6 +123,7 @@ class Columns:
     """
 
     def __init__(self, columns: str) -> None:
+        """Take the columns apart; `head` is the line of their names."""
         found = re.findall(r"([^|]*) (-?\d+)([^|]*)", columns)
         self.forms = [(int(width), digits) for _, width, digits in found]
         self.head = self.line(*(name for name, _, _ in found))

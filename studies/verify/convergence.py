@@ -320,6 +320,7 @@ def _worst(
     """Of each level, the largest error and its two values; none, and why, if one cannot be had."""
 
     def largest(mesh: Mesh) -> tuple[float, float, float]:
+        """The largest error of the comparisons on a mesh, and the two values it belongs to."""
         found = item.measure(mesh)
         every = [found] if isinstance(found, Comparison) else found
         return max(one.worst() for one in itertools.islice(every, cases))

@@ -147,10 +147,12 @@ def uneven_profiles() -> tuple[Indenter, ...]:
     measured = x**2 / (2 * 2.9e-2) + 4e-8 * np.sin(x / 5.3e-5)
 
     def height(x: ArrayLike) -> np.ndarray:
+        """f, a lopsided catenary [m]."""
         x = np.asarray(x)
         return 9e-6 * (np.cosh(x / 4.1e-4) - 1) + 4e-4 * x
 
     def slope(x: ArrayLike) -> np.ndarray:
+        """f'."""
         return 9e-6 / 4.1e-4 * np.sinh(np.asarray(x) / 4.1e-4) + 4e-4
 
     tilted = Parabola(R=2.1e-2).tilted(1.3e-3)

@@ -43,6 +43,7 @@ def nested(grid: Grid) -> Solve:
         sizes.append((sizes[-1] + 1) // 2)
 
     def solve() -> Answer:
+        """The contact of each grid, from the coarsest on, begins the search on the next one."""
         held = np.empty(0, bool)
         for n in reversed(sizes):
             own = replace(grid, nodes=n)
@@ -115,12 +116,14 @@ def bisection(grid: Grid) -> Solve:
         return Relaxed(energy.value(u), force, u)
 
     def advances(m: int) -> bool:
+        """Whether the contact -m..m grows: its surface penetrates, or one more node costs less."""
         here = state(m)
         beside = middle + m + 1
         penetrates = bool(here.u[beside] < grid.g[beside])
         return penetrates or state(m + 1).energy < here.energy
 
     def solve() -> Answer:
+        """The state at which the energy of the contact no longer falls with m."""
         low = 1
         high = middle - 4
         while high - low > 1:
@@ -167,6 +170,7 @@ def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Sol
     problem = _FreeSurface(scene, depth)
 
     def solve() -> Answer:
+        """From a contact of the guessed width and an exponential surface."""
         s = np.linspace(0, 1, 200) ** 2
         u = (depth - scene.indenter.height(guess)) * np.exp(-FAR * s)
         start = np.stack((u, -u / scene.elastocapillary_length))
@@ -187,6 +191,7 @@ class _FreeSurface:
     """The boundary value problem of a free surface beside a contact, in small or finite slopes."""
 
     def __init__(self, scene: Scene, depth: float) -> None:
+        """The scene at a depth, positive into the layer; `length` is that of the free surface."""
         self.scene = scene
         self.depth = depth
         self.finite = scene.slopes == "finite"

@@ -59,6 +59,7 @@ def modelled(grid: Grid, solver: str) -> Solve:
     problem = cp.Problem(cp.Minimize(springs + links + ends), [u >= floor])
 
     def solve() -> Answer:
+        """The programme once more, with the obstacle as given now; RuntimeError if it fails."""
         floor.value = grid.g.copy()
         try:
             with without_banner():
@@ -79,10 +80,12 @@ def bounded(grid: Grid) -> Solve:
     options = {"ftol": 1e-16, "gtol": 1e-12, "maxiter": 10**5, "maxfun": 10**6, "maxcor": 20}
 
     def energy(u: Array) -> tuple[float, Array]:
+        """The energy u·Ku/2 of displacements (n,), and its gradient Ku."""
         force = grid.pushed(u)
         return float(u @ force) / 2, force
 
     def solve() -> Answer:
+        """From the least displacements that do not penetrate; the multipliers are Ku."""
         start = np.maximum(grid.g, 0)
         bounds = optimize.Bounds(grid.g, np.inf)
         given = {"jac": True, "bounds": bounds, "method": "L-BFGS-B", "options": options}

@@ -88,6 +88,7 @@ def default(task: Task, rtol: float) -> Made:
     """`minimise` with its defaults but rtol."""
 
     def solve() -> Answer:
+        """The answer at the depth of the task, or at all of them: what is timed."""
         return _answer(_judged_by_its_error(task.scene, task.depth, rtol=rtol))
 
     return solve, SIMILAR
@@ -104,6 +105,7 @@ def lattice(task: Task, size: float) -> Made:
     dx = 2 * task.half_width / size
 
     def solve() -> Answer:
+        """The answer at the depth of the task, or at all of them: what is timed."""
         return _answer(minimise(task.scene, task.depth, method="lattice", spacing=dx))
 
     return solve, int(size)
@@ -124,6 +126,7 @@ def _followed(task: Task, **options: Any) -> Solve:
     """The whole path, by `load_path` with these options."""
 
     def solve() -> Answer:
+        """The answer at the depth of the task, or at all of them: what is timed."""
         found = load_path(task.scene, depths=task.depths, **options)
         angle = np.full(task.depths.size, math.nan)
         return Answer(found.half_width, found.force, found.energy, angle)
@@ -135,6 +138,7 @@ def many(task: Task, size: float) -> Made:
     """`minimise_many` at all depths."""
 
     def solve() -> Answer:
+        """The answer at the depth of the task, or at all of them: what is timed."""
         found = minimise_many(task.scene, task.depths)
         done = bool(found.stable.all())
         return Answer(found.half_width, found.force, found.energy, found.contact_angle, done)
@@ -146,6 +150,7 @@ def one_by_one(task: Task, size: float) -> Made:
     """`minimise` at one depth after the other."""
 
     def solve() -> Answer:
+        """The answer at the depth of the task, or at all of them: what is timed."""
         each = [_answer(minimise(task.scene, depth)) for depth in task.depths.tolist()]
         a, force, energy, angle, done = map(np.array, zip(*each, strict=True))
         return Answer(a, force, energy, angle, bool(done.all()))
@@ -169,9 +174,11 @@ def rough_path(**options: Any) -> Callable[[Task, float], Made]:
     """
 
     def make(task: Task, contacts: float) -> Made:
+        """What solves, and its unknowns, for a task and a size."""
         scene = waves(int(contacts))
 
         def solve() -> Answer:
+            """The answer at the depth of the task, or at all of them: what is timed."""
             found = load_path(scene, depths=task.depths, **options)
             return Answer(math.nan, math.nan, found.work() / found.dissipated, math.nan)
 
@@ -185,6 +192,7 @@ def shortest(task: Task, size: float) -> Made:
     scene, options = rough(int(size))
 
     def solve() -> Answer:
+        """The answer at the depth of the task, or at all of them: what is timed."""
         state = minimise(scene, task.depth, method="shortest_path", **options)
         violation = state.proof.violation if state.proof else math.inf
         return Answer(math.nan, math.nan, 1 + violation, math.nan)
@@ -198,6 +206,7 @@ def integers(task: Task, size: float) -> Made:
     proven = _judged_by_its_error(scene, task.depth, method="shortest_path", **options).energy
 
     def solve() -> Answer:
+        """The answer at the depth of the task, or at all of them: what is timed."""
         state = _judged_by_its_error(scene, task.depth, method="oracle", **options)
         return Answer(math.nan, math.nan, state.energy / proven, math.nan)
 
@@ -219,6 +228,7 @@ def on_grid(prepare: Callable[[Grid], Solve]) -> Callable[[Task, float], Made]:
     """
 
     def make(task: Task, size: float) -> Made:
+        """What solves, and its unknowns, for a task and a size."""
         reach = task.largest_half_width + MARGIN * task.scene.elastocapillary_length
         odd = int(size) // 2 * 2 + 1
         grid = Grid(task.scene, task.depth, odd, reach)

@@ -378,6 +378,7 @@ def compare(name: str, depth: float, unit: float) -> Judgement:
     certified = all(state.certificate.ok for state in (on_mesh, scaled, on_nodes))
 
     def kept(error: float) -> float:
+        """Digits that an error leaves, at most the sixteen of a float."""
         return -math.log10(max(error, 1e-16))
 
     found = (kept(apart[:-2].max()), kept(apart[-2]), kept(apart[-1]))

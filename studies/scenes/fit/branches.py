@@ -190,6 +190,7 @@ def _followed_legs(
     """As `leg_branches`, each from the depth that the one before has reached."""
 
     def leg(turns: list[float]) -> Branch:
+        """The branch along depths between these turns; of springs alone it may need no path."""
         known = _slack_leg(scene, turns, reach) if scene.gamma1 == 0 else None
         return known or _leg(scene, turns, reach)[0]
 

@@ -71,6 +71,7 @@ LOSSES = ("linear", "soft_l1")
 LOOSE = 1.0  # half-width of the interval of a logarithm above which nothing is identified
 CONDITION = 100.0  # condition number from which the weakest combination is named
 NEGLIGIBLE = 0.05  # coefficient of a combination that is not shown
+CUT_OFF = 10.0  # times that at the end: a root of the gain that is only known to be larger
 CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
 FARTHEST = 20.0  # half-widths of the linearised interval
 ELSEWHERE = "start from other parameters, or leave it out of --parameters"
@@ -215,6 +216,7 @@ class Fit:
         return UNITS.get(name) or {"slope": f"{force} per m"}.get(name, force)
 
     def __str__(self) -> str:
+        """The report: a table of the parameters, what was used, and the warnings."""
         rows = [f"{'parameter':12s}{'estimate':>13s}{'95 % linearised':>29s}{'95 % profile':>29s}"]
         for e in self.estimates:
             digits = _digits(e.interval)
@@ -480,10 +482,16 @@ def _profile_end(model: Model, best: Best, i: int, reach: float) -> float:
 
     @cache
     def beyond(times: float) -> float:
+        """Root of the gain of the sum of squares less that at the end: negative inside.
+
+        times: half-widths of the linearised interval from the value, to either side. The profile is
+        parabolic near the value, so that its root is nearly straight. It is cut off where it is far
+        outside, and 0 where it is CLOSE enough.
+        """
         if not times:
             return -limit
         ratio = profiled(model, best, i, float(best.x[i]) + times * reach)
-        root = min(math.sqrt(max(ratio - 1, 0.0)), 10 * limit)
+        root = min(math.sqrt(max(ratio - 1, 0.0)), CUT_OFF * limit)
         return 0.0 if abs(root - limit) <= CLOSE * limit else root - limit
 
     far = 1.0

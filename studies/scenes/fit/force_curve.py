@@ -3,7 +3,7 @@
 Conventions:
 
 - `noise` is the standard deviation of the noise of a force, from third differences; `resolution`
-  the step of its last digit; `may_be_noise(residuals, fitted, sigma)` whether residuals are no
+  the step between its digits; `may_be_noise(residuals, fitted, sigma)` whether residuals are no
   larger.
 - `without_spikes` marks points that stick out, up to WIDEST_SPIKE in a row; `first_waves` finds
   waves in the first forces, and `wave_columns` are their cosine and sine.
@@ -137,6 +137,7 @@ class Hold(NamedTuple):
     depth: float
 
     def __str__(self) -> str:
+        """That it was left out, and where."""
         return f"left out: a hold of {self.points} points at d = {self.depth:.4g} m"
 
 

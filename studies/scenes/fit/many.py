@@ -34,6 +34,7 @@ from studies.shared.command import Output, answer
 from studies.shared.figures import BLUE, Figure, canvas
 
 NORMAL = 1.96  # standard deviations, of intervals at 95 %
+CHANCE = 3.0  # standard deviations of χ²: more has a chance of 1 in 700, and is none
 TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
 
 
@@ -120,10 +121,15 @@ class Common(NamedTuple):
     curves: int
 
     def __str__(self) -> str:
+        """The value with its interval, and whether the curves agree with it.
+
+        Of n curves that do, χ² over n - 1 has the mean 1 and the variance 2/(n - 1): they do not
+        where it is more than CHANCE standard deviations above.
+        """
         low, high = self.interval
         text = f"{self.name} = {self.value:.5g} [{low:.5g}, {high:.5g}] {UNITS[self.name]}"
         verdict = "consistent with one value for all"
-        if self.chance > 1 + 3 * math.sqrt(2 / max(self.curves - 1, 1)):
+        if self.chance > 1 + CHANCE * math.sqrt(2 / max(self.curves - 1, 1)):
             verdict = "WARNING: not consistent with one value for all"
         return f"{text} from {self.curves} curves, χ² per curve {self.chance:.2g}: {verdict}"
 
@@ -192,6 +198,7 @@ def report(
         raise ValueError(f"shared = {shared!r} must be one of what is fitted: {', '.join(shown)}")
 
     def fitted(notes: Sequence[str] = ()) -> Record:
+        """Fit all curves, or read the results of a run that was broken off, and write the table."""
         path = out.folder / f"{name}.jsonl"
         identity = job.identity(files)
         record = sweep(job, {"curve": files}, path, jobs=jobs, identity=identity, show=tell)

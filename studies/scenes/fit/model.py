@@ -232,6 +232,7 @@ class Model:
         """
 
         def numbers(x: Array) -> Array:
+            """Depths and forces of all branches at coordinates, in one row."""
             return np.array([[one.depth, one.force] for one in self.branches(x)]).ravel()
 
         here = self.branches(x)
@@ -245,6 +246,11 @@ class Model:
         measured = data.flat.force[data.used]
 
         def off(offset: float) -> float:
+            """Sum of squares of the forces with this offset, times 1 + Σ (distance of ends/span)².
+
+            The square of the largest force is added for each end of contact, so that the ends
+            count also where all forces agree.
+            """
             force, end = branch.read(drive - offset, data.curve.machine_stiffness, self.blunt)
             ends = {"touch": self.touch, "detachment": end}
             late = [ends[mark.kind] + offset - mark.depth for mark in data.ends]

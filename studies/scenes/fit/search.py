@@ -271,6 +271,7 @@ def minimum(
     unit = UNBOUND * model.data.size
 
     def residuals(values: Array) -> Array:
+        """Weighted residuals with these values of the free coordinates, over `unit`."""
         x[free] = values
         return model.residuals(x) / unit
 

@@ -58,6 +58,7 @@ class Store:
     """
 
     def __init__(self, path: Path, identity: Any) -> None:
+        """Nothing is opened before the `with`."""
         self.path = path
         self.identity = identity
 
@@ -126,6 +127,7 @@ class Store:
                 self.synced = time.monotonic()
 
     def __exit__(self, *exception: object) -> None:
+        """Write what is left to the disk, and close the file, which ends its lock."""
         with naming(self.path), self.file:
             self.file.flush()
             os.fsync(self.file.fileno())
