@@ -125,7 +125,7 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         lattice = Lattice.of(fine.scene, fine.spacing)
         narrow = lost_too_early(fine.scene, lattice, fine.depth, fine.branch)
         return UNRESOLVED if narrow or _held_on_finer_nodes(solve, fine) else EXACT
-    if not np.isfinite(fine.contacts).all():
+    if not np.isfinite(fine.contacts).all():  # a plane without end, on which all links are alike
         return EXACT
     convex = fine.scene.indenter.convex
     free = ~fine.pinned.all(axis=1)

@@ -279,7 +279,7 @@ class State:
 
     @property
     def _size_of_rounding(self) -> float:
-        """δ with |u| = |d - f| at the lowest node, of which f in the contacts is a difference."""
+        """δ, but at least |u| = |d - f| at the lowest node, the largest in contact [length]."""
         return max(self.size, abs(self.depth - self.row.lowest))
 
     @property

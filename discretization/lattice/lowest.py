@@ -435,7 +435,7 @@ def _cheapest(lattice: Lattice, h: Array, may: Mask) -> tuple[float, Mask, int]:
     compared : int
         How many surfaces were compared: what the search costs.
     """
-    if not may.any():
+    if not may.any():  # then nothing is in contact without adhesion either, h = 0 nowhere
         return 0.0, h == 0, 0
     ends = _Ends(lattice, h, np.flatnonzero(may))
     certain = min(0.0, float(h.min()))  # the drop of certain contacts, the least that v can be

@@ -1009,7 +1009,7 @@ def warn_narrow(
     -----
     AccuracyWarning
     """
-    width = lost_too_early(scene, lattice, depth, branch, lowest)
+    width = lost_too_early(scene, lattice, depth, branch, lowest)  # half of it
     if width:
         warnings.warn(
             f"depth = {depth!r}: the nodes have no contact, but one of a half-width of about "

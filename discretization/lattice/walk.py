@@ -507,6 +507,8 @@ class Walk:
         steps = zip((direction * depths).tolist(), lefts, rights, strict=True)
         return [(at, (i, j)) for at, i, j in steps if direction > 0 or j - i > 1]
 
+    # Kept are as many changes as surfaces can be met on long paths, some 30 MB at most: a path over
+    # ripples meets some hundred, and asks two or three times for each.
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, left: Any, right: Any) -> Change:
         """The first change of a free surface as the depth grows.
@@ -569,7 +571,7 @@ class Walk:
         after = contacts_of((own[0], *ends, own[1]))
 
         def released(d: float) -> float:
-            """U before less U after."""
+            """U before less U after at a depth d [energy/length]: what the change releases."""
             return self.energy(before, d) - self.energy(after, d)
 
         first = released(depth)
@@ -887,7 +889,11 @@ class Front:
         return on_left, on_right
 
     def apply(self, change: Change, place: int) -> None:
-        """Let a change happen to the part whose left end is at this place of `ends`."""
+        """Let a change happen to the part whose left end is at this place of `ends`.
+
+        Its two ends there become those of the change, None becoming -1 or the number of nodes; and
+        the next changes of all parts that are new, or depend on it, are pushed.
+        """
         no_contact = (-1, self.size)  # of left and of right ends
         new = [no_contact[i % 2] if end is None else end for i, end in enumerate(change.ends)]
         self.ends[place : place + 2] = new

@@ -94,7 +94,7 @@ def outer_pull(kappa: float, nodes: Any) -> Array:
     return np.asarray(found)
 
 
-@functools.lru_cache(maxsize=128)
+@functools.lru_cache(maxsize=128)  # of so many spacings: 131 kB each, 17 MB together
 def _near(kappa: float) -> Array:
     """σ of the nodes 0 to `kept`, in this order, by the recursion from the last of them inwards."""
     found = np.empty(_OUTER.kept + 1)

@@ -487,6 +487,7 @@ def _outermost(
             threshold = own + (after - own - np.sqrt(2 * bonds / stiffness)) / remainder
             holds = threshold <= pressed
         else:
+            # Up to δ₀, but for rounding; a row that is longer by a few links changes nothing.
             holds = after <= pressed + scene.critical_separation * (1 + 1e-9)
     holds[:, -1] = False  # so that there is a first one that does not hold
     reach = ahead[[0, 1], holds.argmin(axis=1), None] + _LIMITS.spare

@@ -303,6 +303,7 @@ class Thresholds:
             return math.inf
         return level + (pull_first + pull_last - 2 * math.sqrt((p + link) * work)) / (2 * p)
 
+    # Kept as `Walk.rise`, which asks for surfaces again and again, keeps its changes.
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
         """Depth at which a free node between two contacts touches, and which node.

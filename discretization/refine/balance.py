@@ -232,7 +232,10 @@ def work(totals: Totals, piece: Piece) -> float:
 
 
 def _quarters(life: Life) -> list[_Part]:
-    """A life in four parts of equal depths: few profiles are so smooth that one is enough."""
+    """A life in four parts of equal depths: few profiles are so smooth that one is enough.
+
+    Of their ends only those of the life are known: its first and its last lines.
+    """
     depths = np.linspace(life.start, life.end, _PIECE.first + 1).tolist()
     ends: list[Array | None] = [life.first, *([None] * (_PIECE.first - 1)), life.last]
     return [

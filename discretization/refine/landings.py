@@ -210,13 +210,20 @@ class Landings:
         return outer
 
     def _touched(self, event: Happening) -> float | None:
-        """Where the one surface before an event touches the indenter [length]; None if nowhere."""
+        """Where the one surface before an event touches the indenter [length]; None if nowhere.
+
+        It does where the least minimum of its gap is 0 to rounding, PENETRATION δ.
+        """
         clearance, place = self.events.clearance(event.lines_before[0], event.depth)
         touches = abs(clearance) <= PENETRATION * self.events.equations.size
         return place if touches else None
 
     def _stops_earlier(self, event: Happening, rows: Array) -> bool:
-        """Whether lines (n, 2) are on the path to those after an event, and well before them."""
+        """Whether lines (n, 2) are on the path to those after an event, and well before them.
+
+        Well before is by l/100 or more. No line may be beyond by as much, and neighbours may not
+        have met.
+        """
         if (rows[:-1, 1] > rows[1:, 0]).any():
             return False
         finite = np.isfinite(rows)

@@ -107,12 +107,12 @@ class FoundNodes:
 
     @functools.cached_property
     def row(self) -> Row:
-        """The nodes."""
+        """The nodes that may be in contact at depths up to `deepest`."""
         return Row.of(self.lattice.scene_on_nodes(self.scene), self.lattice, self.deepest)
 
     @functools.cached_property
     def walk(self) -> Walk:
-        """The walk over them."""
+        """The walk over them, on which lone nodes let go as soon as they are pulled."""
         return Walk(self.row)
 
     @functools.cached_property
@@ -136,7 +136,7 @@ class FoundNodes:
         return tuple(zip(at[::2].tolist(), at[1::2].tolist(), strict=True))
 
     def adhered(self, depth: float) -> Contacts:
-        """The contacts of the path that touches first and then moves to this depth."""
+        """The contacts of the path that touches first and then moves to this depth; () if lost."""
         touch = self.row.lowest
         if depth >= touch:
             return self.walk.touched(depth)

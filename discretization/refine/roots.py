@@ -322,6 +322,7 @@ def _newton(
         active = active[usable]
         step = -np.linalg.solve(jacobian[usable], values[usable, 0, :, None])[..., 0]
         moved = np.abs(step[:, :-1]).max(axis=1)
+        # At most l/10; 1e-300 stands for a step of 0, by which nothing may be divided.
         step *= np.minimum(1.0, _ROOT.longest * length / np.maximum(moved, 1e-300))[:, None]
         unknown[active] += step
         last[active] = moved

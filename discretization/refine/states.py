@@ -311,7 +311,11 @@ def _steady(contact_lines: ContactLines, depth: float) -> Lines | None:
 
 
 def _at_rest(equations: Equations, lines: Lines, depth: float) -> Lines | None:
-    """Lines of nodes taken to rest nearby; None where that fails, contacts are gone, or unknown."""
+    """Lines of nodes taken to rest nearby.
+
+    None where they do not come to rest within FROM_NODES l, where lines of a contact have passed
+    each other, and where one leaves the known profile.
+    """
     surfaces = free_surfaces(lines)
     count = len(surfaces)
     reach = FROM_NODES * equations.length
@@ -323,14 +327,14 @@ def _at_rest(equations: Equations, lines: Lines, depth: float) -> Lines | None:
 
 
 def _alike(one: Lines, other: Lines, length: float) -> bool:
-    """Whether lines are the same, found twice."""
+    """Whether lines are as many, and none of them differs by more than 1e-8 l, `length` being l."""
     if len(one) != len(other):
         return False
     return bool(np.abs(np.subtract(one, other)).max(initial=0.0) <= _SEARCH.repeated * length)
 
 
 def _known(equations: Equations, surfaces: Array) -> Lines | None:
-    """The lines of contacts; None where they leave the known profile."""
+    """The lines of contacts with surfaces (m + 1, 2); None if one leaves the known profile."""
     lines = lines_of_surfaces(surfaces)
     return None if _unknown(equations, lines) else lines
 
@@ -363,7 +367,10 @@ def known_lines(equations: Equations, surfaces: Array, depth: float) -> Lines:
 
 
 def _unknown(equations: Equations, lines: Lines) -> list[float]:
-    """Lines at an end of the profile that is not an edge of the body."""
+    """Those of 2m lines that are at an end of the profile which is not an edge of the body.
+
+    `joints` have both ends first and last; `edges` are the ends at which the body itself ends.
+    """
     ends = equations.joints[[0, -1]].tolist()
     return [line for line in lines if line in ends and line not in equations.edges]
 
