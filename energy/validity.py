@@ -224,7 +224,7 @@ def _pull_off(nu: float, ratio: float) -> str:
     return f", a sphere's force at pull-off by up to {force}, its radius there by up to {radius}"
 
 
-@functools.lru_cache(maxsize=1024)
+@functools.lru_cache(maxsize=1024)  # two numbers each; states of a sweep over depths share one
 def springs_error(nu: float, ratio: float) -> tuple[float, float]:
     """By how much springs miss force and radius at pull-off of a sphere, at the worst tension.
 
@@ -252,7 +252,7 @@ def springs_error(nu: float, ratio: float) -> tuple[float, float]:
     return interpolated(_FORCE), interpolated(_RADIUS)
 
 
-@functools.lru_cache(maxsize=1024)  # states of a sweep over depths share it
+@functools.lru_cache(maxsize=1024)  # one number each; states of a sweep over depths share one
 def compliance_error(nu: float, thickness: float) -> float:
     """Compliance of the free surface of the exact bonded layer over that of springs, minus 1.
 

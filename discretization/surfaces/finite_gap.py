@@ -128,6 +128,7 @@ def mesh_of(T: Array) -> Mesh:
     return _mesh(bisect.bisect_left(_ENDS, longest / 2, hi=len(_ENDS) - 1))
 
 
+# There are no more than 8: one element, or 1 to 7 on either side.
 @functools.lru_cache(maxsize=8)
 def _mesh(count: int) -> Mesh:
     """The mesh with so many elements on either side of the middle; 0 for one element in all."""
@@ -147,7 +148,10 @@ def _mesh(count: int) -> Mesh:
 
 
 def rate(p: Any) -> tuple[Any, Any]:
-    """dx/dτ = h(p), and h'(p), for any array of p = 2 sin(φ/2); |p| is cut at the steepest."""
+    """dx/dτ = h(p), and h'(p), for any array of p = 2 sin(φ/2); |p| is cut at the steepest.
+
+    h' = p (p²/8 - 3/4)/(1 - p²/4)^(3/2).
+    """
     square = np.minimum(p * p, _STEEPEST**2)
     root = np.sqrt(1 - square / 4)
     return (1 - square / 2) / root, p * (square / 8 - 0.75) / (root * root * root)
@@ -242,7 +246,10 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, DECAYED))
 
     def ends(T: Array, own: Indices) -> PAtLines:
-        """p at both lines of some gaps; where one would turn over at its other line, it is cut."""
+        """p at both lines of some gaps; where one would turn over at its other line, it is cut.
+
+        There u = dp/dτ = (p(T) cosh T - p(0))/sinh T, as p'' = p.
+        """
         start = p[own]
         tanh = np.tanh(T / 2)
         end = rise[own] / tanh - start
@@ -252,8 +259,9 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
         end_slope = is_graph * rise[own] * (1 - tanh**-2) / 2  # by T; 0 where it is cut
         return PAtLines(start, end, 0.0, end_slope - u_at_end)
 
-    T = range_of(length, ends, 2.0)
+    T = range_of(length, ends, 2.0)  # |p| = 2 |sin(φ/2)| is at most 2 at any inclination
     end = ends(T, np.arange(len(T))).right
+    # u = dp/dτ at τ = 0, of p = [p(0) sinh(T - τ) + p(T) sinh τ]/sinh T
     u = (end - p * np.cosh(T)) / np.sinh(T)
     return float(u[0, 0]) if one else u[:, 0]
 
@@ -480,6 +488,8 @@ def surfaces(u: Array, rise: Array, width: Array) -> Gaps:
     return Gaps(T, p, u + rises, rises)
 
 
+# A state reads each of its surfaces for energy, force, certificate and shape. One holds 10 kB at
+# most, with 225 nodes, and all 10 MB.
 @functools.lru_cache(maxsize=1024)
 def single(u: float, rise: float, width: float) -> Gaps:
     """A single surface, kept as it is asked for often; parameters as of `surfaces`, numbers."""

@@ -493,6 +493,7 @@ def inclination(side: int, s: Array, u0: Array) -> Array:
     return crossings(excess, -most, most, guess, rise, 0.0)
 
 
+# A drawing needs the same surface at other places; one holds some 3 kB, all less than 1 MB.
 @functools.lru_cache(maxsize=256)
 def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
     """The surface beside a line of this radius, displaced by u₀ there.

@@ -88,6 +88,8 @@ class SmallSurfaces(Surfaces):
         v = u + rise
         return network.energy(u, v, -rise), network.left * u + network.right * v
 
+    # The certificate, the energy and the force of a state read the same surfaces, a few of them or,
+    # between many contacts, dozens; five numbers each.
     @functools.lru_cache(maxsize=64)  # noqa: B019
     def solved(self, side: int, s: float, width: float, u: float, rise: float) -> Free:
         """One surface; as all its nodes are balanced, k∫u over it is the sum of both pulls."""
