@@ -211,7 +211,7 @@ def _deepest(scene: Scene, control: Control, deepest: float) -> float:
     try:
         while control.value(touch + pressed, _least_force(scene, touch + pressed)) < deepest:
             pressed *= factor
-    except ValueError:  # beyond the known profile: the depth before that was still on it
+    except ValueError:  # beyond the known profile: the depth that was tried before
         pressed /= factor
     return touch + pressed
 

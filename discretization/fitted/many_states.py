@@ -12,11 +12,13 @@ pressed. For a line contact energy and force count per length of it; about an ax
 and integrals have the weight 2πx (`Scene.measure`).
 
 Arrays (n,) have one entry a state. `side` is 1 for the right line of a contact and -1 for the left
-one; outwards is the direction `side` along x. `ManyLines.rest_depth` is D at given places,
-with `beside` 1 just outwards of the contact, -1 just inwards; `ManyLines.goal` is the depth at
-which a line would rest, that of the state where there is tension; `ManyLines.off` is
-(D - goal)/size. `energy_and_reaction` of the free surfaces is their energy F and what they pull at
-the line, S = ∂F/∂u, in units of l and γ₁.
+one; outwards is the direction `side` along x. `ManyLines.rest_depth` is D at given places, with
+`beside` 1 just outwards of the contact, -1 just inwards; `ManyLines.goal` is the depth at which a
+line would rest, that of the state where there is tension; `ManyLines.off` is (D - goal)/size.
+`energy_and_reaction(side, s, width, u, rise)` of free surfaces at lines at s, displaced by u, is
+their energy F and what they pull at the line, S = ∂F/∂u, in units of l and γ₁; None if one would
+turn over. Tails have an infinite width, and as they end at displacement 0 the rise from the line is
+-u; a left line has its mirror image's.
 
 `ManyLines.tense` and `ManyLines.slack` are the lines of states with and without surface tension,
 `States` what differs between the states: the depth, w (`work`), γ₁ and k, with l and δ₀ (`length`,

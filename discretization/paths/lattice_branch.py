@@ -39,6 +39,14 @@ profile is `unseen` of it; there are warnings for lines that the profile does no
 contacts too narrow for nodes (`warn_narrow`, at the lowest point that `lowest_within` finds), and
 for surfaces that miss the profile between nodes (`warn_unresolved`). `route` raises ValueError for
 scenes that nodes cannot follow. `alike` gives numbers of the points with the same number of lines.
+
+A `Branch` (branch.py) has the states at imposed depths: `segment(point, goal)` is the path from a
+`Point` (depth, lines, None without contact, and its memory, here the contacts) towards a depth, up
+to an event. A `PathSegment` has its points `start` and `end`, the point `after` the event, None if
+there is none, and whether lines jump there. `Pinned` are two words, where the left and the right
+outermost line is pinned, "" if free. A `Snapshot` is a point with its force and energy, put
+together by `snapshot_of`. `Certificate.undeformed` is that of a surface without contact; δ₀ =
+√(2w/k) is `critical_separation`.
 """
 
 from __future__ import annotations

@@ -28,6 +28,12 @@ work of adhesion. A `Layer` is the state of a `Contact` of fixed half-width at a
 certificate, whose `demand` raises NotCertifiedError if it fails; TOLERANCE is what certificates
 tolerate elsewhere. `crossings` finds zeros of many functions between brackets. `Scene.opened` is
 the scene with the work of adhesion of contacts that open.
+
+A `Branch` (branch.py) has the states at imposed depths: `segment(point, goal)` is the path from a
+`Point` towards a depth, up to an event. A `PathSegment` has its points `start` and `end`, the point
+`after` the event, None if there is none, and whether the line jumps there. `Pinned` are two words,
+where the left and the right line is pinned, "" if free. `Branch.total` is U and P of a point.
+`corners` of the indenter are where its slope jumps or the body ends.
 """
 
 import functools

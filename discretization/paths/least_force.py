@@ -29,6 +29,9 @@ given lines, `point` that with given contacts, `pinned_at` where its outermost l
 `Walk.track` follows contacts from a depth to another: it gives its trace, the depth of the first
 event or None, and the contacts beyond that. `contacts_at` makes pairs of a flat array of first and
 last nodes.
+
+A `Snapshot` is a state with its depth, force, energy and lines; `Branch.walk` takes contacts on
+nodes from depth to depth.
 """
 
 from __future__ import annotations

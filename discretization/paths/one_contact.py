@@ -36,6 +36,13 @@ fixed place to x, the size of its terms, and its derivative by the depth. l = âˆ
 `elastocapillary_length`, and `opened` is the scene with the work of adhesion of contacts that open.
 `DIFFERENCES.least_radius`, of l, is so near to the apex that lines are looked for by logarithms.
 `Contacts` and `certify` give the certificate, whose `demand` raises NotCertifiedError if it fails.
+
+A `FittedBranch` has the states at imposed depths: `segment(point, goal)` is the path from a `Point`
+(depth and lines, None without contact) towards a depth, up to an event. A `PathSegment` has its
+points `start` and `end`, the point `after` the event, None if there is none, and whether lines jump
+there. `bracketed` is the zero between two places at which a function differs in sign, `worst` the
+largest of its arguments, or nan; `unknown(depth, x)` is the error of a line at the end of the known
+profile, and `warn_hidden` warns of the features that samples have missed.
 """
 
 from __future__ import annotations

@@ -38,6 +38,13 @@ their distance. Of the indenter, `corners` and `knots` are where f' or a higher 
 for measured profiles the samples; `noise_slope` is the rms slope of their noise, None without
 samples. `hysteretic` scenes hold lines over a range of depths, by two works of adhesion; `opened`
 is the scene with that of contacts that open.
+
+A `FittedBranch` has the states at imposed depths: `segment(point, goal)` is the path from a `Point`
+(depth, lines, None without contact, and its memory, here a `Place`) towards a depth, up to an
+event. A `PathSegment` has its points `start` and `end`, the point `after` the event, None if there
+is none, and whether lines jump there. A `Snapshot` is a point with its force and energy, put
+together by `snapshot_of`. `Integrals.hidden` are places of features that samples of the profile
+have missed, of which `warn_hidden` warns.
 """
 
 from __future__ import annotations

@@ -29,6 +29,12 @@ stationarity, opening, neighbours, force; `undeformed` is that of a surface with
 `detached` its state. `walls` are the ends of the profile at which the body itself ends: lines there
 are pinned. `crossings` finds zeros of many functions between brackets; `worst` is its argument, but
 0 if that is negative. ROUNDING is 16 times 2⁻⁵².
+
+A `Branch` has the states at imposed depths: `segment(point, goal)` is the path from a `Point`
+(depth, lines, None without contact, and its memory) towards a depth, up to the next change. A
+`PathSegment` has its points `start` and `end`, the point `after` an event, None if there is none,
+and whether lines jump there, which they never do here. `resolve` samples the profile, as far as
+contact is possible at a depth; `demand` raises NotCertifiedError if a certificate fails.
 """
 
 from __future__ import annotations
