@@ -5,6 +5,7 @@ import pytest
 from support.example_scenes import rough
 
 from discretization.lattice import walk as walks
+from discretization.lattice.loss import ContactLoss
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Row
@@ -73,3 +74,13 @@ def test_a_surface_alone_moves_as_among_others():
             mine = [p for p in pairs(alone.after) if p == pairs(whole.after)[k]]
             assert len(mine) == 1
     assert now.size
+
+
+@pytest.mark.parametrize("distance", [0.0, 0.3, 1.0, 1.2])
+def test_no_line_rests_where_no_surface_is_left(distance):
+    """A step of Newton's method may lead there; it ended in an error of the square root."""
+    _, row, _ = rows(1, 16)
+    loss = ContactLoss(row, row.thresholds[1])
+    x = row.size // 2 + 0.5
+    assert np.isnan(loss.rest_depth(x, 1, x - 0.5 + distance))
+    assert np.isfinite(loss.rest_depth(x, 1, x - 0.5 + 2.0))

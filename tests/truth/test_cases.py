@@ -189,6 +189,7 @@ ONCE_WRONG = (  # the path or the reference, or refused; those that take longest
     ("machine_small", 20007),  # on nodes, a line whose surface touches beyond the next link
     ("machine_small", 70070),  # a surface that touches as one line closes it, the other one at rest
     ("load_small", 97109),  # receding lines that come to rest a millionth of l apart
+    ("load_opening", 97147),  # on nodes, a step of Newton's method to where no surface is left
     ("load_edges", 97169),  # a line that stands at an edge, read a few roundings beside it
     ("machine_small", 106),  # lines that face each other and hardly come to rest
     ("machine_no_adhesion", 1010),  # a way that begins at a corner, told by a place beyond that
