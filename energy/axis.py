@@ -255,7 +255,6 @@ def check_rings(pattern: Patches) -> None:
     Parameters
     ----------
     pattern : Patches
-
         Of edges x and of factors between them from left to right. One whose edges are all >= 0 is
         given by radii, and its mirror image is not needed.
 

@@ -444,7 +444,7 @@ class Table:
     """
 
     def __init__(self, body: Body, tolerance: float) -> None:
-        """Begin without panels."""
+        """Note where panels have to end; each is made when it is first read."""
         self.body = body
         self.tolerance = tolerance
         self.breaks = [math.log2(x) for x in (*body.breaks, body.edge)]

@@ -216,6 +216,8 @@ class Nodes(FreeSurface):
         n = int(np.argmax(stops))
         if self.depth >= touch or (n == last and not self.ends_body):
             return n
+        # Node i stays while the D of the link inside it is no more than the depth. Node 0, without
+        # such a link, is always found; if no other is, the contact is lost.
         stays = np.append(-math.inf, self.rest_depths[:n]) <= self.depth
         return int(np.flatnonzero(stays)[-1]) or -1
 
@@ -276,7 +278,7 @@ class Nodes(FreeSurface):
 
     @property
     def energy(self) -> float:
-        """U of the stretched nodes."""
+        """U of the stretched nodes: what they store, less w·area."""
         return self.in_contact.stored - self.body.bound(self.a)
 
     @functools.cached_property
@@ -369,6 +371,7 @@ class Nodes(FreeSurface):
             return compliance(replace(scene, surfaces=surfaces), nodes, nodes, self.spacing)
 
         difference = compliance_at(1 - _NODES.tension_step) - compliance_at(1 + _NODES.tension_step)
+        # -FᵀC'F/2 with C' = -difference/(2 step): the compliance of the smaller γ₁ comes first.
         surface = float(self.forces @ difference @ self.forces) / (4 * _NODES.tension_step)
         return with_surface(state, surface)
 

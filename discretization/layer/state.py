@@ -140,7 +140,7 @@ _PLACES = np.exp(np.arange(-30.0, _OUTSIDE.step, _OUTSIDE.step))
 # A few scenes at a time, as a study that compares some has; a body is a dozen numbers.
 @functools.lru_cache(maxsize=8)
 def body_of(scene: Scene) -> Body:
-    """The body of a scene, kept."""
+    """The profile of a scene by the distance from its lowest point, kept."""
     return Body(scene)
 
 
@@ -148,7 +148,7 @@ def body_of(scene: Scene) -> Body:
 # 0.05 to 0.4 MB, all up to 13 MB.
 @functools.lru_cache(maxsize=32)
 def contact_of(body: Body, a: float, tolerance: float) -> Contact:
-    """A contact of a body, kept."""
+    """The response of a contact of half-width a, with poles to a tolerance, kept."""
     return Contact(body, a, tolerance)
 
 
@@ -186,7 +186,7 @@ class Layer(FreeSurface):
         self.pinned = rate == math.inf
         self.u_line = depth - contact.f
         self.opening = self.body.scene.opened.surfaces.small_slope_deficit
-        slope = abs(float(contact.slopes[-1, -1]))
+        slope = abs(float(contact.slopes[-1, -1]))  # at the line, of the contact's side of a corner
         self.size = float(abs(self.u_line) + (slope + self.opening) / contact.reaction[0])
 
     @functools.cached_property
@@ -210,12 +210,12 @@ class Layer(FreeSurface):
 
     @property
     def force(self) -> float:
-        """P."""
+        """P, positive where the indenter is pressed; per length of a line contact."""
         return float(self.totals[1])
 
     @property
     def energy(self) -> float:
-        """U."""
+        """U = what is stored - w·area, 0 of the flat surface; per length of a line contact."""
         return float(self.totals[2] - self.body.bound(self.a))
 
     @functools.cached_property
@@ -329,7 +329,7 @@ class Layer(FreeSurface):
             By the names of `QUANTITIES`: of the half-width over itself, of force and energy over
             `scales`.
         """
-        if self.is_point:
+        if self.is_point:  # no force acts, and nothing is displaced: there is nothing to be wrong
             return dict.fromkeys(QUANTITIES, 0.0)
         excess = self.body.scene.surfaces.small_slope_deficit
         fit = self.contact.poles.error
@@ -342,6 +342,7 @@ class Layer(FreeSurface):
         # All that follows is 30 times the error, until the last line.
         move = abs(float(depth_coarse - depth_own) / self.rate)  # of the line; 0 if it is pinned
         move += _ERRORS.coarser * least * self.size / abs(self.rate)
+        # `lines[0]` is c m γ₁σ.
         force = abs(coarse.force - self.force) + move * excess * float(self.contact.lines[0])
         coarse_errors = (
             move / self.a,

@@ -56,7 +56,10 @@ class FiniteSurfaces(Surfaces):
     def energy_and_reaction(
         self, side: int, s: Any, width: Any, u: Any, rise: Any
     ) -> tuple[Any, Any] | None:
-        """Those of the mesh; None if a tail would turn over, while gaps are cut there."""
+        """F (n,) and ∂F/∂u (n,) at fixed rise; None if a tail would turn over.
+
+        Gaps that would are cut where they are vertical, and have an energy.
+        """
         columns = (np.reshape(part, (-1, 1)) for part in (u, rise, width))
         found = surfaces(*columns)
         if found.upright and np.isinf(width).all():
@@ -72,6 +75,6 @@ class FiniteSurfaces(Surfaces):
         return Free(found.energy.item(), (first, other), found.area.item(), found.residual)
 
     def profile(self, x: Array, side: int, s: float, width: float, u: float, rise: float) -> Shape:
-        """That of the exponentials, at distances x (n,) from the first line."""
+        """u and du/dx at distances x (n,) from the first line, by the exponentials in τ."""
         end = DECAYED if math.isinf(width) else width  # of a tail: where it is flat
         return single(u, rise, width).at(x, np.maximum(end - x, 0.0))

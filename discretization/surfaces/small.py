@@ -83,7 +83,10 @@ class SmallSurfaces(Surfaces):
     def energy_and_reaction(
         self, side: int, s: Any, width: Any, u: Any, rise: Any
     ) -> tuple[Any, Any]:
-        """Those of the networks; in the sum of both reactions what the tie takes cancels."""
+        """F = E and ∂E/∂u at fixed rise, of the networks; u and u + rise displace the lines.
+
+        In the sum of both reactions what the tie takes cancels.
+        """
         network = self.net.between(side, s, np.maximum(width, NARROWEST))
         v = u + rise
         return network.energy(u, v, -rise), network.left * u + network.right * v
@@ -104,7 +107,7 @@ class SmallSurfaces(Surfaces):
         return Free(energy, (first, other), first + other, imbalance)
 
     def profile(self, x: Array, *lines: Any) -> Shape:
-        """That of the networks."""
+        """u and du/dx at distances x (n,) from the first line; lines: side, s, width, u, rise."""
         return self.net.shape(x, *lines)
 
     def _imbalance(
