@@ -203,18 +203,61 @@ class State:
         """Lone nodes that open: all, but for those that stand for a contact narrower than a link.
 
         These are held as long as they are pulled by no more than both lines may pull, each √(2wγ₁),
-        as the surface turns by √(2w/γ₁) there. Of a node that is √(1 + κ/4) times as much,
+        as the surface turns by √(2w/γ₁) there. Of a node that is √(1 + κ/4) < 1 + κ times as much,
         κ = kΔx/t = (Δx/l)²: its spring and both tails have the stiffness 2t sinh μ, those of the
-        continuum 2√(kγ₁). Allowed is 1 + κ, as the lines of the contact meet beside the node, at
-        less height: that, too, is of the order of (Δx/l)². Only line contacts have such nodes:
-        around an axis there is no second line.
+        continuum 2√(kγ₁). The contact is within a link of its node, on a profile that may be
+        inclined there: it is held, too, if it is pulled less somewhere there. Only line contacts
+        have such nodes: around an axis there is no second line.
         """
         if not self.narrow:
             return list(nodes.tolist())
         lattice = self.model.lattice
         strength = 2 * math.sqrt(2 * lattice.gamma1 * max(self.row.works))
         strength *= 1 + lattice.spring_stiffness / lattice.link_stiffness
-        return list(nodes[self.balance.forces[nodes] < -strength].tolist())
+        suspects = nodes[self.balance.forces[nodes] < -strength]
+        return [i for i in suspects.tolist() if self._force_near(i) < -strength]
+
+    def _force_near(self, node: int) -> float:
+        """The largest force on a lone node if it were less than a link away [force/length].
+
+        It is that of the parabola through ∂U/∂u_j of the node and of both nodes next to it, each
+        alone in its place with the other contacts as they are; of the node itself where one of
+        these is in another contact, or beyond the row.
+        """
+        own = node + self.model.first - self.row.first  # in the row
+        ends: list[int | None] = [None, *np.ravel(self.nodes).tolist(), None]
+        place = ends.index(own)
+        left = ends[place - 1]
+        right = ends[place + 2]
+        here = float(self.balance.forces[node])
+        start = 0 if left is None else left + 1
+        stop = self.row.size if right is None else right
+        if not start < own < stop - 1:
+            return here
+        before = self._force_alone(own - 1, left, right)
+        after = self._force_alone(own + 1, left, right)
+        rise = (after - before) / 2
+        bend = (after + before) / 2 - here
+        if bend >= 0 or abs(rise) >= -2 * bend:  # the largest is at an end of the two links
+            return max(before, here, after)
+        return here - rise**2 / (4 * bend)
+
+    def _force_alone(self, node: int, left: int | None, right: int | None) -> float:
+        """∂U/∂u of a node of the row in contact between two free surfaces [force/length].
+
+        left, right: contact nodes at the other ends of these, None where there is none.
+        """
+        lattice = self.row.lattice
+        u = self.depth - float(self.row.f[node])
+        force = lattice.spring_stiffness * u
+        for side, other in ((-1, left), (1, right)):
+            if other is None:
+                force += float(lattice.tail_stiffness(self.row.first + node, side)) * u
+                continue
+            tie, ground = lattice.surface_stiffnesses(float(abs(other - node)))
+            u_other = self.depth - float(self.row.f[other])
+            force += float(tie) * (u - u_other) + float(ground) * u
+        return force
 
     def _inner_that_open(self, nodes: Indices, noise: float) -> list[int]:
         """Nodes between contact links whose opening alone, others as they are, lowers the energy.

@@ -111,6 +111,17 @@ def test_largest_pull_on_a_lone_node():
         branch.certify(alone._replace(depth=-1.01 * delta0))
 
 
+@pytest.mark.parametrize("seed", [6004, 6006])
+def test_narrow_contacts_are_held_beside_their_nodes(seed):
+    """Lines of a contact narrower than a link meet where the profile is lower than at the node."""
+    case = case_of("small", seed)
+    depths = [case.above + share * case.scale for share in (-0.2, 1.5, -2.0)]
+    spacing = case.scene.elastocapillary_length / 64
+    path = load_path(case.scene, depths=depths, method="lattice", spacing=spacing)
+    assert path.depth[-1] == depths[-1]
+    assert any(event.kind == "closing" for event in path.events)  # a contact is lost
+
+
 def one_sided(factors=(0.0, 1.0), edges=(0.05,)):
     """A parabola that adheres on one side only, with k = 1."""
     scene = plain(Parabola(1.0), w=0.00125, gamma1=0.01)
