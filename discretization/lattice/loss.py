@@ -173,7 +173,7 @@ class ContactLoss:
         Returns
         -------
         float
-            [length]; nan if the faced line is nearer than some link and a half.
+            [length]; nan if the faced line is no further than a link.
         """
         own = x - side / 2
         after = x + side / 2
@@ -182,8 +182,6 @@ class ContactLoss:
         if distance <= 1:  # there is no surface between the lines
             return math.nan
         far, remainder, stiffness = self._beside(distance)
-        if stiffness <= 0:  # the faced line is so near that the formula has lost its meaning
-            return math.nan
         rise = self.height(after) - height
         if faced is not None:
             rise += far * (height - self.height(faced))

@@ -76,7 +76,7 @@ def test_a_surface_alone_moves_as_among_others():
     assert now.size
 
 
-@pytest.mark.parametrize("distance", [0.0, 0.3, 1.0, 1.2])
+@pytest.mark.parametrize("distance", [0.0, 0.3, 1.0])
 def test_no_line_rests_where_no_surface_is_left(distance):
     """A step of Newton's method may lead there; it ended in an error of the square root."""
     _, row, _ = rows(1, 16)
