@@ -322,7 +322,7 @@ class State:
 
     @property
     def _size_of_rounding(self) -> float:
-        """δ, but at least |u| = |d - f| at the lowest node, the largest in contact [length]."""
+        """δ, but at least |d - f| at the lowest node: by it rounding is judged [length]."""
         return max(self.size, abs(self.depth - self.row.lowest))
 
     @property

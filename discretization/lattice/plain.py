@@ -147,7 +147,11 @@ class Plain:
         return self.depth - float(self.row.f[node])
 
     def outside(self, node: int, side: int) -> Outside:
-        """The free surface on a side of a line at this node, relaxed."""
+        """The free surface on a side of a line at this node, relaxed, with the spring of the node.
+
+        In a line contact it depends on u at the line alone: it is found as one on the right of a
+        place that is the same for all, so that what is kept serves every node.
+        """
         if self.row.lattice.axis == 0:
             return self._outside(node, side, self.g(node))
         anywhere = -self.row.first  # it is the same at all nodes
@@ -206,7 +210,11 @@ class Plain:
         return LinkPassed(gap, stored, force, bonds)
 
     def resists(self, node: int, side: int) -> bool:
-        """Whether a line at this node does not pass the next link outwards."""
+        """Whether a line at this node does not pass the next link outwards.
+
+        It passes where the surface would be in the indenter, or turn over, and where the energy
+        stored is no more than the adhesion of the link; a tie counts as passed.
+        """
         scene = self.row.scene
         u = self.g(node)  # in contact
         if u > turning(self.row.lattice):

@@ -488,7 +488,11 @@ def _limits(row: Row, nodes: Nodes, corner: Corners) -> tuple[Array, Array]:
 
 
 def _keep_order(narrow: Mask, zeta: Array) -> None:
-    """Lines of narrow contacts that would pass each other are both where they would meet."""
+    """Put both lines of narrow contacts that would pass each other half way between them.
+
+    narrow, zeta (s, 2m): which lines are those of narrow contacts, and ζ, which changes in place.
+    As ζ counts outwards on both sides of one node, they have passed where its sum is less than 0.
+    """
     left = zeta[:, ::2]
     right = zeta[:, 1::2]
     crossed = narrow[:, ::2] & (left + right < 0)

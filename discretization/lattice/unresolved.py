@@ -500,7 +500,7 @@ def lowest_within(scene: Scene, lattice: Lattice, left: float, right: float) -> 
     end = min(right + lattice.spacing, high)
     breaks = scene.indenter.breaks()
     inner = breaks[(breaks > start) & (breaks < end)]
-    # Of 2 to 4 links there are 264 samples, 66 in each at least, besides where f' jumps.
+    # 264 samples, besides where f' jumps: 66 in each link about a contact of two links.
     x = np.append(inner, np.linspace(start, end, 8 * _NARROW.samples))
     return float(x[np.argmin(scene.indenter.height(x))])
 

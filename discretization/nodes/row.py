@@ -24,8 +24,8 @@ length or area of a link of weight 1, `spring_stiffness` kΔx and `link_stiffnes
 weight 1; `sizes(first, n, unit)` are lengths or areas of n nodes or links times a unit;
 `tail_stiffness(node, side)` is what the tail beyond a contact node pulls with over u;
 `free_node_response(node, side)` has B = 0, 1 - A and S of the node next to a line, see
-lattice.py; `deepest_contact` is how far above the depth a node may adhere. Both of the latter
-take the lattice's numbers. A place counts as on a node within ON_NODE, in spacings, and PIECE nodes
+lattice.py; nodes are the lattice's numbers in all of these. `deepest_contact` is how far above the
+depth a node may adhere. A place counts as on a node within ON_NODE, in spacings, and PIECE nodes
 are worked on at a time.
 
 Of an indenter, `extent` is (low, high), where its profile is known, ±∞ without an end; `walls` are

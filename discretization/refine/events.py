@@ -524,7 +524,11 @@ class Events:
         return found._replace(found=found.found & turns)
 
     def _turns_at_corner(self, lines: Array, depth: float, corner: float) -> bool:
-        """Whether the gap has a minimum at a corner, or at an edge of the body."""
+        """Whether the gap has a minimum at a corner: v' <= 0 on its left, v' >= 0 on its right.
+
+        At an end of the profile, where the body ends, the side on which there is one decides.
+        lines (2,): of the surface at the depth.
+        """
         # Eight roundings of a position, twice as many as rooms end before their joints: the slopes
         # are those of both sides.
         aside = 8 * np.spacing(max(abs(corner), self._length))
@@ -815,7 +819,10 @@ class Events:
                 lines[own] = found[part.owner == j, first - 1]
 
     def _at_folds(self, group: _Group, low: Array, lines: Array) -> tuple[Array, Array]:
-        """Enclosed depths (g,) and lines (r, 2), put on the fold where one is that near."""
+        """Enclosed depths (g,) and lines (r, 2), put on the fold where one is that near.
+
+        Of each event on the first such fold of its surfaces; where none is, they are left.
+        """
         low, lines = low.copy(), lines.copy()
         depths = low[group.owner]
         here = self.rest(group.lives, lines[:, None], depths[:, None], rounds=_EVENT.few)
@@ -860,7 +867,11 @@ class Events:
             event.depth = float(found.depths[0])
 
     def _clear(self, event: Happening, lines: Array, depth: float) -> bool:
-        """Whether no surface is in the profile just before an event."""
+        """Whether no surface is in the profile just before an event; always with falling depth.
+
+        Then contacts only shrink, and surfaces move away from the indenter. lines (n, 2): of the
+        surfaces that it ends, at this depth.
+        """
         if event.direction < 0:
             return True
         least = -PENETRATION * self.equations.size

@@ -117,7 +117,10 @@ class Judge:
         )
 
     def _points(self, rows: Array) -> Mask:
-        """Which lines (n, 2) are those of contacts of one point, where two neighbours meet."""
+        """Which lines (n, 2) are those of contacts of one point, where two neighbours meet.
+
+        The right line of a surface and the left line of the next one are then at the same place.
+        """
         found = np.zeros(rows.shape, bool)
         lone = rows[:-1, 1] == rows[1:, 0]
         found[:-1, 1] = lone

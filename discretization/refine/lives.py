@@ -324,7 +324,7 @@ def _event_between(
 
 
 def _holds(outer: Pair, inner: Pair) -> bool:
-    """Whether one free surface covers all that another one would cover."""
+    """Whether one free surface covers all that another one would cover: no line of it is inside."""
     low, high = _bounds(outer)
     left, right = _bounds(inner)
     return low <= left and right <= high
@@ -337,7 +337,10 @@ def _bounds(pair: Pair) -> tuple[float, float]:
 
 
 def _alive_after(events: Sequence[Happening], alive: list[Life]) -> list[Life]:
-    """The surfaces that there are after events, from left to right."""
+    """The surfaces that there are after events, from left to right.
+
+    alive: those before. What an event ends goes, what it begins comes, all others stay.
+    """
     ended = {id(life) for event in events for life in event.before}
     kept = [life for life in alive if id(life) not in ended]
     kept += [life for event in events for life in event.after]
