@@ -10,6 +10,10 @@ that were missed are told and do not fail.
 # Conventions:
 # - `command.parser` has the options of all studies; `command.parse` gives them and the output
 #   `out`.
+# - MODULES are the modules of the studies by name, REPORTED those on the page, TIMED those whose
+#   times are measured, one process at a time.
+# - A `Store` is the file of what is done, a line each by `found_line`; `read` are the rows of a
+#   CSV as dicts from column to text.
 
 import base64
 import contextlib

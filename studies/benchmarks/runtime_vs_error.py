@@ -26,6 +26,16 @@ of a, of the rough profile against the number of nodes, for tasks with more than
 # - `command.parser` has the options of all studies; `command.parse` gives them and the output
 #   `out`.
 # - `out.table(name, parameters, columns, rows)` and `out.figures` write into its folder.
+# - A `Task` is a scene with depths, exact answers and the methods that take part; `errors(answer)`
+#   are the relative errors of a, P, U and θ. TASKS makes one by its name for a number of steps.
+# - A `Method` prepares itself for a task and a size, number of nodes or rtol: `make(task, size)`
+#   gives what solves, without arguments, and the number of unknowns. `packages` have to be
+#   `installed`.
+# - A `Point` is one method on one task at one size, `rows` and `table` write them, `fastest` are
+#   the methods with the least time to an error, `plot` draws them, and `machine` says where.
+# - `tridiagonal_seconds(n)` is the time of one dptsv of n unknowns; `middle(times)` the median of
+#   times and their interquartile range over it.
+# - `command.some_of` is an option that takes some of the names.
 
 import itertools
 import math

@@ -52,11 +52,23 @@ from studies.shared.table import Columns
 from studies.shared.timing import seconds
 
 ROUNDING = 1e-12  # relative difference that sums of 1e5 terms in another order may have
-LAYER = ElasticLayer(3e3, 0.45, 50e-6)  # Pa, 1, m
+# A cylinder on a soft layer, with small slopes: √(2w/γ₁) = 0.09. Any other would do.
+LAYER = ElasticLayer(E=3e3, nu=0.45, h=50e-6)  # Pa, 1, m
 GAMMA1 = 0.07  # N/m
 W = 3e-4  # J/m²
 RADIUS = 0.1  # m
 DEPTH = 2e-6  # m
+_FACE = 6e-4  # half-width of the flat punch [m], less than that of the cylinder's contact
+_RISE = 0.2  # slope beside a face: twice √(2w/γ₁), so that the line stays at its edge
+_FIELD = 10_000  # places at which a field is read, as for a figure
+_PER_L = 100  # nodes in l, of a contact with free nodes beside it
+_FAR = 4000  # free nodes on each side, which are 40 l: exp(-40) is less than rounding
+_SHALLOW = 40.0  # times less deep without adhesion, so that the contact is some l wide
+# By which radius and depth differ where slopes are so small that true lengths are the same.
+_GENTLE = 1e6
+_NODES = 1e5  # in half the contact: the number of terms that ROUNDING is for
+_FEWER = 10  # times fewer where the error is estimated, too
+_STEPS = 50  # of a path that deepens by a tenth
 Numbers = Sequence[float]
 Route = Callable[[], Numbers]
 
@@ -67,15 +79,18 @@ def scene(indenter: Indenter | None = None, w: float = W) -> Scene:
 
 
 def declared(indenter: Indenter, **attributes: Any) -> Indenter:
-    """The same profile that says something else of itself."""
+    """The same profile that says something else of itself.
+
+    attributes: such as `apex`, the x of its lowest point, or `symmetric`, which routes rely on.
+    """
     kind = type("Declared", (type(indenter),), attributes)
     found: Indenter = object.__new__(kind)
     vars(found).update(vars(indenter))
     return found
 
 
-def blunt(a: float, rise: float = 0.2) -> Indenter:
-    """A face that rises beyond its edges without being told to have corners."""
+def blunt(a: float, rise: float = _RISE) -> Indenter:
+    """A face that rises beyond its edges and does not say that it has corners there."""
     face = Profile(
         lambda x: rise * np.maximum(0.0, np.abs(x) - a),
         lambda x: rise * np.sign(x) * (np.abs(x) > a),
@@ -90,7 +105,7 @@ def solved(own: Scene, depth: float = DEPTH, asked: str = "", **options: Any) ->
         warnings.simplefilter("ignore", AccuracyWarning)
         state = minimise(own, depth, **options)
     if asked == "fields":
-        x = np.linspace(-1e-3, 1e-3, 10_000)
+        x = np.linspace(-1e-3, 1e-3, _FIELD)  # m, beyond both lines
         state.displacement(x)
         state.pressure(x)
     if asked == "estimate":
@@ -101,8 +116,8 @@ def solved(own: Scene, depth: float = DEPTH, asked: str = "", **options: Any) ->
 def pressed(beside: int) -> Numbers:
     """P and U of contact nodes over 10 l, 100 per l, and of so many free ones on each side."""
     own = scene(w=0.0)
-    depth = DEPTH / 40
-    lattice = Lattice.of(own, own.elastocapillary_length / 100)
+    depth = DEPTH / _SHALLOW
+    lattice = Lattice.of(own, own.elastocapillary_length / _PER_L)
     inside = int(minimise(own, depth).half_width / lattice.spacing)
     node = np.arange(-inside - beside, inside + beside + 1)
     energy = NodalEnergy(lattice, np.abs(node) <= inside)
@@ -114,24 +129,24 @@ def routes() -> dict[str, tuple[Route, Route]]:
     """The call that skips, and the one that does not; what both return must agree."""
     own = scene()
     body = Parabola(RADIUS)
-    steps = np.linspace(DEPTH, 1.1 * DEPTH, 50)
-    flat = scene(FlatPunch(6e-4))
+    steps = np.linspace(DEPTH, 1.1 * DEPTH, _STEPS)
+    flat = scene(FlatPunch(_FACE))
     pulled = -0.5 * own.critical_separation
     plain = declared(Profile(body.height, body.slope), apex=0.0, symmetric=True)
-    gentle = scene(Parabola(1e6 * RADIUS), w=0.0)
-    fine = minimise(own, DEPTH).half_width / 1e5
+    gentle = scene(Parabola(_GENTLE * RADIUS), w=0.0)
+    fine = minimise(own, DEPTH).half_width / _NODES
     nodes: dict[str, Any] = {"method": "lattice", "spacing": fine}
-    coarse: dict[str, Any] = nodes | {"spacing": 10 * fine}
+    coarse: dict[str, Any] = nodes | {"spacing": _FEWER * fine}
     return {
         "line of a punch": (
             partial(solved, flat, pulled),
-            partial(solved, scene(blunt(6e-4)), pulled),
+            partial(solved, scene(blunt(_FACE)), pulled),
         ),
-        "far field": (partial(pressed, 0), partial(pressed, 4000)),
+        "far field": (partial(pressed, 0), partial(pressed, _FAR)),
         "other contacts": (partial(solved, own), partial(solved, scene(plain))),
         "true lengths": (
-            partial(solved, gentle, 1e-6 * DEPTH),
-            partial(solved, replace(gentle, slopes="finite"), 1e-6 * DEPTH),
+            partial(solved, gentle, DEPTH / _GENTLE),
+            partial(solved, replace(gentle, slopes="finite"), DEPTH / _GENTLE),
         ),
         "fields": (partial(solved, own), partial(solved, own, asked="fields")),
         "error estimate": (
@@ -147,7 +162,15 @@ def routes() -> dict[str, tuple[Route, Route]]:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Pairs of calls; seconds after which a row has enough of them."""
+    """How long is measured.
+
+    Attributes
+    ----------
+    pairs : int
+        Of calls; with 41, an odd number, a quartile has ten of them below it.
+    patience : float
+        Seconds after which a row has enough of them: the seven take half a minute at most.
+    """
 
     pairs: int = 41
     patience: float = 4.0

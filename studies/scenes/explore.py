@@ -13,6 +13,9 @@ With --picture FILE.png the window is drawn into a file instead, and nothing is 
 # - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
 # - `state.displacement(x)` is u, positive into the layer.
 # - `contacts` has a row (left, right) for each contact.
+# - `load` reads a scene file: scene, depths and title. `program()` is how the command is called.
+# - `extent` of an indenter are the ends of what is known of it, `height` its f, upwards.
+# - `validity` of a state are assumptions of the model, with whether each `holds`.
 
 import argparse
 import math
@@ -35,6 +38,8 @@ POINTS = 801  # of the surface
 DECADES = 1.0  # by which w and γ₁ may be changed, up and down
 DEEPEST = 3.0  # depths, over the larger of δ₀ and that of the file
 WIDEST = 95  # letters in a line of the title
+BESIDE = 4.0  # l of free surface drawn beside the contact: 2 % of its height is left there
+GROWTH = 1.5  # from one width that is tried to the next
 LABELS = {"depth": "d in nm", "log₁₀ w": "log₁₀ w/(J/m²)", "log₁₀ γ₁": "log₁₀ γ₁/(N/m)"}
 
 
@@ -95,10 +100,10 @@ class Explorer:
     def _places(self, reach: float) -> Array:
         """Positions drawn: as far as the profile rises by what the depth may be."""
         low, high = self.scene.indenter.extent
-        beside = 4 * self.scene.elastocapillary_length or self.scene.layer.h
+        beside = BESIDE * self.scene.elastocapillary_length or self.scene.layer.h
         size = beside
         while size < high and float(self.scene.indenter.height(size)) < reach:
-            size *= 1.5
+            size *= GROWTH
         return np.linspace(max(low, -size - beside), min(high, size + beside), POINTS)
 
     def _radii(self) -> Array:

@@ -35,6 +35,9 @@ from studies.scenes.table import TOP, Table
 from studies.scenes.together import of_states, vectorised
 
 Value = float | str
+# Of a first look: values of an axis, enough to see a trend and its bend, and steps between turns.
+_FIRST_LOOK = 5
+_FIRST_STEPS = 10
 # keys that states which are found together may differ in
 _TOGETHER = (
     *("depth", "layer.E", "layer.nu", "layer.h"),
@@ -158,11 +161,11 @@ def coarser(content: Mapping[str, Any]) -> dict[str, Any]:
     path = tables.get("path")
     if isinstance(path, dict) and any(isinstance(path.get(name), list) for name in CONTROLS):
         given = path.get("steps", STEPS)
-        path["steps"] = min(given, 10) if isinstance(given, int) else given
+        path["steps"] = min(given, _FIRST_STEPS) if isinstance(given, int) else given
     return tables
 
 
-def _thinned(value: Any, most: int = 5) -> Any:
+def _thinned(value: Any, most: int = _FIRST_LOOK) -> Any:
     """A list or range of at most so many values, its ends among them."""
     if isinstance(value, list) and len(value) > most:
         return [value[round(i * (len(value) - 1) / (most - 1))] for i in range(most)]

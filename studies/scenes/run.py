@@ -22,6 +22,11 @@ reads it) and SCENE_path.png. A file with a list or range for any other number i
 # - `validity` of a state are all of its assumptions, `error_estimate` its relative errors,
 #   `uncertainty` the absolute ones.
 # - `described` says a scene in words.
+# - `built(path, content)` makes a `SceneFile` of the tables that `read` gives; `coarser` thins the
+#   lists and ranges of these for a first look. `follow` is the load path of the file.
+# - `plots.draw_state` draws one state; `readings.OBSERVABLES` are the names of the numbers of a
+#   state, in the order of the columns. QUANTITIES are those with an error.
+# - `Progress.remaining` are the seconds to go.
 
 import itertools
 import json
@@ -50,6 +55,7 @@ SIGNS = (
     "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
     "without contact"
 )
+_LONG = 3.0  # s to go from which progress is shown: less is over before it is read
 LINE = "per unit length of the line contact"
 MARKERS = {"global": "o", "metastable": "s", "adhered": "D", "neutral": "^", "detached": "x"}
 
@@ -114,7 +120,7 @@ def run(
 
 def _long(progress: Progress) -> None:
     """Tell the progress of long work only: the rows of short work say as much."""
-    if progress.remaining > 3:
+    if progress.remaining > _LONG:
         tell(progress)
 
 

@@ -18,6 +18,7 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 
 layer = ElasticLayer(E=2.5e3, nu=0.3, h=5e-6)  # Pa, 1, m
 closing = SurfaceEnergies.from_work(gamma1=0.07, w=2e-5)  # N/m, J/m²
+# To some δ₀ = 0.24 µm of closing, and beyond -δ₀ of the strongest opening, -0.49 µm; 5 nm a step.
 depths = np.concatenate([np.linspace(0, 4e-7, 80), np.linspace(4e-7, -6e-7, 200)])  # m
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
 for w in (2e-5, 4e-5, 8e-5):

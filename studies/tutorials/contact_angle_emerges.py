@@ -28,7 +28,7 @@ FAR = 12.0  # the free surface ends so far from the line, where exp(-12) of it i
 def free_surface(u_line, dx):
     """Least energy of the surface outside a contact, by Newton's method; its slope at the line."""
     u = u_line * np.exp(-np.arange(round(FAR / dx)) * dx)
-    for _ in range(20):
+    for _ in range(20):  # near the contact of least energy six steps reach rounding
         slopes = np.diff(u, append=0.0) / dx
         stretch = np.hypot(1, slopes)
         stiffness = gamma1 / stretch**3 / dx

@@ -18,6 +18,7 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 layer = ElasticLayer(E=2.5e3, nu=0.3, h=5e-6)  # Pa, 1, m
 surfaces = SurfaceEnergies.from_work(gamma1=0.07, w=6e-5)  # N/m, J/m²
 scene = Scene(layer, surfaces, Parabola(R=0.02))  # m
+# Down to about δ₀ = 0.42 µm, and up beyond -δ₀, where the last contact is lost; 4 nm a step.
 depths = np.concatenate([np.linspace(0, 4e-7, 100), np.linspace(4e-7, -6e-7, 300)])
 path = load_path(scene, depths=depths)
 print(path)

@@ -24,6 +24,7 @@ sphere = Scene(layer, SurfaceEnergies.from_work(0.03, 1e-6), Parabola(R), geomet
 w = np.geomspace(1e-7, 1e-6, 16)[:, None, None]  # J/m²
 gamma1 = np.geomspace(1e-3, 0.3, 16)[None, :, None]  # N/m
 lift = np.sqrt(2 * w / layer.stiffness)  # δ₀: depths in units of it
+# From just before -δ₀, where the last contact is lost: the pull-offs lie from -0.15 to 0.01 δ₀.
 states = minimise_many(sphere, lift * np.linspace(-0.99, 0.3, 400), w=w, gamma1=gamma1)
 pull_off = -states.force.min(axis=-1)
 ratio = pull_off / (2 * np.pi * R * w[..., 0])

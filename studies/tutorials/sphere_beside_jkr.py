@@ -27,6 +27,7 @@ modulus = E / (1 - nu**2)  # that of a half-space in JKR theory
 for h in (1e-3, 1e-4, 4e-5):
     layer = ElasticLayer(E, nu, h, response="layer")
     scene = Scene(layer, SurfaceEnergies.from_work(gamma1, w), Parabola(R), geometry="axisymmetric")
+    # pressed by 2 πRw, then pulled by more than 3 πRw, which no film bears
     forces = np.pi * R * w * np.concatenate([np.linspace(0, 2, 15), np.linspace(2, -3.3, 60)])
     path = load_path(scene, forces=forces, rtol=1e-4)
     pull = path.pull_off

@@ -34,6 +34,8 @@ where they run. Exit status 1 if a point failed.
 #   of a point.
 # - A `Store` appends results to a file, and a `Record` has all of them.
 # - `in_batches` hands points to an executor; `BatchClock` says how many at a time.
+# - An `Axis` is a key with its values; `axes` are those of a file, and `coarser` thins them.
+# - A `SolvedScene` is the file as a function of a point: what its state or path has, by name.
 
 import json
 import math
