@@ -89,6 +89,10 @@ class Parameters:
 # A first call longer than this many times the patience stands alone, and no size that is expected
 # to take longer is begun.
 _LONGEST_REPEATED = 5
+# Share of the patience that a call may take for a larger size to be begun: one ten times as large
+# takes ten to a hundred times as long.
+_LARGEST_BEGUN = 0.25
+_FLOORS = 3  # times of dptsv of which the median is taken beside each point: they spread little
 _LONGEST_NOTE = 120  # characters of what a method that failed said, a line of a table
 
 # Every method once or twice, for a test; its times mean little.
@@ -149,7 +153,7 @@ def measure(task: Task, method: Method, size: float, parameters: Parameters) -> 
         return Point.failed(task.name, method.name, size, note)
     per_step = np.array(times) / task.depths.size
     median, spread = middle(per_step)
-    floor = tridiagonal_seconds(unknowns, 3)
+    floor = tridiagonal_seconds(unknowns, _FLOORS)
     return Point(
         task.name,
         method.name,
@@ -210,7 +214,7 @@ def _grown(
         points.append(point)
         show(point)
         # a method that failed has no time (NaN), and ends here, too
-        if not point.seconds * task.depths.size < parameters.patience / 4:
+        if not point.seconds * task.depths.size < parameters.patience * _LARGEST_BEGUN:
             break
     return points
 
