@@ -19,6 +19,13 @@ Conventions:
 - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
 - `FlatPunch(half_width)` has f = 0 up to its edges.
 - `path.contacts` (n, 2) are the outermost lines at each step, NaN when detached.
+- The cards of loops are `cards.displacement_control`, `load_control` and `machine_control`: each
+  has, for each kind of indenter, a `jump_in`, a `detachment` and a `loop_area`. The first two are a
+  `Jump`: force, depth and half_width of the contact just after the jump-in or just before the
+  detachment, and the energy_released.
+- `cards.PullOff` is the state of the most tensile force: force <= 0, depth and half_width.
+- The parameters of indenters are R of a parabola, the angle delta between flank and surface of a
+  wedge [rad], and half_width of a flat punch.
 """
 
 import math
@@ -32,7 +39,7 @@ from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEn
 
 LAYER = ElasticLayer(E=300.0, nu=0.4, h=10e-6)  # Pa, 1, m: a very soft gel
 WORK = 1e-4  # J/m²
-SIZE = 50e-6  # m
+SIZE = 50e-6  # b [m]; as all results are ratios of l to b, any size would do
 LIFT = float(cards.plane.critical_separation(LAYER.stiffness, WORK))
 # The three with the half-width SIZE without tension: b of the module docstring.
 INDENTERS: dict[str, Indenter] = {

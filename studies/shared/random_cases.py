@@ -9,7 +9,12 @@ Conventions:
   √(γ₁/k) and `critical_separation` δ₀ = √(2w/k).
 - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
 - `FlatPunch(half_width)` has f = 0 up to its edges; `PowerLaw(c, n)` is f = c|x|ⁿ.
-- `cards` have the closed forms; QUANTITIES are half_width, force and energy.
+- `cards.flat_punch`, `wedge`, `parabola` and `power_law` have the closed forms of a kind of
+  indenter with small slopes: depth(a), force(d) and energy(d), with its parameters, k, γ₁ and w.
+- `cards.finite` has those of finite slopes: `depth(f, f')` of a line, `surface_force(u)`, the force
+  of both free surfaces, positive where they push, and `tail_energy(u)`, the energy of one, at the
+  displacement u of the line.
+- QUANTITIES are half_width, force and energy.
 - `scales` of a state are sums of the absolute terms of its force and energy.
 """
 
