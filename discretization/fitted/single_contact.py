@@ -112,7 +112,8 @@ class LowestPoint(NamedTuple):
         falls for ever has become too small for doubles.
     at_corner : float
         Of the same: a corner so near to where the slope changes its sign is the lowest point
-        itself.
+        itself. That place is found to 4e-16 of its position: so it is up to a thousand lengths
+        from x = 0.
     """
 
     within: float = 1e30
