@@ -10,6 +10,9 @@ of your own, in Python:
     python -m studies FILE.py --preset quick
 """
 
+# `program()` is how the command line was called, and `replacing(path)` gives a file to write that
+# takes the place of `path` once it is whole.
+
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

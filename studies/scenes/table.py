@@ -1,4 +1,7 @@
-"""A table of a scene file, read key by key; complaints name the file, the key and a remedy."""
+"""A table of a scene file, read key by key; complaints name the file, the key and a remedy.
+
+`nearest(key, known)` is a hint at the known key that an unknown one resembles, "" if none does.
+"""
 
 import contextlib
 import re

@@ -70,6 +70,15 @@ class Clock:
         Points at the beginning.
     show : callable
         Is called with a `Progress`.
+
+    Attributes
+    ----------
+    begun : int
+        Points that were done at the beginning, by an earlier run.
+    told : float
+        When the progress was last shown, on the clock of time.monotonic [s].
+    since : tuple of int and float, or None
+        How many points were done, and when, as the rate began to be measured.
     """
 
     def __init__(
@@ -82,7 +91,7 @@ class Clock:
         self.show = show
         self.begun = done
         self.told = -math.inf
-        self.since: tuple[int, float] | None = None  # how many were done, and when
+        self.since: tuple[int, float] | None = None
 
     def tick(self, points: int = 1) -> None:
         """So many points more are done."""

@@ -20,6 +20,8 @@ keeps its contact down to detachment, where `label` becomes "detached" and `half
 raises ValueError where the surface would turn over, and warns with AccuracyWarning where the
 estimated error of a state exceeds 1e-8. Of a state, `angle_deficit` is its π - θ; of surfaces,
 `angle_deficit` is that of (8) and `small_slope_deficit` that of (15).
+Of `cards`, `contact_line` has `depth(f, f')`, (16), and `force` has `total(d, a)`, (11);
+`axisymmetric` has both about an axis, where the depth takes the radius, too.
 """
 
 import functools

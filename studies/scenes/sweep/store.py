@@ -5,6 +5,9 @@ same file is refused; this lock ends with the process, however that ends (there 
 A line is {"at": i, "found": {...}} or {"at": i, "error": "..."}, i the number of the point;
 not-a-number is null. A line that a kill cut in two is no JSON object and is passed over; of several
 lines for one point the last one counts.
+
+A `Grid` numbers all combinations of the values of its axes, the last axis fastest, and `point(i)`
+is one of them by key. `naming(path)` has errors of the system name the file.
 """
 
 from __future__ import annotations
