@@ -36,14 +36,26 @@ over their estimates, a CSV, the list of
 what was lost or failed. Exit status 1 if anything was.
 """
 
-# Conventions: depths d are positive into the layer, l = √(γ₁/k), δ₀ = √(2w/k); at the depth -δ₀
-# a flat face detaches. a, P and U are half-width, force and energy, in this order wherever
-# there are three numbers: digits, errors, conditions. A `Judgement` is (digits, excess, verdict,
-# note), `Work` a function without arguments that returns one, and `judged` makes a `Trial` of it:
-# digits kept (NaN where nothing is compared: NO_DIGITS), the verdict, which BAD lists if it fails,
-# and `excess`, the largest error: over ε (1 + c), or in the grids SCATTERED, `random` and `nodes`,
-# over its own estimate. KEPT is 12 digits. A random `Case` is a scene at a depth with its closed
-# form; `in_turn(rng, i)` draws number i. `show` and `command.say` take a line of text.
+# Conventions:
+# - Depths d are positive into the layer, l = √(γ₁/k), δ₀ = √(2w/k); at the depth -δ₀ a flat face
+#   detaches.
+# - a, P and U are half-width, force and energy, in this order wherever there are three numbers:
+#   digits, errors, conditions.
+# - A `Judgement` is (digits, excess, verdict, note), `Work` a function without arguments that
+#   returns one, and `judged` makes a `Trial` of it: digits kept (NaN where nothing is compared:
+#   NO_DIGITS), the verdict, which BAD lists if it fails, and `excess`, the largest error: over ε (1
+#   + c), or in the grids SCATTERED, `random` and `nodes`, over its own estimate.
+# - KEPT is 12 digits.
+# - A random `Case` is a scene at a depth with its closed form; `in_turn(rng, i)` draws number i.
+# - `show` and `command.say` take a line of text.
+# - `against_reference(scene, depth)` judges the default method by 60 digits.
+# - `reference.inputs` are k, γ₁, w, d and the shape in these digits.
+# - `Lattice.of(scene, spacing)` has nodes at multiples of the spacing, `lattice.x(i)` is the place
+#   of node i and `spring_stiffness` is kΔx.
+# - `NodalEnergy(lattice, contact, first)` is the energy of nodes from number `first` on: `value(u)`
+#   is it, and `pulls` are the stiffnesses of the surfaces beyond both ends.
+# - `nodes` of a state are its outermost contact nodes (m, 2), `scales` the sums of the absolute
+#   terms of its force and energy.
 
 import math
 from collections.abc import Iterator, Sequence
