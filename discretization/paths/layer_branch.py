@@ -52,6 +52,8 @@ from energy import Scene
 from energy.arrays import Array, Indices
 
 # Of the depth and how far a line is lifted: depths that are the same, some thousand roundings.
+# 1e-13 or 1e-11 changes no result (`python -m tests.sensitivity
+# discretization.paths.layer_branch _TIE`).
 _TIE = 1e-12
 _ROUNDING = 1e-14  # of P: some roundings of the sum over poles
 # Of log₂ a, 6 % of a: distance of places between which D turns once at most. Half or twice as much
