@@ -9,7 +9,7 @@ import sys
 import time
 from collections import Counter
 from dataclasses import replace
-from decimal import localcontext
+from decimal import Decimal, localcontext
 from pathlib import Path
 
 import numpy as np
@@ -158,10 +158,8 @@ def trials():
     return stress.run(TINY_STRESS)
 
 
-@pytest.mark.parametrize(  # no closed form of 60 digits for a flat punch with finite slopes
-    ("draw", "shape"),
-    [(random_case, "parabola"), (random_case, "flat"), (random_steep_case, "parabola")],
-)
+@pytest.mark.parametrize("draw", [random_case, random_steep_case])
+@pytest.mark.parametrize("shape", ["parabola", "flat"])
 def test_the_reference_agrees_with_the_cards(draw, shape):
     rng = np.random.default_rng(4)
     for _ in range(20):
@@ -172,6 +170,18 @@ def test_the_reference_agrees_with_the_cards(draw, shape):
         assert float(exact.half_width) == pytest.approx(case.half_width, rel=1e-10, abs=0)
         size = abs(case.force) + case.scene.stiffness * abs(case.depth) * case.half_width
         assert float(exact.force) == pytest.approx(case.force, rel=0, abs=1e-10 * size)
+        size = case.scene.work_of_adhesion * case.half_width + abs(case.energy)
+        assert float(exact.energy) == pytest.approx(case.energy, rel=0, abs=1e-10 * size)
+
+
+def test_the_reference_refuses_what_it_has_no_closed_form_for():
+    given = {name: Decimal(1) for name in ("k", "gamma1", "w")}
+    with pytest.raises(ValueError, match="2l"):
+        stress_reference.answer(given | {"d": Decimal(3), "a": Decimal(1)}, "finite")
+    with pytest.raises(ValueError, match="parabola"):
+        stress_reference.answer(
+            given | {"d": Decimal(0), "c": Decimal(1), "n": Decimal(3)}, "finite"
+        )
 
 
 def test_nothing_is_lost_and_what_is_not_kept_has_its_reason(trials):

@@ -1,16 +1,23 @@
 """The closed forms in 60-digit decimal arithmetic, and how an input's rounding is passed on.
 
-The inputs are the floats of the scene, taken as exact: k = Ẽ/h from (2), (3), w from
-(1), f = c|x|ⁿ with whole n, or a flat face. Small slopes:
+The inputs are the floats of the scene, taken as exact; numbers of equations are those of the paper.
+k = Ẽ/h from (2), (3), w = γ₁ - γ₁₂ + γ₂ (1), f = c|x|ⁿ with whole n, or a flat face; l = √(γ₁/k)
+and δ₀ = √(2w/k). Small slopes:
 
     f(a) + l f'(a) = d + δ₀ (16),   P = 2k ∫₀ᵃ g dx + 2kl g(a) (11),
     U = 2 ∫₀ᵃ (k/2 g² + γ₁/2 f'² - w) dx + kl g(a)²,   g = d - f;
 
-finite slopes (n = 2): energy.cards.finite with every angle written in square roots. On the lattice:
-the sums over a contact of nodes -m..m and the rule by which its line advances.
+finite slopes (n = 2, or a flat face), as energy.cards.finite, with every angle written in square
+roots: a free surface that leaves its line inclined by φ has u(a) = 2l sin(φ/2) there, pulls the
+indenter up by -γ₁ sin φ, and stores 4γ₁l (1 - cos³(φ/2))/3. On the lattice: the sums over a contact
+of nodes -m..m and the rule by which its line advances.
 
 Conventions:
 
+- d and u are positive down into the layer, P where the indenter is pressed; P and U are per length
+  of a line contact, U is 0 without contact.
+- A mapping of inputs has k, gamma1 γ₁, w and d, and either a, the half-width of a punch, or c and n
+  of f = c|x|ⁿ.
 - A scene has `gamma1` γ₁.
 - `FlatPunch(half_width)` has f = 0 up to its edges; `PowerLaw(c, n)` is f = c|x|ⁿ.
 """
@@ -53,7 +60,7 @@ class Exact(NamedTuple):
 
 @precise()
 def inputs(scene: Scene, depth: float) -> dict[str, Decimal]:
-    """k, γ₁, w, d and what the indenter is given by."""
+    """k, γ₁, w, d and what the indenter is given by: a of a punch, or c and n."""
     E = Decimal(scene.layer.E)
     nu = Decimal(scene.layer.nu)
     k = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) / Decimal(scene.layer.h)
@@ -83,7 +90,13 @@ def answer(given: Inputs, slopes: str) -> Exact | None:
     Returns
     -------
     Exact or None
-        None where the contact has detached.
+        None where the contact has detached: a punch lets go at d = -δ₀ with either slopes.
+
+    Raises
+    ------
+    ValueError
+        With finite slopes, for a power other than 2, and for a punch deeper than 2l, the most by
+        which a free surface rises.
     """
     is_punch = "a" in given
     if slopes == "finite" and not is_punch:
@@ -91,7 +104,9 @@ def answer(given: Inputs, slopes: str) -> Exact | None:
     critical = (2 * given["w"] / given["k"]).sqrt()
     if given["d"] < -critical:
         return None
-    return _punch(given) if is_punch else _power(given)
+    if is_punch:
+        return _punch(given) if slopes == "small" else _finite_punch(given)
+    return _power(given)
 
 
 @precise()
@@ -102,12 +117,28 @@ def from_detachment(given: Inputs) -> float:
 
 
 def _punch(v: Inputs) -> Exact:
-    """A flat punch, whose line is pinned at its edge."""
+    """A flat punch with small slopes, whose line is pinned at its edge."""
     k = v["k"]
     d = v["d"]
     a = v["a"]
     width = a + (v["gamma1"] / k).sqrt()
     return Exact(a, 2 * k * d * width, k * d * d * width - 2 * v["w"] * a)
+
+
+def _finite_punch(v: Inputs) -> Exact:
+    """A flat punch with true lengths: u = d at its edge, at which the line is pinned."""
+    k = v["k"]
+    gamma1 = v["gamma1"]
+    d = v["d"]
+    a = v["a"]
+    ell = (gamma1 / k).sqrt()
+    s = d / (2 * ell)  # sine and cosine of half the inclination of the surface at the line
+    if s > 1:
+        raise ValueError(f"d = {d} is more than 2l = {2 * ell}; no free surface rises so far")
+    c = (1 - s * s).sqrt()
+    force = 2 * k * d * a + 4 * gamma1 * s * c
+    tails = 8 * gamma1 * ell * (1 - c**3) / 3
+    return Exact(a, force, (k * d * d - 2 * v["w"]) * a + tails)
 
 
 def _power(v: Inputs) -> Exact | None:
@@ -139,17 +170,19 @@ def _slope(c: Decimal, n: Decimal, x: Decimal) -> Decimal:
 
 
 def _finite(v: Inputs) -> Exact | None:
-    """Parabola with true lengths."""
+    """A parabola with true lengths, None where it has detached; needs w <= 2γ₁."""
+    if v["n"] != 2:
+        raise ValueError(f"n = {v['n']} has no closed form with finite slopes; use a parabola")
     k = v["k"]
     gamma1 = v["gamma1"]
     w = v["w"]
     d = v["d"]
     R = 1 / (2 * v["c"])
     ell = (gamma1 / k).sqrt()
-    young = (w / (2 * gamma1)).sqrt()
+    young = (w / (2 * gamma1)).sqrt()  # cos(θ/2), θ the contact angle: w = γ₁(1 + cos θ)
 
     def lift(x: Decimal) -> Decimal:
-        """-u(a)/2l = sin((π - θ - β)/2), tan β = x/R."""
+        """-u(x)/2l = sin((π - θ - β)/2) of a line at x; the indenter rises by tan β = x/R."""
         slope = x / R
         cosine = Decimal(1) / (1 + slope * slope).sqrt()
         sine_of_half = slope * cosine / (2 * (1 + cosine)).sqrt()  # sin(β/2)
@@ -174,16 +207,17 @@ def _finite(v: Inputs) -> Exact | None:
 def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
     """Zero of an increasing function on x >= 0: in floats, then by the secant rule.
 
-    None where the function is positive from 0 on. Twelve steps of the secant rule take 15 digits
-    to 60 and more, as each adds those of the step before.
+    None where the function is positive from 0 on. Each step of the secant rule adds the digits of
+    the step before to its own: four take 15 digits to 60 and more, twelve leave room where the
+    floats were worse.
     """
     if h(Decimal(0)) > 0:
         return None
     high = Decimal(1)
     while h(high) <= 0:
-        high *= 1024  # a half-width in any unit of length is soon passed
-    # The absolute tolerance is less than any root, so that the relative one of 4 ε decides; to
-    # bisect from 1 down to 1e-200 takes less than 700 steps.
+        high *= 1024  # three decades a step: ten pass 1e30
+    # The absolute tolerance is less than any root, so that the relative one of 4 ε decides. To
+    # bisect from 1 down to 1e-200 takes less than 700 steps, three times as many are allowed.
     start = brentq(lambda x: float(h(Decimal(x))), 0, float(high), xtol=1e-200, maxiter=2000)
     x0 = Decimal(start)
     x1 = x0 * (1 + Decimal("1e-15"))  # as far off as the root in floats
@@ -200,18 +234,23 @@ def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
 def conditions(given: Inputs, slopes: str, scales: Exact) -> tuple[float, float, float]:
     """By how much the rounding of the inputs p is magnified, Σ |p ∂Q/∂p|/scale.
 
+    The power n is left out, as a whole number has no rounding.
+
     Parameters
     ----------
     given : mapping
         As `inputs` gives it.
     slopes : {"small", "finite"}
     scales : Exact
-        What errors of a, P and U are measured by.
+        What errors of a, P and U are measured by. A scale that is 0, as that of the width of a
+        wedge pinned at its tip, is replaced by 1 in the unit of the scene: its error is 0, too,
+        unless an input moves the line off the tip.
 
     Returns
     -------
     tuple of three floats
-        Of a, P and U; inf where the contact detaches within the rounding.
+        Of a, P and U; inf where the contact detaches with an input changed by 1e-22 of it to
+        either side.
     """
     base = answer(given, slopes)
     assert base is not None
@@ -247,7 +286,7 @@ def on_nodes(v: Inputs, spacing: float, m: int) -> tuple[Decimal, Decimal]:
     spacing : float
         Distance of the nodes Δx.
     m : int
-        The last contact node.
+        The last contact node. Adhesion counts the 2m links between contact nodes.
 
     Returns
     -------
@@ -284,7 +323,8 @@ def _decay(v: Inputs, dx: Decimal) -> Decimal:
 def resistance(v: Inputs, spacing: float, m: int) -> float:
     """The gap over the critical one, minus 1, of the link m -> m+1.
 
-    The line advances over the link where this is <= 0.
+    The line advances over the link where this is <= 0. Then the energy γ₁ gap²/(2λ Δx) that it
+    takes to close the gap, with the free surface beyond it in equilibrium, is at most w Δx.
 
     Parameters
     ----------
