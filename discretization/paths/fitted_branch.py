@@ -2,15 +2,20 @@
 
 Depths are positive down into the layer, P is positive where pressed, U is 0 without contact and
 counts with the work of adhesion of closing. Lines of a `Point` are a flat tuple, both ends of every
-contact from left to right, () or None without contact; about an axis they are radii.
+contact from left to right, () or None without contact; about an axis they are radii, and the left
+line of a contact on the axis is 0. `Point.ends` are the first and the last line, nan without.
 `ContactLines.gradual` is whether lines never jump, as in a line contact of a convex profile.
 
 l = √(γ₁/k) is `Scene.elastocapillary_length`. `ContactLines.rests` gives the depths D at which
 lines rest; its `size` is the largest depth that occurs, and TIE the part of it that is rounding.
 `Branch.totals` are U and P of points, (2, n). Where a line is `Pinned` is a pair of words, of the
-left and of the right outermost line. `corners` of the indenter are where its slope jumps or the
-body ends. `Integrals.at(x)` are five integrals from a fixed place to each x, (5, n); the last one
-is that of the pattern's factor, a length, or an area about an axis.
+left and of the right outermost line; `Branch.pinned` gives "edge" where a line is at an end of the
+body, else "". `corners` of the indenter are where its slope jumps or the body ends.
+
+`Integrals.at(x)` are five integrals from a fixed place to each x, (5, n), over dx, or over 2πr dr
+about an axis: of 1, g, g², γ₁ψ(f') and c s(f'). Here g is the indentation at the depth of first
+touch, ψ the stretch of the surface, c the pattern's factor on the work of adhesion, and s is
+1 with small slopes, √(1 + f'²) with finite ones.
 """
 
 from __future__ import annotations
@@ -61,7 +66,10 @@ class FittedBranch(Branch):
 
     @property
     def integrals(self) -> Integrals:
-        """Integrals over the profile, by which U and P of contacts are differences."""
+        """Integrals over the profile, by which U and P of contacts are differences.
+
+        Every kind of branch has to give its own.
+        """
         raise NotImplementedError
 
     @property
@@ -72,7 +80,8 @@ class FittedBranch(Branch):
     def pinned(self, point: Point) -> Pinned:
         """Where each of the outermost lines is pinned: "edge", "tip", or "" where it is free.
 
-        A tip is a corner at the lowest point of a convex profile.
+        A tip is a corner at the lowest point of a convex profile. A line that is pinned there is
+        put at that very x, so that they are compared without a tolerance.
         """
         tip = self.contact_lines.profile.lowest
         at_edges = super().pinned(point)
@@ -101,9 +110,11 @@ class FittedBranch(Branch):
         return bool(energy[0] - energy[1] > noise)
 
     def opened(self, before: Point, after: Point) -> float:
-        """The length that opens between two points, weighted with the pattern's factor [length].
+        """What opens between two points: ∫ c s(f') over it [length], an area about an axis.
 
-        It is the sum of what each line has receded by; one that has advanced counts as 0.
+        c is the pattern's factor and s as in the head. It is the sum of what each line has receded
+        by; one that has advanced counts as 0. If the number of lines changes, lines cannot be
+        paired, and it is what all contacts have lost of their length together, 0 if they gain.
 
         before, after: in the order of the path, with nothing but smooth motion or one event in
         between. 0 if either is detached: contact then begins or ends in an event, by whose energies
@@ -111,10 +122,12 @@ class FittedBranch(Branch):
         """
         if not before.lines or not after.lines:
             return 0.0
-        # ∫ of the factor from a fixed place to each line, the last of the five integrals.
+        # ∫ c s(f') from a fixed place to each line, the last of the five integrals.
         to_before = self.integrals.at(np.array(before.lines))[4]
         to_after = self.integrals.at(np.array(after.lines))[4]
-        if len(before.lines) != len(after.lines):  # nodes do not see a narrow gap
+        # On smooth motion the number changes only where nodes do not see a narrow gap, which is
+        # then part of the sums: it adds no more than its own width.
+        if len(before.lines) != len(after.lines):
             in_contact_before = float(np.diff(to_before)[::2].sum())
             in_contact_after = float(np.diff(to_after)[::2].sum())
             return max(0.0, in_contact_before - in_contact_after)

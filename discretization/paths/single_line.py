@@ -16,13 +16,20 @@ corners. direction · D is compared with direction · d throughout, so that "the
 direction · (D - d) < 0, and it stops where this is not negative.
 
 Joints of the profile are its corners, the edges of a pattern of adhesion, and the ends of the
-window in which it is known: D may jump there, and there only.
+window in which it is known: D may jump there, and there only. `profile.x` are its samples and
+`profile.joints` the joints, both increasing; `profile.beyond(a, b)` is the slice of the samples
+strictly between a and b, given in either order.
 
 `RestDepths.one_sided(side, x, facing, aside, direction)` is D, with the positions of the lines that
 are faced, infinite for none; its `size` is the largest depth that occurs, of which TIE is what is
-rounding. `crossings` finds zeros of many functions between brackets, `bracketed` one zero between
-two places of different signs, `bracketed_minimum` where a function is least between two places, and
-its value. `unknown(depth, x)` is the error of a line at the end of the known profile.
+rounding. `unknown(depth, x)` is the error of a line at the end of the known profile.
+
+`crossings(h, low, high, guess, rise, enough)` gives zeros (n,) of n functions between low and high;
+h(x, own) are values of those numbered `own`, the signs of `rise` say in which direction each goes
+through 0, and |h| up to `enough` is 0. `bracketed(h, inside, outside)` is the zero of h, a function
+of a float, with h <= 0 inside and h > 0 outside; another sign at an end counts as 0 there, so that
+it then converges to that end. `bracketed_minimum(h, low, high, enough)` is where h, a function of
+arrays, is least, and h there; it ends early where h <= `enough`, which -inf rules out.
 """
 
 from __future__ import annotations
@@ -79,7 +86,7 @@ class SingleLine:
     side: int
 
     def rest_depth(self, x: Array, aside: Array | int, direction: int) -> Array:
-        """D (n,) at places x (n,), read just outwards (aside 1) or inwards (-1) of them.
+        """D (n,) at places x (n,), read just outwards (aside 1), inwards (-1) or at them (0).
 
         direction: 1 with the adhesion of a contact that closes, -1 of one that opens. The surface
         beside the line is a tail: the line that it would face is at infinity.
@@ -147,6 +154,10 @@ class SingleLine:
     def landing(self, x: float, depth: float, direction: int) -> float | None:
         """The first place ahead at which a line that jumps rests, None where there is none.
 
+        A sample holds the line only where direction · D exceeds direction · d by more than a tie:
+        where they are equal, as all along a part on which D is constant, moving on costs nothing.
+        Past a joint D may jump up, and then equality is enough, as the line has come to a corner.
+
         Parameters
         ----------
         x, depth : float
@@ -195,6 +206,7 @@ class SingleLine:
     def _ahead(self, x: float, direction: int) -> Array:
         """Samples of the profile ahead of a line up to the next joint, in the order of the motion.
 
+        They increase where side · direction is 1, else they decrease; the last one is the joint.
         Empty if there is no joint ahead: the line is at the end of the known profile.
         """
         profile = self.rests.profile
@@ -208,9 +220,12 @@ class SingleLine:
         return np.append(between, joint)
 
     def _where(self, depth: float, inside: float, outside: float, direction: int) -> float:
-        """Where D is a depth between two places; beyond it direction · D is more than that depth's.
+        """The place between two others at which D is a depth, and past which the line is held.
 
-        inside: the place from which the line comes; outside: one where direction · (D - d) >= 0.
+        inside: the place from which the line comes, where direction · (D - d) is <= 0 or at most a
+        tie above it; outside: one where it is >= 0. If it is above 0 at both, the line is held at
+        `inside` already, to which `bracketed` then converges, to 4e-16 of it: the right answer, as
+        the tie is rounding.
         """
 
         def off(x: float) -> float:
@@ -225,6 +240,7 @@ class SingleLine:
     def _turn(self, start: float, end: float, direction: int) -> tuple[float, float]:
         """Where direction · D has a maximum between two places, and direction · D there."""
         low, high = sorted((start, end))
+        # From the negative a minimum is sought, in all rounds: no value is below -inf.
         place, value = bracketed_minimum(
             lambda x: -direction * self.rest_depth(x, 0, direction), low, high, -math.inf
         )

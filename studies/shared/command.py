@@ -3,7 +3,8 @@
 A study is run by its `main(argv)`: `parse` gives `options`, with `preset`, `out` (the folder),
 `jobs`, `quiet` and `json` beside the study's own, and an `Output` that writes tables and figures
 into that folder; `start` does so for a study without options of its own. `program()` is how the
-command line was called. TIMED names the studies that measure times: they get one process.
+command line was called. TIMED has the names of the studies that measure times: they get one
+process.
 `table.header(command, parameters)` are the lines that say how a table was made, `table.replacing`
 gives a file to write that takes the place of another once it is whole. `--quiet` and `--json` are
 read by `python -m studies`, which calls `main`.
@@ -35,7 +36,8 @@ def parser(name: str, doc: str | None, quick: str, jobs: int | None = None) -> P
     Parameters
     ----------
     name : str
-        Of the study, or the path of its file.
+        Of the study; or the path of its file, of a study of one's own that is run by its path. The
+        usage shows that path from the working directory. It is never one of TIMED.
     doc : str or None
         The docstring of its module.
     quick : str
@@ -123,7 +125,7 @@ class Output:
         Parameters
         ----------
         name : str
-            Of the file.
+            Of the file, with its ending.
         parameters : object
             What the study was run with.
         columns : sequence of str
@@ -160,7 +162,10 @@ class Output:
         return table.header(self.command, parameters)
 
     def figure(self, name: str, figure: Figure) -> list[Path]:
-        """Write a figure; `name` may have an ending."""
+        """Write a figure as PNG, and if `pdf` as PDF; the files written.
+
+        The endings .png and .pdf take the place of one that `name` has. The figure stays open.
+        """
         return figures.save(figure, self.at(name), self.pdf)
 
 
