@@ -24,8 +24,13 @@ critical separation δ₀ = √(2w/k) is how far springs are pulled up at most.
 is f' just on the right (1) or left (-1) of x, or at x (0). `minima` of a function that is known by
 values and slopes at samples have, each, the ends `lo` and `hi` of where it is, equal at a corner,
 its place `at`, and its second derivative `bend`. `crossings` finds zeros of many functions between
-brackets. A length to begin with is l (`elastocapillary_length`), δ₀ or the thickness h, the first
-that is not 0.
+brackets: `crossings(function, lo, hi, guess, rise, enough)` takes the function of places
+and numbers, both ends, the first guesses, its slopes there, and up to which |f| it is zero.
+
+`scene.work_of_adhesion` is w of the surfaces as they come together, the smaller one if there are
+two, without the factors of a pattern's patches. A length to begin with is l
+(`elastocapillary_length`), δ₀ or the thickness h, the first that is not 0. D(x) is the depth at
+which a contact line at x is at rest.
 """
 
 from __future__ import annotations
@@ -142,7 +147,9 @@ class EndlessProfile(NamedTuple):
 _ENDLESS = EndlessProfile()
 
 
-BEFORE_VERTICAL = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
+# Of where a profile turns over: as far as it is known. On a circle the slope there is 724,
+# 89.9° from the horizontal, and a millionth of the half-width is left out.
+BEFORE_VERTICAL = 1 - 2.0**-20
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,8 +235,10 @@ class Resolved:
     def past(self, x: Any, side: Any) -> Any:
         """Positions just beside edges of a pattern, where adhesion is that of the next patch.
 
-        Those at an edge, or at the number before it, are moved by one rounding. Others are left as
-        they are: next to another line every rounding counts.
+        At an edge itself adhesion is that of the patch on its right, so that the last place of the
+        patch on its left is the number before the edge. Those at an edge, or at the number before
+        it, are moved by one rounding: that number becomes the edge with side = 1. Others are left
+        as they are: next to another line every rounding counts.
 
         Parameters
         ----------
@@ -297,7 +306,8 @@ class Resolved:
         """Features that samples have missed.
 
         At places where quadrature has looked closer the cubic must predict the slope as it does at
-        the tests of every interval, or nearly so (`MissedFeatures`).
+        the tests of every interval, or nearly so (`MissedFeatures`). The kink √(2w/γ₁) that it is
+        compared with is that of `scene.work_of_adhesion`, as it was when the profile was sampled.
 
         Parameters
         ----------
@@ -450,7 +460,7 @@ def resolve(scene: Scene, depth: float, places: ArrayLike = ()) -> Resolved:
             f"the profile varies on less than {float(np.diff(x).min())!r}, which {MOST} samples do "
             "not resolve: contacts may be missed; smooth the profile, or limit its extent",
             AccuracyWarning,
-            stacklevel=4,
+            stacklevel=4,  # whoever called `minimise`, which calls states.py, which calls this
         )
     extremes = _extremes(Resolved.of(indenter, x, edges))
     return Resolved.of(indenter, np.sort(np.append(x, extremes)), edges)
@@ -459,9 +469,10 @@ def resolve(scene: Scene, depth: float, places: ArrayLike = ()) -> Resolved:
 def window(indenter: Indenter, depth: float, half: float, reach: float) -> tuple[float, float]:
     """Where contact is possible: the extent, or as far as the profile is low around x = 0.
 
-    An end at which the profile turns over, f' infinite, is left out. Without ends the window is
-    doubled until the profile is higher than any contact at both ends of it, and lowest in its
-    inner half: else it may be lower still outside.
+    An end at which the profile turns over, f' infinite, is left out: it is moved towards x = 0,
+    which is between the ends of profiles that turn over, as round ones are centred. Without ends
+    the window is doubled until the profile is higher than any contact at both ends of it, and
+    lowest in its inner half: else it may be lower still outside.
 
     Parameters
     ----------
@@ -639,7 +650,9 @@ def past_wall(indenter: Indenter, x: Any, side: Any, aside: Any) -> Mask:
 def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool]:
     """Samples of the pieces between cuts, and whether these resolve the profile.
 
-    Intervals are halved until the cubic predicts the slope in all that are longer than 1e-10 of
+    The kink √(2w/γ₁) is that of `scene.work_of_adhesion`; without adhesion slopes only count as
+    the same within the noise, or within a part of how they vary in an interval. Intervals are
+    halved until the cubic predicts the slope in all that are longer than 1e-10 of
     the window, or there would be more than MOST samples.
 
     Parameters
@@ -724,7 +737,8 @@ def _unpredicted(
     at_left, at_right : ndarray (2, n)
         f and f' at these ends.
     tolerance : float
-        Slopes count as the same within this, or a part of how they vary in the interval.
+        Slopes count as the same within this, or within a part (`of_range`) of how they vary in the
+        interval; where the cubic turns, within that part of the larger slope of its two ends.
 
     Returns
     -------
@@ -736,7 +750,9 @@ def _unpredicted(
     cubic = CubicSlope.of(slope_left, slope_right, (f_right - f_left) / width)
     least = np.minimum(slope_left, slope_right)
     most = np.maximum(slope_left, slope_right)
-    # Where the cubic is steepest or flattest, and by how much more than at both ends.
+    # Where the cubic is steepest or flattest, and by how much more than at both ends. Such an
+    # interval is halved however well the cubic predicts it: where the slope turns is looked for
+    # among the slopes of samples alone (`slope_turns`).
     with np.errstate(divide="ignore", invalid="ignore"):
         t_extreme = -cubic.b / (2 * cubic.a)
         extreme = slope_left - cubic.b * cubic.b / (4 * cubic.a)

@@ -5,9 +5,9 @@ layer, all lengths have one unit. n samples have n - 1 intervals; interval i lie
 and i + 1. Outside of the samples the height is inf and the slope NaN, which says that no profile is
 known there. The attributes `corners`, `knots`, `extent`, `convex`, `apex` and `complete` are those
 of `energy.indenter.Indenter`: at corners the slope jumps, at knots a higher derivative does, and
-`complete` promises that f is smooth between them. `array` makes floats of what was given, `option`
-refuses an unknown word, `positive` what is not > 0; `gaussian_filter.filtered(x, z, cutoff)` are
-evenly spaced x and z without shorter waves.
+`complete` promises that f is smooth between them. `array` makes a new array of floats, and leaves
+what was given as it is; `option` refuses an unknown word, `positive` what is not > 0;
+`gaussian_filter.filtered(x, z, cutoff)` are evenly spaced x and z without shorter waves.
 """
 
 from __future__ import annotations
@@ -31,8 +31,10 @@ from energy.noise import noise_slope
 # the sample, so that a symmetric scan has its apex exactly at x = 0. The place is a root of f',
 # which the spline gives to some roundings (2e-16) of the largest slope; 1e-12 is thousands of them.
 _SAME = 1e-12
-# A slope may decrease by this share of the largest slope in a profile that counts as convex:
-# heights written with twelve digits make differences that are off by that.
+# A slope may decrease by this share of the largest slope in a profile that counts as convex.
+# Heights are floats, off by up to 1.1e-16 |z|, so that secants over a spacing h differ by up to
+# 4.4e-16 |z|/h where they should not. With |z| no more than the largest slope times the width of
+# the profile, that is 4.4e-16 times the number of intervals: 1e-12 is enough for 2000 even ones.
 _ROUNDING = 1e-12
 
 

@@ -15,7 +15,9 @@ decays from u_a. `Values` is a float for numbers, an array for arrays.
 error below. `refuse(name, value, bad, remedy)` raises ValueError where `bad` is true. `not_zero`
 puts 1 in place of 0, for divisors of terms that are 0 there. `unwrap` makes a number of an array
 without axes. `finite`, `positive` and `non_negative` check an argument, whose name comes first, and
-return it as float64.
+return it as float64. `scale` of `excess` is the size of the terms whose difference the bound is:
+their rounding counts, too. `[()]` makes a numpy number of an array without axes, which overflows to
+inf and divides by 0 as arrays do; Python's floats would raise.
 """
 
 from typing import NamedTuple
@@ -39,7 +41,8 @@ from energy.cards.plane import critical_separation
 from energy.cards.tail import elastocapillary_length
 
 # Newton's method for the half-width ends where the logarithm of its equation is off by no more than
-# this many roundings, or n if that is more.
+# this many roundings (2.2e-16), or n if that is more: the power is off by 1, the sum and product by
+# ½ each, and the rounding of t makes n/2. These 2 + n/2 are below the limit by a fourth or more.
 _ROUNDINGS = 8
 # It takes at most 22 steps for n from 1 + 1e-9 to 300, and ratios of l to the half-width without
 # tension from 1e-12 to 1e12.
@@ -102,7 +105,6 @@ def _root(level: Array, n: float, ell: Array) -> Array:
     Newton's steps from min(1, ρ^(−1/(n−1))), which is never below the root, decrease to it. A t
     below the range of float64 makes a = 0; RuntimeError after _MOST_STEPS.
     """
-    # The rounding of t alone makes some n roundings of the residual.
     tolerance = max(_ROUNDINGS, n) * float(np.finfo(np.float64).eps)
     with np.errstate(over="ignore", under="ignore", divide="ignore"):
         without_tension = level ** (1.0 / n)  # the half-width for l = 0
@@ -125,7 +127,8 @@ def _state(d: ArrayLike, c: Array, n: float, ell: Array, delta0: Array) -> _Line
     """The line at depth d; ValueError below `detachment_depth`.
 
     u_a = l f'(a) − δ₀ by Eq. (16) on a free line. It is d where a = 0: pinned at the tip of a wedge
-    between d = 0 and q > 0, or at an a too small for a float.
+    between d = 0 and q > 0, or at an a too small for a float. q = lc − δ₀ is a difference, which
+    may be off by roundings of lc however small it is.
     """
     depth = finite("d", d)
     remedy = "the contact has let go, pass d >= detachment_depth(...)"
@@ -175,7 +178,8 @@ def depth(
 ) -> Values:
     """Depth at which a line rests at a half-width.
 
-    d = c aⁿ + l n c a^(n−1) − δ₀, Eq. (16).
+    d = c aⁿ + l n c a^(n−1) − δ₀, Eq. (16). For n = 1 and a = 0 this is q = lc − δ₀, the depth from
+    which on the line leaves the tip.
 
     Parameters
     ----------
