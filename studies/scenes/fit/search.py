@@ -2,13 +2,27 @@
 
 Conventions:
 
-- A `Model` has coordinates x (m,), logarithms of parameters over those of its scene: `residuals(x)`
-  (n,) are weighted ones, and `jacobian(x)` their derivatives; `near(x)` follows the branches at x
-  by their rates; `blunt` is the length of straight ends of branches.
-- `model.data` has masks of the points in contact, `used`, and the noise `sigma`; `roots` are the
-  roots of the weights.
+- A `Model` has coordinates x (m,) with these `names`: logarithms of parameters over those of its
+  scene, and for "offset" (offset - zero)/(range of the drives in contact). `coordinates` are arrays
+  (m,): `limit` is the largest |x| of each, `step` the longest reach (inf for the offset), and
+  `difference` the step of difference quotients.
+- `residuals(x)` (n,) are forces less measured ones, times the roots of their weights, less the line
+  out of contact (q coefficients) that is nearest to them at x; nan where there are no equilibria.
+  `jacobian(x)` (n, m + q) are the derivatives without that line, and those by its coefficients.
+  `near(x)` is the model whose branches follow their rates at x; `blunt` is the length of the
+  straight ends of branches.
+- `model.data`: residuals are in the order of the points in contact, those out of it, the ends of
+  contact and what is known beside the curve, these last ones in units of the noise times `sigma`.
+  `points` are the indices in the curve of the first two kinds, `used` is the mask of the points in
+  contact among all. `roots` (n,) are roots of weights, NO_WEIGHT = 1e-6 and not 0 for what is left
+  out, so that residuals over roots are those without weights. `lines` (n, q) has a row for each
+  residual. `sigma` is the noise of a force, `size` the largest force in contact.
+- `data.with_roots(roots)` is the data with other roots, `data.roots_without(out)` are 1 but for the
+  points (mask of the curve) that are left out and for ends of contact beside these.
+  `data.reweighted(r, out)` has these times the roots of the weights 1/√(1 + r²/c²), c = 2 σ, of the
+  loss soft_l1 at unweighted residuals r of forces.
 - WIDEST_SPIKE is in points, NORMAL_MEDIAN the median of |x| of a normal variable x of unit
-  deviation.
+  deviation, OUTLYING = 6 times the noise.
 """
 
 import math
@@ -43,6 +57,9 @@ CONFIDENCE = 0.95  # of all intervals: the one that most papers state
 TURNS = 20  # of weights and minima in turn at most, and of outliers and minima
 SETTLED = 0.01  # standard deviations by which a last turn may change a coordinate
 ROUNDING = 1e-10  # of a force, relative to the largest
+AT_EDGE = 0.99  # of the way to the edge of the reach: scipy stops at 0.995 of it or later
+AGAIN = 1e-4  # relative gain at which a search for a profile ends: a tenth of ENOUGH
+LOST = 1e-9  # length of a column beside the line that is rounding, over that of the column itself
 
 
 class Best(NamedTuple):
@@ -57,7 +74,8 @@ class Best(NamedTuple):
     jac : ndarray (n, m + q)
         Their derivatives by the coordinates and by the line out of contact.
     squares : float
-        Σ(r² + e²), e the error of simulated forces.
+        Σ(r² + e²), e the error of simulated forces. Points that are left out count in n; their r
+        is next to 0.
     widening : float
         Variances of a robust fit over those that its weighted squares suggest.
     """
@@ -75,14 +93,15 @@ class Best(NamedTuple):
 
     @property
     def scatter(self) -> float:
-        """s = √(Σr²/(n - m))."""
+        """s = √(Σ(r² + e²)/(n - m - q)); e keeps it from 0 for a simulated curve without noise."""
         return math.sqrt(self.squares / self.spare)
 
     @property
     def limit(self) -> float:
-        """Sum of squares over the least at the ends of a profile interval: 1 + t²/(n - m).
+        """Sum of squares over the least at the ends of a profile interval: 1 + t²/(n - m - q).
 
-        Times the widening for a robust fit."""
+        t² times the widening for a robust fit. t is of Student's distribution at CONFIDENCE.
+        """
         t = float(stdtrit(self.spare, 0.5 + CONFIDENCE / 2))
         return 1 + self.widening * t**2 / self.spare
 
@@ -92,7 +111,8 @@ def sought(model: Model, ftol: float = FINE) -> Best:
 
     At the end of a branch the force may vary as a root, along whose slope steps from far off lead
     nowhere. So the first searches have branches with straight ends. These may lead a parameter that
-    they constrain poorly far away; then a search with its start value follows.
+    they constrain poorly far away; then a search with its start value follows. The offset is no
+    logarithm, and as a length within the range of the data it does not go far.
     """
     start = x = np.zeros(len(model.names))
     for times in BLUNT:
@@ -134,7 +154,8 @@ def _reweighted(model: Model, best: Best, outliers: Mask) -> tuple[Model, Best]:
 
     Weights at the residuals of a minimum, and a minimum with these weights, in turn until no
     coordinate changes by more than SETTLED of its standard deviation. The second search begins
-    anew: without weights, what is spoilt may have led the first one astray.
+    anew: without weights, what is spoilt may have led the first one astray. Coordinates that no
+    residual depends on have no deviation, and are not waited for.
     """
     for turn in range(TURNS):
         before = best
@@ -150,7 +171,12 @@ def _reweighted(model: Model, best: Best, outliers: Mask) -> tuple[Model, Best]:
 
 
 def _outliers(model: Model, best: Best) -> Mask:
-    """Which points (n,) are farther than OUTLYING times the noise from the fit."""
+    """Which points of the curve are farther than OUTLYING times the noise from the fit.
+
+    A mask of all points, false for those that are not fitted; residuals are without weights, so
+    that points that were left out are judged as the others. The noise is what the curve or the
+    residuals have, whichever is more.
+    """
     data = model.data
     off = np.abs(best.fun / data.roots)[: data.points.size]
     scale = max(data.sigma, float(np.median(off)) / NORMAL_MEDIAN)
@@ -164,7 +190,8 @@ def _without_outliers(model: Model, outliers: Mask) -> tuple[Model, Best, Mask]:
 
     A fit may have followed a spike, and then its neighbours seem to be the outliers: they are left
     out at first, too. Points that turn out to be near the fit come back, until none changes
-    (Atkinson and Riani 2000).
+    (Atkinson and Riani 2000); without weights their residuals are known all the time. The data get
+    the weight 1 for all other points.
     """
     spread = np.ones(2 * WIDEST_SPIKE + 1)
     out = np.convolve(outliers, spread, mode="same") > 0
@@ -181,7 +208,11 @@ def _without_outliers(model: Model, outliers: Mask) -> tuple[Model, Best, Mask]:
 
 
 def _bounded_loss(model: Model, best: Best) -> float:
-    """Σ min(r², (OUTLYING σ)²) over the residuals r of all points and of the ends of contact."""
+    """Σ min(r², (OUTLYING σ)²) over all residuals r without weights.
+
+    Those of ends of contact are in units of their own error times σ, so that the bound is theirs,
+    too.
+    """
     off = best.fun / model.data.roots
     return float(np.sum(np.minimum(off**2, (OUTLYING * model.data.sigma) ** 2)))
 
@@ -198,7 +229,11 @@ def widening(fun: Array, roots: Array) -> float:
 
 
 def hopeless(model: Model, squares: float) -> bool:
-    """Whether Σr² is so much more than the noise that the model cannot be right there."""
+    """Whether Σr² is so much more than the noise that the model cannot be right there.
+
+    squares: with or without the errors e of simulated forces: these are at most `least`, and change
+    the square of the right side by a sixteenth at most.
+    """
     least = max(model.data.sigma, SIMULATED * model.data.size)
     return math.sqrt(squares / len(model.data.lines)) > HOPELESS * least
 
@@ -208,7 +243,10 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
 
     Branches and their rates of change are computed at one place. The next place is the minimum for
     branches that change at these rates, within a reach: a trust region, which becomes shorter
-    where the step gains nothing. The search ends where the promised gain is less than ftol.
+    where the step gains nothing. The search ends where the promised gain is less than ftol, but not
+    with a step that ends at the edge of the reach, beyond which there may be more to gain. A limit
+    of the coordinates counts as such an edge, too: from there on no step leads to it, so that it
+    costs one round.
 
     Parameters
     ----------
@@ -244,7 +282,7 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
         small = promised <= enough * before + rounding**2
         moves = best - x
         edge = np.where(best > x, box[1], box[0]) - x
-        at_edge = (moves != 0) & (np.abs(moves) > 0.99 * np.abs(edge))
+        at_edge = (moves != 0) & (np.abs(moves) > AT_EDGE * np.abs(edge))
         would_go_farther = at_edge.any() and reach.min() > SHORTEST
         if not moves.any() or (small and not would_go_farther):
             break
@@ -265,7 +303,12 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
 def minimum(
     model: Model, start: Array, box: tuple[Array, Array], fixed: int | None = None
 ) -> tuple[Array, float]:
-    """The minimum in a box for known branches, and its sum of squares; coordinate `fixed` stays."""
+    """The minimum in a box for known branches, and its sum of squares; coordinate `fixed` stays.
+
+    From x = 0 the first step of scipy's trust region is at most 1, in coordinates times the lengths
+    of the columns of the Jacobian, and it stays off a bound by up to a share |gradient|, at most
+    0.005 (trf in 1.17). Residuals over `unit` make the first no bound, and the second next to 0.
+    """
     free = [i for i in range(start.size) if i != fixed]
     x = start.copy()
     unit = UNBOUND * model.data.size
@@ -294,8 +337,11 @@ def minimum(
 def profiled(model: Model, best: Best, i: int, at: float) -> float:
     """The least sum of squares with coordinate i at a value, over that of the fit.
 
-    The others follow by Gauss and Newton's steps with the Jacobian of the fit. Where these do not
-    converge, to within a share ENOUGH of the sum of squares, they are sought from those of the fit.
+    The others follow by Gauss and Newton's steps with the Jacobian of the fit, from whose
+    pseudo-inverse the rows of the line are left out: residuals are beside the nearest line already.
+    Where these do not converge, to within a share ENOUGH of the sum of squares, they are sought
+    from those of the fit. It is inf where there are no equilibria with the others as in the fit:
+    there is then nowhere to search from, and the value counts as outside of the interval.
     """
     error = best.fun.size * (SIMULATED * model.data.size) ** 2
     others = [j for j in range(best.x.size) if j != i]
@@ -318,11 +364,11 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
         moves = step @ residuals
     if not np.isfinite(model.residuals(start)).all():
         return math.inf
-    return min(before, followed(model, start, i, 1e-4).squares) / best.squares
+    return min(before, followed(model, start, i, AGAIN).squares) / best.squares
 
 
 def spreads(jacobian: Array, count: int) -> Array:
-    """Deviations √((JᵀJ)⁻¹)ᵢᵢ of all parameters for residuals of deviation 1 (m,).
+    """Deviations √((JᵀJ)⁻¹)ᵢᵢ of all parameters for residuals of deviation 1 (m + q,).
 
     They are inf for those of the first `count` that the residuals do not depend on.
     """
@@ -338,14 +384,16 @@ def spreads(jacobian: Array, count: int) -> Array:
 def conditioning(jacobian: Array, count: int) -> tuple[float, Array]:
     """Condition number of the first `count` columns at unit length, and their weakest direction.
 
-    The columns without what the others can do: the line out of contact is always well known.
+    The direction (m,) has unit length. Columns are taken without what the line out of contact can
+    do, which is fitted for every x. Where a column is 0, or nothing is left of it, the condition
+    is inf, and these columns are the direction.
     """
     own = jacobian[:, :count]
     line = jacobian[:, count:]
     sizes = np.linalg.norm(own, axis=0)
     own = own - line @ np.linalg.lstsq(line, own, rcond=None)[0]
     lengths = np.linalg.norm(own, axis=0)
-    lost = (sizes <= DEAD * sizes.max()) | (lengths <= 1e-9 * sizes)
+    lost = (sizes <= DEAD * sizes.max()) | (lengths <= LOST * sizes)
     if lost.any():
         return math.inf, lost / np.linalg.norm(lost)
     _, singular, right = np.linalg.svd(own / lengths, full_matrices=False)
