@@ -37,28 +37,51 @@ from energy.arrays import Array, Mask
 from studies.scenes.fit.disturbances import NORMAL_MEDIAN, OUTLYING, WIDEST_SPIKE
 from studies.scenes.fit.model import Model
 
-BLUNT = 100.0, 10.0  # straight ends of branches in the first searches, over those of the model
-FINE = 1e-6  # relative gain of the sum of squares at which a search ends
-ROUGH = 1e-2  # the same with straight ends, and where the residual is HOPELESS
-HOPELESS = 4.0  # residual over noise where small gains are of no use: a model fits below 2
-ASTRAY = 2.0  # logarithm of a parameter over its start, beyond which the start is tried again
-SIMULATED = 1e-6  # error of simulated forces, relative to the largest: see RTOL in branches.py
+# Numbers of searches were halved and doubled in fits of eight curves, number 1 of the kinds spike,
+# offset, k_c = 0.03, drift, no tension, layer, hysteresis and interference of trials.py, without
+# profiles (half of these fit), and of CHORDS, ENOUGH and AGAIN in four with profiles (number 1 of
+# offset, k_c = 0.03 and spike, 2 of baseline). "By 0.01" is a change of a parameter by 0.01 of half
+# its interval. At k_c = 0.03 searches end at several places whose sums of squares are less than 1 %
+# apart.
+# Straight ends of branches in the first searches, over those of the model: halved, the curve
+# without tension ends at twice the sum of squares; doubled, parameters of two curves change by up
+# to 1.8, for sums of squares up to 0.8 % larger.
+BLUNT = 100.0, 10.0
+FINE = 1e-6  # relative gain of the sum of squares at which a search ends: either way by 0.004
+ROUGH = 1e-2  # the same with straight ends, and where the residual is HOPELESS: by 1e-5
+# Residual over noise where small gains are of no use, as noise explains 1.5 at most (LOOSE in
+# disturbances.py). Halved by 0.004, for 13 % more time; doubled by 0.3, for 13 % less, of a curve
+# that the model does not fit.
+HOPELESS = 4.0
+# Logarithm of a parameter over its start, so a factor 7, beyond which the start is tried again.
+ASTRAY = 2.0
+# Error of simulated forces, relative to the largest, with RTOL = 1e-4 of the paths in branches.py;
+# halved or doubled, ends of profiles by 0.006.
+SIMULATED = 1e-6
 STEPS = 25  # at most, of a search with known branches
-SOLVED = 1e-7  # relative gain at which it ends
-UNBOUND = 1e6  # over the largest force: so small, residuals do not hold back scipy's first step
+SOLVED = 1e-7  # relative gain at which it ends, a tenth of FINE: by 0.002
+# Over the largest force: so small, residuals do not hold back scipy's first step (see `minimum`).
+# The curve of k_c = 0.03 ends elsewhere either way, by 0.6 for 0.07 % of its sum of squares, the
+# others by less than 0.01.
+UNBOUND = 1e6
 ROUNDS = 15  # places at most at which branches are followed
+# The trust region of Nocedal and Wright 2006, algorithm 4.1: a quarter, three quarters, and twice.
 SHORTER = 0.25  # times the reach, after a step that gains nothing
-SHORTEST = 1e-3  # reach below which a search does not go on
 FAIR = 0.75  # of the promised gain, above which the reach grows
-CHORDS = 4  # steps at most with the Jacobian of the fit
-ENOUGH = 1e-3  # relative difference of the sums of squares of two such steps that have converged
+SHORTEST = 1e-3  # reach below which a search does not go on: the stride of difference quotients
+# Steps at most with the Jacobian of the fit. With 2 profiles take 27 % more time, as more of them
+# need a search, with 8 17 % less; their ends move by 0.02 and 0.07.
+CHORDS = 4
+# Relative difference of the sums of squares of two such steps that have converged: by 0.004.
+ENOUGH = 1e-3
 DEAD = 1e-5  # length of a column that is numerical error, over that of the longest
 CONFIDENCE = 0.95  # of all intervals: the one that most papers state
-TURNS = 20  # of weights and minima in turn at most, and of outliers and minima
-SETTLED = 0.01  # standard deviations by which a last turn may change a coordinate
-ROUNDING = 1e-10  # of a force, relative to the largest
-AT_EDGE = 0.99  # of the way to the edge of the reach: scipy stops at 0.995 of it or later
-AGAIN = 1e-4  # relative gain at which a search for a profile ends: a tenth of ENOUGH
+TURNS = 20  # of weights and minima in turn at most, and of outliers and minima: 10 or 40 by 0
+SETTLED = 0.01  # deviations by which a last turn may change a coordinate: 0.005 of half an interval
+ROUNDING = 1e-10  # of a force, relative to the largest, far below SIMULATED: no gain to look for
+# Of the way to the edge of the reach: scipy stops at 0.995 of it or later; 0.98 and 0.995 by 0.
+AT_EDGE = 0.99
+AGAIN = 1e-4  # relative gain at which a search for a profile ends, a tenth of ENOUGH: by 0.06
 LOST = 1e-9  # length of a column beside the line that is rounding, over that of the column itself
 
 
