@@ -53,7 +53,8 @@ ROUGH = 1e-2  # the same with straight ends, and where the residual is HOPELESS:
 # disturbances.py). Halved by 0.004, for 13 % more time; doubled by 0.3, for 13 % less, of a curve
 # that the model does not fit.
 HOPELESS = 4.0
-# Logarithm of a parameter over its start, so a factor 7, beyond which the start is tried again.
+# Logarithm of a parameter over its start, so a factor 7, beyond which the start is tried again;
+# 1 or 4 by 0.
 ASTRAY = 2.0
 # Error of simulated forces, relative to the largest, with RTOL = 1e-4 of the paths in branches.py;
 # halved or doubled, ends of profiles by 0.006.
@@ -66,6 +67,7 @@ SOLVED = 1e-7  # relative gain at which it ends, a tenth of FINE: by 0.002
 UNBOUND = 1e6
 ROUNDS = 15  # places at most at which branches are followed
 # The trust region of Nocedal and Wright 2006, algorithm 4.1: a quarter, three quarters, and twice.
+# With SHORTER 0.125 or 0.5 one curve of eight, that of k_c = 0.03, changes by 0.007 and 0.2.
 SHORTER = 0.25  # times the reach, after a step that gains nothing
 FAIR = 0.75  # of the promised gain, above which the reach grows
 SHORTEST = 1e-3  # reach below which a search does not go on: the stride of difference quotients
@@ -78,7 +80,7 @@ DEAD = 1e-5  # length of a column that is numerical error, over that of the long
 CONFIDENCE = 0.95  # of all intervals: the one that most papers state
 TURNS = 20  # of weights and minima in turn at most, and of outliers and minima: 10 or 40 by 0
 SETTLED = 0.01  # deviations by which a last turn may change a coordinate: 0.005 of half an interval
-ROUNDING = 1e-10  # of a force, relative to the largest, far below SIMULATED: no gain to look for
+ROUNDING = 1e-10  # of a force, relative to the largest, far below SIMULATED; half and twice by 0
 # Of the way to the edge of the reach: scipy stops at 0.995 of it or later; 0.98 and 0.995 by 0.
 AT_EDGE = 0.99
 AGAIN = 1e-4  # relative gain at which a search for a profile ends, a tenth of ENOUGH: by 0.06
