@@ -26,6 +26,14 @@ Output: four figures and tables. Exit status 1: an angle is off by over 1 %, or 
 # - `minimise(scene, depth)` is the equilibrium of the path that touches first and then moves to
 #   this depth, d positive into the layer; with method="lattice" it is that on nodes of a spacing.
 # - A scene has `work_of_adhesion` w.
+# - `each(function, cases, jobs, say=...)` gives the results in the order of the cases, whichever
+#   process has them first; `say` gets each.
+# - `arguments(scene)` are those of the cards of this shape: of a sphere R, gamma1, w, and k = Ẽ/h,
+#   which is k(q) for q -> 0.
+# - `command.answer` prints what the study has found; the fourth argument of `command.start` says in
+#   the help what the quick preset does.
+# - `modulus` of a layer is Ẽ = E(1-ν)/((1+ν)(1-2ν)), of uniaxial compression; inf for ν = ½.
+# - δ₀ = √(2w/k) and l = √(γ₁/k), so that δ₀ = l √(2w/γ₁).
 # - `from_work(gamma1, w)` are surface energies of this tension and work of adhesion.
 # - `angle_deficit` of a state is its own π - θ.
 # - With response="layer" a layer has its exact response; `effective_length` ℓ stands for l in (16)
@@ -54,13 +62,21 @@ from studies.shared.loops import arguments
 layer_of = partial(ElasticLayer, 1.0, h=1.0, response="layer")
 GENTLE = 1e-6  # w/γ₁: the model is linear in the displacements, of which this is only the scale
 SLOPE = math.sqrt(2 * GENTLE)  # √(2w/γ₁), the kink of the surface at the line
-DEPTHS = [SLOPE * part / 10 for part in range(-1, 10)]  # of the states that are timed
+# Of the states that are timed: half-widths from 0.4 to 1.3 h, eleven, so that the median is one.
+DEPTHS = [SLOPE * part / 10 for part in range(-1, 10)]
 RTOL = 1e-4  # of half-widths that nodes, and pull-off forces, are compared with to 1 %
-FINE = 1e-7  # of half-widths whose small difference is read as a length
-EXACT = 1e-10  # of states that errors are measured against
+# Of half-widths a = 15 and 21 h whose difference, 6 h, is read as a length by R Δd/Δa = 18 h: that
+# is then known to 1e-5 h, a tenth of LARGEST_OF_LENGTHS.
+FINE = 1e-7
+EXACT = 1e-10  # of states that errors are measured against: a hundredth of the finest rtol
 WIDE = 15.0  # half-width over h from which Eq. (16) is read: what it leaves out decays within h
-WEAK = 1e-3  # γ₁ over E min(a, h), the least that withstands it
-STRONG = 1e2  # γ₁ over E a max(a/h, 1), the most that withstands it
+# Over E min(a, h), the softest that the layer can be: γ₁ of weak tension. At ν = 0.3 it lowers the
+# force by 0.4 % at a = 0.03 h, by 0.01 % at 100 h; ten times as much lowers it by 2.5 %.
+WEAK = 1e-3
+# Over E a max(a/h, 1), the stiffest that the layer is: γ₁ of strong tension. At ν = 0.3 the
+# force is 0.2 % above its limit at a = 0.03 h, 1.4 % from 3 h on; with a tenth of this γ₁ it is 2 %
+# at 0.03 h.
+STRONG = 1e2
 TENSIONS = {"weak": "γ₁ = 10⁻³ E min(a, h)", "strong": "γ₁ = 100 E a max(a/h, 1)"}
 BEYOND = 3.3  # of πwR: no sphere bears as much, as the largest limit is 3
 # Pull-off forces over πwR in the limits; `energy.cards.layer` derives them.
@@ -70,10 +86,17 @@ LIMITS = {
     2: "thin, ν < ½",
     3: "thin, ν = ½",
 }
-LAMBDAS = (0.05, 0.1, 0.15, 0.25, 0.4, 0.6, 1.0, 2.5)  # among them the worst for springs
-LARGEST_OF_ANGLES = 1e-2  # relative: what first-order extrapolation from 40 nodes leaves
-LARGEST_OF_LENGTHS = 1e-4  # over h
-SERVES = 0.05  # relative error of force and radius with which springs still serve
+# Around the worst for springs, which is inside: at ν = 0.45 radii are off by most at 0.15 for
+# l/h = 0.25 and at 0.4 for l/h = 1. With 20 a decade the largest error at l/h = 1 is 0.080 in both
+# in radius, and 0.043 in place of 0.037 in force.
+LAMBDAS = (0.05, 0.1, 0.15, 0.25, 0.4, 0.6, 1.0, 2.5)
+# Relative: what extrapolation from nodes leaves. It is off by 0.7 % with 24 nodes at ν = ½ and
+# h = √(γ₁h/G), by 0.3 % with 40; an angle with 40 takes 6 to 13 s.
+LARGEST_OF_ANGLES = 1e-2
+LARGEST_OF_LENGTHS = 1e-4  # over h: ten times what FINE allows; in five cases 2e-7 at most
+# Relative error of force and radius with which springs still serve: a choice, the table has the
+# errors for another one.
+SERVES = 0.05
 
 
 class Angle(NamedTuple):
@@ -181,7 +204,9 @@ class Accuracy(NamedTuple):
 Record = dict[str, list[Any]]  # rows of each question
 Parameters = dict[str, tuple[tuple[Any, ...], ...]]  # values that the cases of a question combine
 
-# Axes of the cases in the order of the arguments that the functions of MEASURES take apart.
+# Axes of the cases in the order of the arguments that the functions of MEASURES take apart. Lengths
+# go from well below to well above h, ν to where the layer is nearly or wholly incompressible; l and
+# springs need ν < ½. A case takes some 0.5 s, with nodes up to 13 s.
 FULL: Parameters = {
     "angle": ((0.0, 0.3, 0.45, 0.5), (0.3, 0.55, 1.0, 1.7, 3.0), (40,)),
     "length": ((0.0, 0.3, 0.4, 0.45), (0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)),
@@ -264,6 +289,11 @@ def pull(case: tuple[float, float, str]) -> Pull:
 
     case: ν, a/h, and which tension. If that is strong, a = R √(w/2γ₁). If it is weak, wR² is what
     the half-space, a³/3, and the thin layer, a⁶/288 or Ẽa⁴/8, need in sum.
+
+    These are solved for wR², with E = h = 1: JKR's a³ = 9πwR²/(8E*), of which a third of Ea³ is
+    enough here; a³ = 12Rμ with μ² = 2wh³/(3G) of a layer that flows, G = E/3; and a² = 2Rδ₀ with
+    δ₀² = 2wh/Ẽ of one that is compressed. A thin layer does what is softer, which is the smaller:
+    it flows if ν is nearly ½, and Ẽ is infinite at ½.
     """
     nu, width, tension = case
     if tension == "strong":
@@ -279,7 +309,11 @@ def pull(case: tuple[float, float, str]) -> Pull:
 
 
 def pulled(scene: Scene) -> tuple[Any, float]:
-    """The state with the largest pull that a sphere bears under a dead load, and πwR."""
+    """The state with the largest pull that a sphere bears under a dead load, and πwR.
+
+    The force goes from 0 to -BEYOND πwR. The sphere lets go on the way; `pull_off` is the state
+    of largest pull on the whole path, that before such an event among them, not only of both ends.
+    """
     unit = math.pi * scene.work_of_adhesion * arguments(scene)["R"]
     path = load_path(scene, forces=[0.0, -BEYOND * unit], rtol=RTOL)
     return path.pull_off, unit
@@ -288,7 +322,7 @@ def pulled(scene: Scene) -> tuple[Any, float]:
 def springs(case: tuple[float, float, float]) -> Springs:
     """What springs say of the pull-off of a sphere, beside the layer.
 
-    case: ν, l/h and Λ = l/√(Rδ₀).
+    case: ν, l/h and Λ = l/√(Rδ₀), so that R = l²/(Λ²δ₀) = l/(Λ² √(2w/γ₁)).
     """
     nu, ratio, Lambda = case
     gamma1 = layer_of(nu).stiffness * ratio**2
@@ -306,6 +340,7 @@ def accuracy(case: tuple[str, float]) -> Accuracy:
     case: geometry and rtol.
     """
     geometry, rtol = case
+    # Where all lengths are alike and springs do not serve: l = 0.28 h, √(γ₁h/G) = 0.93 h, a near h.
     scene = scene_of(0.45, 0.3, 1 / SLOPE, geometry)
     of_widths = []
     of_forces = []
@@ -324,6 +359,8 @@ def accuracy(case: tuple[str, float]) -> Accuracy:
 
 def timed(scene: Scene, depth: float, rtol: float) -> float:
     """Processor time of a state with its error estimate [s], the least of three.
+
+    What else the processor does only adds to a time, and the first one has caches to fill.
 
     Parameters
     ----------
@@ -420,7 +457,7 @@ def answers(record: Record) -> dict[str, str]:
     """What each figure says."""
     angle, length = errors(record)
     weak = record["weak"]
-    strong = record["strong"][0]
+    strong = record["strong"][0]  # the narrowest, which is nearest to the limit, 1
     narrow = min(weak, key=lambda row: row.radius)
     most = max(weak, key=lambda row: row.force)
     return {
