@@ -371,14 +371,16 @@ class History:
             if before is None or math.isnan(before.after.left):
                 continue
             own = slice(before.step, after.step if after else len(self))
-            ends = [before.after, *([after.before] if after else [])]
-            table = self.table[own]
-            inner = np.reshape(self.inner[own], (len(table), len(ends[0].inner)))
-            steps = np.column_stack([table[:, 4], inner, table[:, 5]])
-            lines = np.vstack([ends[0].lines, steps, *(state.lines for state in ends[1:])])
-            recorded = [state[:2] for state in ends]
-            depths, forces = np.vstack([recorded[0], table[:, 1:3], *recorded[1:]]).T
-            yield from monotone(depths, forces, lines)
+            first = before.after
+            last = [after.before] if after else []  # a path may end before the next event
+            count = self.depth[own].size
+            inner = np.reshape(self.inner[own], (count, len(first.inner)))
+            left, right = self.contacts[own].T
+            lines_of_steps = np.column_stack([left, inner, right])
+            lines = np.vstack([first.lines, lines_of_steps, *(state.lines for state in last)])
+            depths = [first.depth, *self.depth[own], *(state.depth for state in last)]
+            forces = [first.force, *self.force[own], *(state.force for state in last)]
+            yield from monotone(np.array(depths), np.array(forces), lines)
 
     def _turns(self) -> Iterator[Snapshot]:
         """States between recorded ones at which P is less than at these, the least on its part.

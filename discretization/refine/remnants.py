@@ -1,9 +1,9 @@
 """Contacts that stay after an event and are narrower than nodes see.
 
 Where a contact is lost on nodes, a remnant may still rest. One line may recede beyond a fold to a
-place close to the other one: a narrow contact is looked for at both lines. And at a corner D rises
-by a jump, which holds a contact of any width: its lines are looked for from widths of a spacing of
-the nodes down to rounding. Receding lines come to rest in the widest contact first.
+place close to the other one: a contact is looked for from a point at either line. And at a corner D
+rises by a jump, which holds a contact of any width: its lines are looked for from widths of a
+spacing of the nodes down to rounding. Receding lines come to rest in the widest contact first.
 
 Conventions
 -----------
@@ -39,11 +39,11 @@ _WIDTHS = 0.5 ** np.arange(40)
 
 
 class RemnantRules(NamedTuple):
-    """Which contacts at corners are looked for; lengths are of the spacing of nodes.
+    """Which contacts are looked for; lengths are of the spacing of nodes.
 
-    `closed` times 0 or 1000 leaves 6 random paths as they are to 1e-9 (`python -m tests.sensitivity
-    discretization.refine.remnants RemnantRules.closed 0 1000`). The other two are read where a
-    remnant is tried, which happened in none of 24 random paths.
+    Halved or doubled (tolerances: a tenth or ten times), each leaves the random paths that read it
+    as they are to 1e-9: 8 results for `closed`, 2 for the others, as few paths have a remnant
+    (`python -m tests.sensitivity discretization.refine.remnants`).
 
     Attributes
     ----------
@@ -53,18 +53,14 @@ class RemnantRules(NamedTuple):
         A contact that narrow just before it is lost leaves no remnant.
     pulled : float
         Of the size of depths: a contact of one point that is pulled no more than that stays.
-    starts : tuple of float
-        Widths from which a contact at one of the lines before is looked for: none, for Newton's
-        method finds rests narrower than the profile's curvature changes over, and such as nodes
-        may just not see.
     rounds : int
-        Of Newton's method from there: it converges quadratically, or there is nothing near.
+        Of Newton's method from a point at one of the lines: it converges quadratically, or there is
+        nothing near.
     """
 
     widest: float = 4.0
     closed: float = 1e-6
     pulled: float = 1e-13
-    starts: tuple[float, ...] = (0.0, 0.5, 2.0)
     rounds: int = 10
 
 
@@ -84,7 +80,7 @@ class Remnants:
     events: Events
 
     def found(self, happened: Sequence[Happening]) -> list[Happening]:
-        """Find contacts that stay at corners after events at which they seemed to be lost.
+        """Find contacts that stay after events at which they seemed to be lost.
 
         Parameters
         ----------
@@ -99,6 +95,7 @@ class Remnants:
         """
         lost = [event for event in happened if _loses_wide_contact(event)]
         for event in lost:
+            # With two works of adhesion lines are bounded by where they stand.
             for life, row in zip(event.before, event.lines_before, strict=True):
                 life.first = row if np.isnan(life.first).any() else life.first
         later = list[Happening]()
@@ -112,12 +109,12 @@ class Remnants:
     def _receded(self, lost: Sequence[Happening]) -> list[Array | None]:
         """For each event the lines (2, 2) of a narrow contact to which the lines before it recede.
 
-        None where there is none. One line recedes to near the other one, so that a narrow contact
-        is looked for at both places; those of all events at once.
+        None where there is none. One line recedes to near the other one, so that a contact is
+        looked for from a point at either line; those of all events at once.
         """
         if not lost:
             return []
-        starts = [self._narrow_contacts(event) for event in lost]
+        starts = [self._points(event) for event in lost]
         count = starts[0].shape[1]
         lives = [life for event in lost for life in event.before]
         depths = np.repeat([event.depth for event in lost], 2)[:, None]
@@ -131,15 +128,10 @@ class Remnants:
         at_rest = np.asarray(found.at_rest.reshape(len(lost), 2, count).all(axis=1))
         return [self._widest(*each) for each in zip(lost, lines, at_rest, strict=True)]
 
-    def _narrow_contacts(self, event: Happening) -> Array:
-        """Lines (2, j, 2) beside j narrow contacts at both ends of the contact before an event."""
-        left, right = _ends(event.lines_before)
-        widths = np.array(_RULES.starts) * event.before[0].nodes.spacing
-        at_left = np.full(widths.size, left)
-        at_right = np.full(widths.size, right)
-        first = np.append(at_left, at_right - widths)
-        last = np.append(at_left + widths, at_right)
-        return _beside(event, first, last)
+    def _points(self, event: Happening) -> Array:
+        """Lines (2, 2, 2) of the surfaces beside a contact of no width, at either line before."""
+        places = np.array(_ends(event.lines_before))
+        return _beside(event, places, places)
 
     def _at_corner(self, event: Happening) -> Array | None:
         """Lines (2, 2) of the surfaces on both sides of a contact that stays at a corner.
