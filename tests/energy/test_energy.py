@@ -83,6 +83,16 @@ def test_slope_is_the_derivative_of_height(indenter):
     assert np.allclose(indenter.slope(x), difference, rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize("indenter", SHAPES, ids=lambda i: type(i).__name__)
+def test_height_and_slope_are_those_of_each_alone(indenter):
+    """Bit for bit, of arrays and of single places, also where there is no profile."""
+    for x in (np.linspace(-1.4, 1.2, 27).reshape(9, 3), 0.3, -5.0):
+        height, slope = indenter.height_and_slope(x)
+        assert np.array_equal(height, indenter.height(x), equal_nan=True)
+        assert np.array_equal(slope, indenter.slope(x), equal_nan=True)
+        assert np.shape(height) == np.shape(slope) == np.shape(x)
+
+
 def test_smooth_samples_converge_to_the_function():
     counts = (41, 81, 161, 321)
     at = np.linspace(-1, 2, 5001)

@@ -25,7 +25,7 @@ PANELS = {  # title, x, y
     "lattice": ("lattice", "log₁₀ l/Δx", "log₁₀ a/l"),
     "edge": (
         "at the edge of detachment",
-        "j: the depth is off by 10⁻ʲ of itself",
+        "j: the depth is 10⁻ʲ δ₀ from detachment",
         "side of detachment",
     ),
     "profiles": (

@@ -5,7 +5,7 @@
 | fitted   | a/l 10⁻³..10⁶, w/γ₁ 10⁻¹²..10⁶, f = c|x|ⁿ (n = 1..4) and flat, ν to 0.4999, nm..km  |
 | finite   | a/l 10⁻³..10⁶, w/γ₁ 10⁻¹²..2, parabola with true lengths                            |
 | lattice  | l/Δx 10⁻³..10⁹, a/l 10⁻³..10⁶, from one link in contact up                          |
-| edge     | depths (1 - 10⁻ʲ) of the one at which the contact detaches, j = 1..15                |
+| edge     | depths 10⁻ʲ δ₀ above and below that at which the contact detaches, j = 1..15         |
 | profiles | kinks, jumps, plateaus, noise; in units from nm to km                               |
 | random   | scenes of every body over eight decades, small and finite slopes, at a random rtol  |
 | nodes    | likewise on lattices with 2 to 400 nodes per l, from a fraction of a link in contact |
